@@ -1,0 +1,112 @@
+/* Reference frames as types: three-phase, stationary alpha/beta, rotating d/q.
+ *
+ * Power-invariant scaling. A pair is a complex number alpha + j beta (d + j q);
+ * the paper's J is multiplication by j.
+ */
+#ifndef FRAMES_H
+#define FRAMES_H
+
+#include "num.h"
+
+typedef struct {
+    float u;
+    float v;
+    float w;
+} uvw_t;
+
+typedef struct {
+    float alpha;
+    float beta;
+} ab_t;
+
+typedef struct {
+    float d;
+    float q;
+} dq_t;
+
+static inline ab_t ab_add(ab_t a, ab_t b)
+{
+    return (ab_t){a.alpha + b.alpha, a.beta + b.beta};
+}
+
+static inline ab_t ab_sub(ab_t a, ab_t b)
+{
+    return (ab_t){a.alpha - b.alpha, a.beta - b.beta};
+}
+
+static inline ab_t ab_scale(ab_t a, float k)
+{
+    return (ab_t){k * a.alpha, k * a.beta};
+}
+
+/* Complex product a b: rotates and stretches b by a. */
+static inline ab_t ab_mul(ab_t a, ab_t b)
+{
+    return (ab_t){a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
+}
+
+static inline ab_t ab_conj(ab_t a)
+{
+    return (ab_t){a.alpha, -a.beta};
+}
+
+/* Re(conj(a) b) = a^T b. */
+static inline float ab_dot(ab_t a, ab_t b)
+{
+    return a.alpha * b.alpha + a.beta * b.beta;
+}
+
+/* Im(conj(a) b) = (J a)^T b: b's component 90 degrees ahead of a, times |a|. */
+static inline float ab_cross(ab_t a, ab_t b)
+{
+    return a.alpha * b.beta - a.beta * b.alpha;
+}
+
+static inline float ab_norm2(ab_t a)
+{
+    return a.alpha * a.alpha + a.beta * a.beta;
+}
+
+static inline bool ab_finite(ab_t a)
+{
+    return finitef(a.alpha) && finitef(a.beta);
+}
+
+/* Both components limited to +-limit; NaN becomes -limit. */
+static inline ab_t ab_clamp(ab_t a, float limit)
+{
+    return (ab_t){clampf(a.alpha, -limit, limit), clampf(a.beta, -limit, limit)};
+}
+
+/* Clarke, power invariant; the zero-sequence component is dropped. */
+static inline ab_t ab_from_uvw(uvw_t x)
+{
+    return (ab_t){NUM_SQRT_2_3 * (x.u - 0.5f * (x.v + x.w)), NUM_SQRT_1_2 * (x.v - x.w)};
+}
+
+/* Clarke from two line-to-line quantities u_uv = u_u - u_v, u_vw = u_v - u_w. */
+static inline ab_t ab_from_line(float uv, float vw)
+{
+    return (ab_t){NUM_SQRT_2_3 * (uv + 0.5f * vw), NUM_SQRT_1_2 * vw};
+}
+
+/* Inverse Clarke with zero sequence 0. */
+static inline uvw_t uvw_from_ab(ab_t x)
+{
+    const float u = NUM_SQRT_2_3 * x.alpha;
+    const float b = NUM_SQRT_1_2 * x.beta;
+    return (uvw_t){u, b - 0.5f * u, -b - 0.5f * u};
+}
+
+/* Park: x seen from the frame whose d axis is the unit vector axis. */
+static inline dq_t dq_from_ab(ab_t x, ab_t axis)
+{
+    return (dq_t){ab_dot(axis, x), ab_cross(axis, x)};
+}
+
+static inline ab_t ab_from_dq(dq_t x, ab_t axis)
+{
+    return (ab_t){x.d * axis.alpha - x.q * axis.beta, x.d * axis.beta + x.q * axis.alpha};
+}
+
+#endif

@@ -1,0 +1,42 @@
+/* Observer gain L over speed: nearest entry of a table with one entry per 2 elec. min^-1.
+ *
+ * xh' = A(wh) xh + B u_s + L e1, L = [l1; l2] complex, e1 = i_s_hat - i_s (eq. (3), (17)).
+ * L(-w) = conj L(w); beyond the table's end the last entry holds. Designed and proven offline
+ * (tools/zh design, tools/zh certify).
+ */
+#ifndef GAIN_TABLE_H
+#define GAIN_TABLE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "num.h"
+
+#define GAIN_TABLE_MAGIC 0x5A48474Cu /* "ZHGL" */
+#define GAIN_TABLE_VERSION 1u
+#define GAIN_TABLE_MAX_ENTRIES 2048u /* 32 KiB of flash */
+
+typedef struct {
+    float l1_re_per_s;
+    float l1_im_per_s;
+    float l2_re_ohm;
+    float l2_im_ohm;
+} observer_gain_t;
+
+typedef struct {
+    uint32_t magic;
+    uint32_t version;
+    uint32_t motor_id; /* CRC-32C of the motor data the table was designed for */
+    uint32_t entry_count;
+    uint32_t crc32c; /* of the entries, little-endian words in order; checked by the application */
+    float step_rad_s; /* electrical speed between entries */
+    const observer_gain_t *entry;
+} gain_table_t;
+
+/* The table can be used: header, count, step, every gain finite, L(0) real. */
+CHECKED bool gain_table_valid(const gain_table_t *table);
+
+/* L at the speed; table must be valid; a NaN speed reads entry 0. */
+observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s);
+
+#endif

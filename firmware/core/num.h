@@ -1,0 +1,68 @@
+/* Small float helpers every module shares.
+ *
+ * Header only; no state; the same bits on host and target.
+ */
+#ifndef NUM_H
+#define NUM_H
+
+#include <float.h>
+#include <stdbool.h>
+
+#define NUM_PI 3.14159265358979323846f
+#define NUM_TWO_PI 6.28318530717958647692f
+#define NUM_HALF_PI 1.57079632679489661923f
+#define NUM_SQRT_3 1.73205080756887729353f
+#define NUM_SQRT_1_2 0.70710678118654752440f /* sqrt(1/2) */
+#define NUM_SQRT_2_3 0.81649658092772603273f /* sqrt(2/3): power-invariant Clarke */
+#define NUM_SQRT_1_6 0.40824829046386301637f /* sqrt(1/6) */
+
+/* Every caller has to look at the answer. */
+#if defined(__GNUC__) || defined(__clang__)
+#define CHECKED __attribute__((warn_unused_result))
+#else
+#define CHECKED
+#endif
+
+/* x limited to lo..hi (lo <= hi); lo for NaN, so that nothing downstream sees one. */
+static inline float clampf(float x, float lo, float hi)
+{
+    if (x >= hi) {
+        return hi;
+    }
+    return (x > lo) ? x : lo; /* false for NaN */
+}
+
+static inline float absf(float x)
+{
+    return (x < 0.0f) ? -x : x;
+}
+
+static inline float maxf(float a, float b)
+{
+    return (a > b) ? a : b;
+}
+
+static inline float minf(float a, float b)
+{
+    return (a < b) ? a : b;
+}
+
+/* Neither infinite nor NaN. */
+static inline bool finitef(float x)
+{
+    return (x >= -FLT_MAX) && (x <= FLT_MAX);
+}
+
+/* Finite and > 0: what every resistance, inductance, period and limit has to be. */
+static inline bool positivef(float x)
+{
+    return (x > 0.0f) && (x <= FLT_MAX);
+}
+
+/* Finite and >= 0. */
+static inline bool nonnegativef(float x)
+{
+    return (x >= 0.0f) && (x <= FLT_MAX);
+}
+
+#endif

@@ -1,0 +1,79 @@
+/* Rotor speed from the observer's current error: PI adaptation with the eps1-modification, eq. (19).
+ *
+ *   z = Im(conj(lambda_hat) e1 exp(-j phi)),  x' = K_I z - c |z| (x - x0),  w_hat = K_P z + x
+ *
+ * c in 1/(s Wb A). The paper's eps1 has no unit; three readings convert to c (THEORY 3).
+ * phi (default 0) widens the region that stays stable with a wrong Rs (THEORY 2).
+ */
+#ifndef SPEED_ADAPTATION_H
+#define SPEED_ADAPTATION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "frames.h"
+#include "gain_table.h"
+#include "motor.h"
+
+typedef enum {
+    SPEED_ADAPTATION_EPS1_OFF = 0,
+    SPEED_ADAPTATION_EPS1_ALWAYS = 1,
+    SPEED_ADAPTATION_EPS1_NEAR_ZERO = 2 /* only near zero stator frequency, with hysteresis */
+} speed_adaptation_eps1_mode_t;
+
+typedef struct {
+    float kp_rad_per_s_Wb_A;
+    float ki_rad_per_s2_Wb_A;
+    float leak_per_s_Wb_A;       /* c */
+    speed_adaptation_eps1_mode_t eps1_mode;
+    bool leak_to_prior;          /* x0 = prior instead of 0 */
+    float near_zero_on_rad_s;    /* |w_s| below: leak on */
+    float near_zero_off_rad_s;   /* |w_s| above: leak off; >= on */
+    float omega_max_rad_s;       /* bound of x and of w_hat, electrical */
+    float phi_factor;            /* kappa; 0 switches the angle off */
+    float phi_ramp_rad_s;        /* phi grows with |w_s| up to here, so that it is smooth at 0 */
+} speed_adaptation_params_t;
+
+typedef struct {
+    speed_adaptation_params_t p;
+    float period_s;
+    float leak_max_per_Wb_A;     /* T c as used per sample */
+    float a11_per_s;
+    float tau_per_s;
+    float inv_eps_per_H;
+    float m_tau_ohm;
+} speed_adaptation_config_t;
+
+typedef struct {
+    float x_rad_s;   /* integrator */
+    bool near_zero;  /* hysteresis of the NEAR_ZERO mode: true when the leak is on */
+} speed_adaptation_state_t;
+
+typedef struct {
+    ab_t lambda_r_hat_Wb;
+    ab_t e1_A;
+    float omega_s_hat_rad_s; /* stator frequency estimate */
+    float omega_e_hat_rad_s; /* speed estimate of the last period: phi's operating point */
+    float prior_rad_s;       /* x0 when leak_to_prior */
+    observer_gain_t gain;    /* L in use: phi needs D(j w_s) */
+} speed_adaptation_in_t;
+
+typedef struct {
+    float z_Wb_A;
+    float omega_e_hat_rad_s;
+} speed_adaptation_out_t;
+
+CHECKED bool speed_adaptation_init(speed_adaptation_config_t *cfg,
+                                   const speed_adaptation_params_t *params,
+                                   const motor_model_t *motor, float period_s);
+
+speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cfg,
+                                             speed_adaptation_state_t *st,
+                                             const speed_adaptation_in_t *in);
+
+/* The three readings of the paper's eps1 as c in 1/(s Wb A). */
+float speed_adaptation_leak_from_literal(float eps1_per_s_Wb_A);
+float speed_adaptation_leak_from_adaptive(float eps1_s_per_rad, float ki_rad_per_s2_Wb_A);
+float speed_adaptation_leak_per_sample(float eps1_per_Wb_A, float period_s);
+
+#endif
