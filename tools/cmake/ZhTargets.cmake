@@ -1,0 +1,31 @@
+# Usage requirements shared by all targets: link them, PRIVATE unless said otherwise.
+#
+#   zh_float_exact    the floating-point contract: same bits with every compiler and level
+#   zh_warnings       the warning set of the firmware (CONVENTIONS 12), as errors
+#   zh_warnings_test  the same for unit tests, which compare against double precision
+
+add_library(zh_float_exact INTERFACE)
+target_compile_options(zh_float_exact INTERFACE -ffp-contract=off -fno-fast-math)
+
+set(ZH_WARNINGS_COMMON -Wall -Wextra -Wpedantic -Wshadow -Wundef -Wcast-align -Wvla)
+if(ZH_WERROR)
+    list(APPEND ZH_WARNINGS_COMMON -Werror)
+endif()
+set(ZH_WARNINGS_VALUES -Wconversion -Wsign-conversion -Wdouble-promotion -Wfloat-equal -Wswitch-enum)
+set(ZH_WARNINGS_C -Wstrict-prototypes -Wmissing-prototypes)
+set(ZH_WARNINGS_CXX -Wnon-virtual-dtor -Woverloaded-virtual -Wold-style-cast)
+
+add_library(zh_warnings INTERFACE)
+target_compile_options(
+    zh_warnings
+    INTERFACE
+        ${ZH_WARNINGS_COMMON}
+        $<$<COMPILE_LANGUAGE:C>:${ZH_WARNINGS_VALUES};${ZH_WARNINGS_C}>
+        # Double is the working type of the plant, so promotion to it is no accident there.
+        $<$<COMPILE_LANGUAGE:CXX>:-Wconversion;-Wsign-conversion;-Wswitch-enum;${ZH_WARNINGS_CXX}>)
+
+add_library(zh_warnings_test INTERFACE)
+target_compile_options(
+    zh_warnings_test
+    INTERFACE ${ZH_WARNINGS_COMMON} $<$<COMPILE_LANGUAGE:C>:${ZH_WARNINGS_C}>
+              $<$<COMPILE_LANGUAGE:CXX>:${ZH_WARNINGS_CXX}>)
