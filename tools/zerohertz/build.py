@@ -1,0 +1,68 @@
+"""Builds the SIL library when a command needs it: quietly, and only what is out of date."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from zerohertz.errors import UserError
+from zerohertz.paths import BUILD, ROOT
+
+PRESET = "host"
+SIL_TARGET = "zerohertz_sil"
+
+
+@dataclass(frozen=True)
+class Built:
+    """What a build leaves behind."""
+
+    folder: Path
+    sil_library: Path
+
+
+def ensure_built(*targets: str) -> Built:
+    """Configure and build preset `host` (by default the SIL library alone); do nothing when fresh.
+
+    ZEROHERTZ_SIL names a library built elsewhere: then nothing is built. A failing build raises
+    UserError after the compiler's output went to stderr.
+    """
+    folder = BUILD / PRESET
+    foreign = os.environ.get("ZEROHERTZ_SIL")
+    if foreign and not targets:
+        library = Path(foreign)
+        if not library.is_file():
+            raise UserError(f"ZEROHERTZ_SIL: '{foreign}' is no file; unset it to build the library")
+        return Built(folder, library)
+
+    folder.mkdir(parents=True, exist_ok=True)
+    # Two commands at once must not run ninja twice in one folder.
+    with open(BUILD / f"{PRESET}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "build.ninja").is_file():
+            # A first build for a demo needs no test framework; `zh test` turns the tests on.
+            print("zh: configuring the build", file=sys.stderr)
+            _run("cmake", "--preset", PRESET, "-DZH_BUILD_TESTS=OFF")
+        _run("cmake", "--build", "--preset", PRESET, "--target", *(targets or (SIL_TARGET,)))
+    return Built(folder, folder / "host_sim" / f"lib{SIL_TARGET}.so")
+
+
+def _run(*command: str) -> None:
+    try:
+        done = subprocess.run(
+            command,
+            cwd=ROOT,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+    except FileNotFoundError:
+        raise UserError(f"{command[0]}: not installed; run tools/zh setup") from None
+    if done.returncode != 0:
+        print(done.stdout, file=sys.stderr)
+        raise UserError(f"'{' '.join(command)}' failed; the compiler's output is above")

@@ -1,0 +1,83 @@
+"""Command line of the tools: `tools/zh COMMAND`."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+
+import typer
+
+from zerohertz import __version__
+from zerohertz.errors import UserError
+
+# Each feature brings one module with `register(app)`. The order is that of the help.
+COMMAND_MODULES = (
+    "zerohertz.report.command",
+    "zerohertz.scenario.command",
+    "zerohertz.gain_design.command",
+    "zerohertz.check.command",
+    "zerohertz.replay.command",
+    "zerohertz.bench.command",
+    "zerohertz.testing.command",
+    "zerohertz.campaign.command",
+)
+
+EXIT_BAD_INPUT = 2
+
+
+def make_app() -> typer.Typer:
+    """All commands in one application."""
+    app = typer.Typer(
+        name="zh",
+        help="ZeroHertz: sensorless induction-motor drive down to zero hertz.\n\n"
+        "Start with `zh demo`: it sets up, builds, designs, runs the paper's experiments and "
+        "writes a report. Also: `zh setup` installs everything any command needs; `zh python` "
+        "runs a script with the package `zerohertz` at hand.",
+        epilog="Exit codes: 0 fine, 1 what was checked does not hold, 2 bad input.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+
+    @app.callback()
+    def root(
+        version: bool = typer.Option(
+            False, "--version", is_eager=True, callback=_print_version, help="Show the version."
+        ),
+    ) -> None:
+        pass
+
+    for name in COMMAND_MODULES:
+        if _exists(name):
+            importlib.import_module(name).register(app)
+    return app
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"zerohertz {__version__}")
+        raise typer.Exit
+
+
+def _exists(name: str) -> bool:
+    try:
+        return importlib.util.find_spec(name) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def main() -> None:
+    """Run one command; a mistake of the user becomes one line and exit code 2."""
+    if sys.argv[1:] == ["help"]:
+        sys.argv[1:] = ["--help"]
+    try:
+        make_app()(prog_name="zh")
+    except UserError as error:
+        print("error: " + " ".join(str(error).split()), file=sys.stderr)
+        sys.exit(EXIT_BAD_INPUT)
+    except BrokenPipeError:
+        # The reader (head, less) has seen enough.
+        sys.stderr.close()
+        sys.exit(0)
