@@ -1,0 +1,23 @@
+#include "pi.h"
+
+bool pi_init(pi_config_t *cfg, float kp, float ki_per_s, float x_max, float period_s)
+{
+    const float ki_T = ki_per_s * period_s;
+
+    if (!positivef(kp) || !nonnegativef(ki_per_s) || !positivef(x_max) || !positivef(period_s) ||
+        !nonnegativef(ki_T)) {
+        return false;
+    }
+    cfg->kp = kp;
+    cfg->ki_T = ki_T;
+    /* Above 1 the integrator would jump past the value that ends the saturation, and chatter. */
+    cfg->tracking = clampf(ki_T / kp, 0.0f, 1.0f);
+    cfg->x_max = x_max;
+    return true;
+}
+
+void pi_update(const pi_config_t *cfg, pi_state_t *st, float error, float realised_minus_asked)
+{
+    const float x = st->x + cfg->ki_T * error + cfg->tracking * realised_minus_asked;
+    st->x = clampf(x, -cfg->x_max, cfg->x_max);
+}

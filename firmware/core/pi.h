@@ -1,0 +1,35 @@
+/* One PI controller: it is told the output it was allowed, not the one it asked for.
+ *
+ * v = Kp e + x + feed-forward (the caller's); x += T Ki e + (T Ki/Kp)(realised - asked):
+ * back-calculation (anti-windup) with the tracking time Kp/Ki.
+ */
+#ifndef PI_H
+#define PI_H
+
+#include <stdbool.h>
+
+#include "num.h"
+
+typedef struct {
+    float kp;
+    float ki_T;     /* Ki times the period */
+    float tracking; /* T Ki/Kp, at most 1 */
+    float x_max;    /* bound of the integrator */
+} pi_config_t;
+
+typedef struct {
+    float x;
+} pi_state_t;
+
+/* False unless kp > 0, ki >= 0, period > 0, x_max > 0, all finite. */
+CHECKED bool pi_init(pi_config_t *cfg, float kp, float ki_per_s, float x_max, float period_s);
+
+static inline float pi_output(const pi_config_t *cfg, const pi_state_t *st, float error)
+{
+    return cfg->kp * error + st->x;
+}
+
+/* realised - asked: what the limits behind the controller took away, 0 when nothing. */
+void pi_update(const pi_config_t *cfg, pi_state_t *st, float error, float realised_minus_asked);
+
+#endif
