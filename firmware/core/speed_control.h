@@ -1,0 +1,54 @@
+/* Speed error -> torque current: PI on the filtered speed estimate, limited with priority of i_d.
+ *
+ * i_q limit = min(i_q_max, sqrt(i_max^2 - i_d^2)). Gains from the bandwidth and the inertia:
+ * Kp = J bw/(p^2 kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. Electrical speeds.
+ */
+#ifndef SPEED_CONTROL_H
+#define SPEED_CONTROL_H
+
+#include <stdbool.h>
+
+#include "motor.h"
+#include "pi.h"
+
+typedef struct {
+    float bandwidth_rad_s;
+    float ki_factor;
+    float J_kg_m2;
+    float lambda_Wb; /* flux at which the gains are meant */
+    float i_q_max_A;
+    float i_max_A;     /* |i_s| limit; i_d has priority */
+    float filter_s;    /* first-order filter on the speed estimate; 0: none */
+    float slew_rad_s2; /* slew limit of the reference */
+} speed_control_params_t;
+
+typedef struct {
+    pi_config_t pi;
+    float i_q_max_A;
+    float i_max2_A2;
+    float filter_gain; /* T/(T + filter_s) */
+    float slew_step_rad_s;
+} speed_control_config_t;
+
+typedef struct {
+    pi_state_t pi;
+    float omega_filtered_rad_s;
+    float omega_ref_rad_s; /* after the slew limit */
+} speed_control_state_t;
+
+typedef struct {
+    float omega_ref_rad_s;
+    float omega_hat_rad_s;
+    float i_d_ref_A; /* has priority in the current limit */
+} speed_control_in_t;
+
+/* False, and *cfg untouched, for a number that is not finite, of the wrong sign, or zero where it
+ * divides or limits. */
+CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
+                                const motor_model_t *motor, float period_s);
+
+/* i_q reference in A. A reference or estimate that is not finite leaves the last one in force. */
+float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
+                         const speed_control_in_t *in);
+
+#endif
