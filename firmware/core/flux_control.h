@@ -1,0 +1,48 @@
+/* Rotor flux reference -> magnetising current: constant i_d = lambda_ref/M, or a PI on
+ * |lambda_hat|.
+ *
+ * Plant lambda' = tau (M i_d - lambda). Kp = bw/(tau M), Ki = tau Kp: the zero cancels the pole,
+ * lambda follows its reference as 1/(1 + s/bw). No feed-forward beside the PI: the integrator is
+ * then lambda/M during a limited build-up from zero as well, and the flux does not overshoot.
+ */
+#ifndef FLUX_CONTROL_H
+#define FLUX_CONTROL_H
+
+#include <stdbool.h>
+
+#include "motor.h"
+#include "pi.h"
+
+typedef enum {
+    FLUX_CONTROL_CONSTANT = 0,
+    FLUX_CONTROL_PI = 1
+} flux_control_mode_t;
+
+typedef struct {
+    flux_control_mode_t mode;
+    float i_d_A;           /* constant mode's current; flux reference is M i_d in both */
+    float bandwidth_rad_s; /* of the flux loop */
+    float i_d_max_A;
+} flux_control_params_t;
+
+typedef struct {
+    flux_control_mode_t mode;
+    float i_d_A;
+    float lambda_ref_Wb;
+    float i_d_max_A;
+    pi_config_t pi;
+} flux_control_config_t;
+
+typedef struct {
+    pi_state_t pi;
+} flux_control_state_t;
+
+/* False for an unknown mode, a bad number, or i_d_A above i_d_max_A. */
+CHECKED bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *params,
+                               const motor_model_t *motor, float period_s);
+
+/* i_d reference in A, 0..i_d_max. */
+float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
+                        float lambda_hat_Wb);
+
+#endif
