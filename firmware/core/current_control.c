@@ -1,0 +1,44 @@
+#include "current_control.h"
+
+bool current_control_init(current_control_config_t *cfg, const current_control_params_t *params,
+                          const motor_model_t *motor, float period_s)
+{
+    const float bw_rad_s = params->bandwidth_rad_s;
+    const float kp_ohm = bw_rad_s * motor->sigma_Ls_H;
+    const float ki_ohm_per_s = params->ki_factor * bw_rad_s * kp_ohm;
+    current_control_config_t c = {
+        .sigma_Ls_H = motor->sigma_Ls_H,
+        .kr = motor->kr,
+        .decoupling = params->decoupling,
+    };
+
+    /* z^2 - z + bw T = 0 with the period of delay between sample and duty: stable below 1. */
+    if (!positivef(bw_rad_s) || !(bw_rad_s * period_s < 1.0f) || !positivef(motor->kr)) {
+        return false;
+    }
+    if (!nonnegativef(params->decoupling) || !(params->decoupling <= 1.0f) ||
+        !pi_init(&c.pi, kp_ohm, ki_ohm_per_s, params->u_max_V, period_s)) {
+        return false;
+    }
+    *cfg = c;
+    return true;
+}
+
+dq_t current_control_output(const current_control_config_t *cfg, const current_control_state_t *st,
+                            const current_control_in_t *in)
+{
+    const float leakage_V_per_A = in->omega_s_rad_s * cfg->sigma_Ls_H;
+    const float emf_V = cfg->kr * in->omega_e_rad_s * in->lambda_Wb;
+    const dq_t coupling_V = {-leakage_V_per_A * in->i_A.q, leakage_V_per_A * in->i_A.d + emf_V};
+
+    return (dq_t){
+        pi_output(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d) + cfg->decoupling * coupling_V.d,
+        pi_output(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q) + cfg->decoupling * coupling_V.q};
+}
+
+void current_control_update(const current_control_config_t *cfg, current_control_state_t *st,
+                            const current_control_in_t *in, dq_t asked_V, dq_t realised_V)
+{
+    pi_update(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d, realised_V.d - asked_V.d);
+    pi_update(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q, realised_V.q - asked_V.q);
+}
