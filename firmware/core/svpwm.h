@@ -1,0 +1,40 @@
+/* Space-vector PWM: stationary-frame voltage and dc link -> three duties 0..1.
+ *
+ * Zero-sequence injection -(max+min)/2 (centred space-vector modulation). Overmodulation: beyond
+ * the hexagon the vector is shortened, its angle kept. Minimum pulse: an on or off pulse shorter
+ * than min_pulse is dropped (duty 0 or 1) when below half of it, else lengthened to it.
+ * Out: the duties and the voltage they really give, in the motor's phase order, for anti-windup
+ * and observer.
+ */
+#ifndef SVPWM_H
+#define SVPWM_H
+
+#include <stdbool.h>
+
+#include "frames.h"
+
+typedef struct {
+    float min_pulse_s;
+    float u_dc_min_V; /* below this the dc link cannot be divided by: duty .5 */
+    bool swap_vw;     /* motor wired u-w-v: same switch as measurement */
+} svpwm_params_t;
+
+typedef struct {
+    float min_duty;
+    float u_dc_min_V;
+    bool swap_vw;
+} svpwm_config_t;
+
+typedef struct {
+    uvw_t duty; /* in the order of the inverter's legs */
+    ab_t u_realised_V;
+    bool limited; /* reference outside the hexagon, or no voltage possible (duty .5) */
+} svpwm_out_t;
+
+/* False unless 0 <= min_pulse < period/2 and u_dc_min > 0, all finite. */
+CHECKED bool svpwm_init(svpwm_config_t *cfg, const svpwm_params_t *params, float period_s);
+
+/* A reference or a dc link that is not finite, or a low dc link: duty .5, realised 0, limited. */
+svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V);
+
+#endif
