@@ -1,0 +1,35 @@
+/* Voltage that dead time and device drops take away, to be added back.
+ *
+ * Per phase dU = (k u_dc + drop) sat(i/i_th), k = fraction dead_time/T: saturating, because near
+ * zero current the parasitic capacitances soften the step. The sign comes from the current
+ * predicted for the middle of the interval in which the duty acts.
+ */
+#ifndef DEAD_TIME_H
+#define DEAD_TIME_H
+
+#include <stdbool.h>
+
+#include "frames.h"
+
+typedef struct {
+    float fraction; /* share that is compensated: 0 off, 1 all */
+    float dead_time_s;
+    float drop_V;        /* device forward drop */
+    float i_threshold_A; /* below: proportional */
+} dead_time_params_t;
+
+typedef struct {
+    float k;      /* fraction dead_time/period */
+    float drop_V; /* fraction of the drop */
+    float inv_i_threshold_per_A;
+} dead_time_config_t;
+
+/* False unless 0 <= fraction <= 1, 0 <= dead_time < period, drop >= 0, i_threshold > 0. */
+CHECKED bool dead_time_init(dead_time_config_t *cfg, const dead_time_params_t *params,
+                            float period_s);
+
+/* Stationary-frame voltage to add to the reference for the predicted current. Exactly zero with
+ * fraction 0 and for a dc link that is not finite. */
+ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float u_dc_V);
+
+#endif
