@@ -1,0 +1,79 @@
+#include "monitor.h"
+
+bool monitor_init(const monitor_config_t *cfg)
+{
+    return positivef(cfg->i_trip_A) && nonnegativef(cfg->u_dc_min_V) &&
+           (cfg->u_dc_min_V < cfg->u_dc_max_V) && finitef(cfg->u_dc_max_V) &&
+           positivef(cfg->omega_max_rad_s) && (cfg->plausibility_periods > 0u);
+}
+
+/* All limits are written as !(x <= limit), so that a NaN trips and does not pass. */
+static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in)
+{
+    const uvw_t i_A = in->meas->i_A;
+    uint32_t faults = 0u;
+
+    if (!(absf(i_A.u) <= cfg->i_trip_A) || !(absf(i_A.v) <= cfg->i_trip_A) ||
+        !(absf(i_A.w) <= cfg->i_trip_A)) {
+        faults |= MONITOR_OVER_CURRENT;
+    }
+    if (!(in->meas->u_dc_V <= cfg->u_dc_max_V)) {
+        faults |= MONITOR_DC_OVER_VOLTAGE;
+    }
+    if (!(in->meas->u_dc_V >= cfg->u_dc_min_V)) {
+        faults |= MONITOR_DC_UNDER_VOLTAGE;
+    }
+    if (!(absf(in->omega_e_hat_rad_s) <= cfg->omega_max_rad_s)) {
+        faults |= MONITOR_OVER_SPEED;
+    }
+    return faults;
+}
+
+static bool is_duty(float x)
+{
+    return (x >= 0.0f) && (x <= 1.0f);
+}
+
+/* Values that enter and leave are numbers, and a duty is one the timer can do. */
+static bool all_finite(const monitor_in_t *in)
+{
+    const bool measured =
+        ab_finite(in->meas->i_s_A) && ab_finite(in->meas->u_line_V) && finitef(in->meas->u_dc_V);
+    const bool estimated = ab_finite(in->i_s_hat_A) && ab_finite(in->lambda_r_hat_Wb) &&
+                           finitef(in->omega_e_hat_rad_s);
+    const bool duties = is_duty(in->duty.u) && is_duty(in->duty.v) && is_duty(in->duty.w);
+
+    return measured && estimated && duties;
+}
+
+/* Consecutive periods with the flag, up to the limit: the count cannot wrap. */
+static uint32_t periods_with(bool flag, uint32_t periods, uint32_t limit)
+{
+    if (!flag) {
+        return 0u;
+    }
+    return (periods < limit) ? (periods + 1u) : limit;
+}
+
+uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in)
+{
+    const uint32_t limit = cfg->plausibility_periods;
+    const uint32_t flags = in->meas->flags;
+    uint32_t faults = limit_faults(cfg, in);
+
+    if (!all_finite(in)) {
+        faults |= MONITOR_NON_FINITE;
+    }
+
+    /* One disturbed sample is no broken sensor. */
+    const bool range = (flags & (MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE)) != 0u;
+    st->adc_periods = periods_with(range, st->adc_periods, limit);
+    if (st->adc_periods >= limit) {
+        faults |= MONITOR_ADC_RANGE;
+    }
+    st->sum_periods = periods_with((flags & MEASUREMENT_CURRENT_SUM) != 0u, st->sum_periods, limit);
+    if (st->sum_periods >= limit) {
+        faults |= MONITOR_CURRENT_SUM;
+    }
+    return faults;
+}

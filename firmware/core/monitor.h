@@ -1,0 +1,53 @@
+/* Limits and plausibility -> fault bits. Reads everything, decides nothing but the bits.
+ *
+ * Bits are append-only numbers of the fault log. Latching and reaction are drive_state's.
+ */
+#ifndef MONITOR_H
+#define MONITOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "frames.h"
+#include "measurement.h"
+
+#define MONITOR_OVER_CURRENT     (1u << 0)
+#define MONITOR_DC_OVER_VOLTAGE  (1u << 1)
+#define MONITOR_DC_UNDER_VOLTAGE (1u << 2)
+#define MONITOR_NON_FINITE       (1u << 3) /* a state or an output is NaN or infinite */
+#define MONITOR_ADC_RANGE        (1u << 4) /* a word at an end of the ADC's range, or beyond */
+#define MONITOR_CURRENT_SUM      (1u << 5) /* phase currents do not add up to zero */
+#define MONITOR_OVER_SPEED       (1u << 6)
+#define MONITOR_CONFIG           (1u << 7) /* parameters, motor data or table refused at start */
+#define MONITOR_CURRENT_OFFSET   (1u << 8) /* zero-current offset too large */
+#define MONITOR_TABLE_CRC        (1u << 9) /* gain table changed in memory */
+
+typedef struct {
+    float i_trip_A; /* any phase, instantaneous */
+    float u_dc_max_V;
+    float u_dc_min_V;
+    float omega_max_rad_s;         /* electrical, estimated */
+    uint32_t plausibility_periods; /* ADC and current-sum flags must last this long */
+} monitor_config_t;
+
+typedef struct {
+    uint32_t adc_periods;
+    uint32_t sum_periods;
+} monitor_state_t;
+
+typedef struct {
+    const measurement_out_t *meas;
+    uvw_t duty;
+    ab_t i_s_hat_A;
+    ab_t lambda_r_hat_Wb;
+    float omega_e_hat_rad_s;
+} monitor_in_t;
+
+/* False unless every limit is finite and positive, 0 <= u_dc_min < u_dc_max, and
+ * plausibility_periods >= 1. */
+CHECKED bool monitor_init(const monitor_config_t *cfg);
+
+/* Fault bits of this period; 0 when all is well. */
+uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in);
+
+#endif
