@@ -1,0 +1,197 @@
+#include "drive.h"
+
+#include <stddef.h>
+
+#include <math.h>
+
+#include "trig.h"
+
+/* Below this share of the flux reference the estimate does not say where the flux is. */
+#define DRIVE_LAMBDA_MIN_PU 0.05f
+
+/* Largest angle any delay compensation may turn: a wild speed estimate must not spin the voltage. */
+#define DRIVE_COMP_MAX_RAD 1.0f
+
+static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
+{
+    return measurement_init(&cfg->measurement, &params->measurement) &&
+           observer_init(&cfg->observer, &cfg->motor, params->period_s,
+                         2.0f * params->measurement.current_full_scale_A, params->lambda_max_Wb,
+                         params->observer_method) &&
+           speed_adaptation_init(&cfg->adaptation, &params->adaptation, &cfg->motor,
+                                 params->period_s);
+}
+
+static bool init_control(drive_config_t *cfg, const drive_params_t *params)
+{
+    return speed_control_init(&cfg->speed, &params->speed, &cfg->motor, params->period_s) &&
+           flux_control_init(&cfg->flux, &params->flux, &cfg->motor, params->period_s) &&
+           current_control_init(&cfg->current, &params->current, &cfg->motor, params->period_s) &&
+           svpwm_init(&cfg->svpwm, &params->svpwm, params->period_s) &&
+           dead_time_init(&cfg->dead_time, &params->dead_time, params->period_s) &&
+           monitor_init(&params->monitor);
+}
+
+bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_table_t *table)
+{
+    *cfg = (drive_config_t){0};
+    if (!positivef(params->period_s) || !nonnegativef(params->voltage_filter_comp_s) ||
+        !nonnegativef(params->delay_comp_periods) || !motor_derive(&cfg->motor, &params->motor)) {
+        return false;
+    }
+    if ((params->voltage_source != DRIVE_VOLTAGE_SENSORS) &&
+        (params->voltage_source != DRIVE_VOLTAGE_DUTY)) {
+        return false;
+    }
+    if (params->observer_gain_enable) {
+        if (!gain_table_valid(table)) {
+            return false;
+        }
+        cfg->table = table;
+    }
+    cfg->period_s = params->period_s;
+    cfg->voltage_source = params->voltage_source;
+    cfg->voltage_filter_comp_s = params->voltage_filter_comp_s;
+    cfg->delay_comp_s = params->delay_comp_periods * params->period_s;
+    cfg->lambda_min_Wb = DRIVE_LAMBDA_MIN_PU * params->motor.M_H * params->flux.i_d_A;
+    cfg->monitor = params->monitor;
+    return init_estimator(cfg, params) && init_control(cfg, params);
+}
+
+void drive_reset(drive_state_t *st)
+{
+    const measurement_state_t measurement = st->measurement;
+    *st = (drive_state_t){0};
+    st->measurement = measurement;
+}
+
+/* Unit vector turned by w t ahead, the angle limited. */
+static ab_t turn_ahead(float omega_rad_s, float time_s)
+{
+    return trig_unit(clampf(omega_rad_s * time_s, -DRIVE_COMP_MAX_RAD, DRIVE_COMP_MAX_RAD));
+}
+
+static observer_gain_t gain_at(const drive_config_t *cfg, float omega_e_rad_s)
+{
+    return (cfg->table != NULL) ? gain_table_at(cfg->table, omega_e_rad_s)
+                                : (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+}
+
+/* Mean voltage over the interval that ended at this sample. */
+static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st,
+                          const measurement_out_t *meas)
+{
+    const ab_t u_from_duty = st->u_acting_V;
+    st->u_acting_V = st->u_pending_V;
+    if (cfg->voltage_source == DRIVE_VOLTAGE_DUTY) {
+        return u_from_duty;
+    }
+    /* The 800 Hz filter delays the reading: at w_s that is an angle (THEORY 4). */
+    return ab_mul(turn_ahead(st->omega_s_hat_rad_s, cfg->voltage_filter_comp_s), meas->u_line_V);
+}
+
+/* Observer, stator frequency and adaptation: what the drive believes after this sample. */
+static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                     drive_out_t *out)
+{
+    out->u_s_V = ended_voltage(cfg, st, &out->meas);
+    out->gain = gain_at(cfg, st->omega_e_hat_rad_s);
+    const observer_in_t obs_in = {.u_s_V = out->u_s_V,
+                                  .i_s_A = out->meas.i_s_A,
+                                  .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
+                                  .gain = out->gain};
+    observer_step(&cfg->observer, &st->observer, &obs_in);
+
+    if (in->mode == DRIVE_RUN) {
+        const speed_adaptation_in_t ad_in = {.lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
+                                             .e1_A = st->observer.e1_A,
+                                             .omega_s_hat_rad_s = st->omega_s_hat_rad_s,
+                                             .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
+                                             .prior_rad_s = st->speed.omega_ref_rad_s,
+                                             .gain = out->gain};
+        st->omega_e_hat_rad_s =
+            speed_adaptation_step(&cfg->adaptation, &st->adaptation, &ad_in).omega_e_hat_rad_s;
+    }
+}
+
+/* d axis of the controllers. During premagnetisation it is fixed: there is no flux to follow yet. */
+static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude_Wb,
+                      drive_mode_t mode)
+{
+    if ((mode != DRIVE_RUN) || !(magnitude_Wb > cfg->lambda_min_Wb)) {
+        return (ab_t){1.0f, 0.0f};
+    }
+    return ab_scale(lambda_Wb, 1.0f / magnitude_Wb);
+}
+
+/* Voltage reference -> duty; returns the voltage (at the motor) that the duty gives. */
+static ab_t modulate(const drive_config_t *cfg, const drive_state_t *st, ab_t u_ref_V,
+                     drive_out_t *out)
+{
+    const ab_t ahead = turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s);
+    const ab_t u_lost_V =
+        dead_time_voltage(&cfg->dead_time, ab_mul(ahead, out->meas.i_s_A), out->meas.u_dc_V);
+    const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(ab_mul(ahead, u_ref_V), u_lost_V),
+                                       out->meas.u_dc_V);
+    out->duty = pwm.duty;
+    return ab_sub(pwm.u_realised_V, u_lost_V);
+}
+
+static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                    drive_out_t *out)
+{
+    const ab_t lambda_Wb = st->observer.lambda_r_hat_Wb;
+    const float magnitude_Wb = sqrtf(ab_norm2(lambda_Wb));
+    const ab_t axis = flux_axis(cfg, lambda_Wb, magnitude_Wb, in->mode);
+    out->i_A = dq_from_ab(out->meas.i_s_A, axis);
+    out->i_ref_A.d = flux_control_step(&cfg->flux, &st->flux, magnitude_Wb);
+
+    if (in->mode == DRIVE_RUN) {
+        /* Slip of the oriented machine: w_s = w + (M Rr/Lr) i_q / lambda. */
+        st->omega_s_hat_rad_s = st->omega_e_hat_rad_s +
+                                cfg->observer.m_tau_ohm * out->i_A.q /
+                                    maxf(magnitude_Wb, cfg->lambda_min_Wb);
+        const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
+                                             .omega_hat_rad_s = st->omega_e_hat_rad_s,
+                                             .i_d_ref_A = out->i_ref_A.d};
+        out->i_ref_A.q = speed_control_step(&cfg->speed, &st->speed, &speed_in);
+    }
+
+    const current_control_in_t cc_in = {.i_ref_A = out->i_ref_A,
+                                        .i_A = out->i_A,
+                                        .omega_s_rad_s = st->omega_s_hat_rad_s,
+                                        .omega_e_rad_s = st->omega_e_hat_rad_s,
+                                        .lambda_Wb = magnitude_Wb};
+    const dq_t asked_V = current_control_output(&cfg->current, &st->current, &cc_in);
+    const ab_t u_V = modulate(cfg, st, ab_from_dq(asked_V, axis), out);
+    st->u_pending_V = u_V;
+    const ab_t back = ab_conj(turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s));
+    current_control_update(&cfg->current, &st->current, &cc_in, asked_V,
+                           dq_from_ab(ab_mul(back, u_V), axis));
+}
+
+void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                drive_out_t *out)
+{
+    *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
+    measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
+    if (in->mode == DRIVE_OFF) {
+        const monitor_state_t monitor = st->monitor;
+        drive_reset(st);
+        st->monitor = monitor;
+    } else {
+        estimate(cfg, st, in, out);
+        control(cfg, st, in, out);
+    }
+    out->omega_e_hat_rad_s = st->omega_e_hat_rad_s;
+    out->omega_s_hat_rad_s = st->omega_s_hat_rad_s;
+    out->lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb;
+    out->e1_A = st->observer.e1_A;
+
+    const monitor_in_t mon_in = {.meas = &out->meas,
+                                 .duty = out->duty,
+                                 .i_s_hat_A = st->observer.i_s_hat_A,
+                                 .lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
+                                 .omega_e_hat_rad_s = st->omega_e_hat_rad_s};
+    out->faults = monitor_step(&cfg->monitor, &st->monitor, &mon_in);
+}

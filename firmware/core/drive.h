@@ -1,0 +1,122 @@
+/* The control law of one drive, one call per 200 us period, in one direction:
+ *
+ *   ADC -> measurement -> observer -> speed adaptation -> speed PI -> current PI -> SVPWM -> duty
+ *
+ * The only file that knows the order. Timing: step k takes the samples of carrier crest t_k; its
+ * duties act on t_(k+1) .. t_(k+2), so the interval that ended at t_k had the duties of step k - 2.
+ */
+#ifndef DRIVE_H
+#define DRIVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "current_control.h"
+#include "dead_time.h"
+#include "flux_control.h"
+#include "frames.h"
+#include "gain_table.h"
+#include "measurement.h"
+#include "monitor.h"
+#include "motor.h"
+#include "observer.h"
+#include "speed_adaptation.h"
+#include "speed_control.h"
+#include "svpwm.h"
+
+typedef enum {
+    DRIVE_OFF = 0,         /* gates off: estimator and controllers at rest, currents still watched */
+    DRIVE_PREMAGNETISE = 1, /* i_d along a fixed axis, no torque, speed taken as 0 */
+    DRIVE_RUN = 2          /* flux-oriented speed control */
+} drive_mode_t;
+
+typedef enum {
+    DRIVE_VOLTAGE_SENSORS = 0, /* filtered line-voltage sensors (the paper) */
+    DRIVE_VOLTAGE_DUTY = 1     /* reconstructed from the duty that acted */
+} drive_voltage_source_t;
+
+typedef struct {
+    float period_s;
+    motor_t motor;
+    measurement_params_t measurement;
+    drive_voltage_source_t voltage_source;
+    float voltage_filter_comp_s; /* sensor voltage is turned ahead by w_s times this */
+    float delay_comp_periods;    /* reference voltage is turned ahead by w_s T times this */
+    observer_method_t observer_method;
+    bool observer_gain_enable;   /* false: L = 0 */
+    float lambda_max_Wb;
+    speed_adaptation_params_t adaptation;
+    speed_control_params_t speed;
+    flux_control_params_t flux;
+    current_control_params_t current;
+    svpwm_params_t svpwm;
+    dead_time_params_t dead_time;
+    monitor_config_t monitor;
+} drive_params_t;
+
+typedef struct {
+    float period_s;
+    motor_model_t motor;
+    measurement_config_t measurement;
+    drive_voltage_source_t voltage_source;
+    float voltage_filter_comp_s;
+    float delay_comp_s;
+    float lambda_min_Wb;          /* below: no orientation from the estimate */
+    const gain_table_t *table;    /* NULL: L = 0 */
+    observer_config_t observer;
+    speed_adaptation_config_t adaptation;
+    speed_control_config_t speed;
+    flux_control_config_t flux;
+    current_control_config_t current;
+    svpwm_config_t svpwm;
+    dead_time_config_t dead_time;
+    monitor_config_t monitor;
+} drive_config_t;
+
+typedef struct {
+    measurement_state_t measurement;
+    observer_state_t observer;
+    speed_adaptation_state_t adaptation;
+    speed_control_state_t speed;
+    flux_control_state_t flux;
+    current_control_state_t current;
+    monitor_state_t monitor;
+    float omega_e_hat_rad_s;
+    float omega_s_hat_rad_s;
+    ab_t u_acting_V;  /* voltage of the duties acting from now to the next sample */
+    ab_t u_pending_V; /* voltage of the duties of the last step, which act after that */
+} drive_state_t;
+
+typedef struct {
+    measurement_in_t sample;
+    drive_mode_t mode;
+    float omega_e_ref_rad_s;
+} drive_in_t;
+
+/* What happened in one period: duties for the port, the rest for telemetry and trace. */
+typedef struct {
+    uvw_t duty;
+    uint32_t faults;
+    measurement_out_t meas;
+    float omega_e_hat_rad_s;
+    float omega_s_hat_rad_s;
+    ab_t lambda_r_hat_Wb;
+    ab_t e1_A;
+    ab_t u_s_V; /* voltage given to the observer */
+    dq_t i_ref_A;
+    dq_t i_A;
+    observer_gain_t gain;
+} drive_out_t;
+
+/* table may be NULL when observer_gain_enable is false. False: some value refused; then *cfg must
+ * not be used. */
+CHECKED bool drive_init(drive_config_t *cfg, const drive_params_t *params,
+                        const gain_table_t *table);
+
+void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                drive_out_t *out);
+
+/* Everything but the current offsets back to rest. */
+void drive_reset(drive_state_t *st);
+
+#endif
