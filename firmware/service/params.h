@@ -1,0 +1,62 @@
+/* The parameter set as a struct and as a list: names, units, ranges, defaults.
+ *
+ * Generated from param_list.def by the preprocessor; one source for firmware, SIL and tools.
+ */
+#ifndef PARAMS_H
+#define PARAMS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "num.h"
+
+typedef struct {
+#define PARAM_F(name, unit, minimum, maximum, initial, access, text) float name;
+#define PARAM_U(name, unit, minimum, maximum, initial, access, text) uint32_t name;
+#include "param_list.def"
+#undef PARAM_F
+#undef PARAM_U
+} params_t;
+
+typedef enum { PARAM_FLOAT = 0, PARAM_UINT = 1 } param_type_t;
+
+typedef enum { PARAM_ACCESS_RUN = 0, PARAM_ACCESS_READY = 1, PARAM_ACCESS_PROTECTED = 2 } param_access_t;
+
+typedef struct {
+    const char *name;
+    const char *unit;
+    const char *text;
+    float minimum;
+    float maximum;
+    float initial;
+    size_t offset; /* in params_t */
+    param_type_t type;
+    param_access_t access;
+} param_info_t;
+
+typedef enum {
+    PARAMS_OK = 0,
+    PARAMS_NOT_FINITE = 1,
+    PARAMS_OUT_OF_RANGE = 2,
+    PARAMS_NOT_WHOLE = 3, /* an integer parameter was given a fraction */
+    PARAMS_NO_SUCH = 4
+} params_status_t;
+
+size_t params_count(void);
+
+/* index < params_count(), else NULL. */
+const param_info_t *params_info(size_t index);
+
+/* Index of the name, params_count() when there is none. */
+size_t params_find(const char *name);
+
+void params_default(params_t *params);
+
+/* 0 for an index that does not exist. */
+float params_get(const params_t *params, size_t index);
+
+/* Range-checked; *params changes only with PARAMS_OK. */
+CHECKED params_status_t params_set(params_t *params, size_t index, float value);
+
+#endif
