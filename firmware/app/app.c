@@ -1,0 +1,164 @@
+#include "app.h"
+
+#include "app_config.h"
+#include "crc32c.h"
+#include "trig.h"
+
+#include <math.h>
+
+/* Zero-current offset above this share of full scale is a sensor fault, not an offset. */
+#define APP_OFFSET_MAX_PU 0.02f
+
+/* Table entries per background slice: a full check of 1801 entries takes about 30 slices. */
+#define APP_CRC_ENTRIES_PER_SLICE 64u
+
+static bool configure(app_t *app, const params_t *params, const gain_table_t *table)
+{
+    drive_params_t drive;
+    app_config_drive(&drive, params);
+    drive_config_t drive_cfg;
+    drive_state_config_t state_cfg;
+    if (!drive_init(&drive_cfg, &drive, table) ||
+        !drive_state_init(&state_cfg, params->offset_calibration_s, params->premagnetise_s,
+                          APP_OFFSET_MAX_PU * params->current_full_scale_A, params->period_s)) {
+        return false;
+    }
+    app->drive_cfg = drive_cfg;
+    app->state_cfg = state_cfg;
+    return true;
+}
+
+static bool table_crc_ok(const gain_table_t *table)
+{
+    const size_t size = (size_t)table->entry_count * sizeof(observer_gain_t);
+    return crc32c(table->entry, size) == table->crc32c;
+}
+
+bool app_init(app_t *app, const params_t *params, const gain_table_t *table)
+{
+    *app = (app_t){.table = table, .mode = DRIVE_OFF};
+    app->configured = configure(app, params, table);
+    if (!app->configured) {
+        app->mailbox.faults = MONITOR_CONFIG;
+    } else if ((app->drive_cfg.table != NULL) && !table_crc_ok(table)) {
+        app->mailbox.faults = MONITOR_TABLE_CRC;
+        app->configured = false;
+    } else {
+        app->mailbox.faults = 0u;
+    }
+    return app->configured;
+}
+
+bool app_reconfigure(app_t *app, const params_t *params)
+{
+    return app->configured && configure(app, params, app->table);
+}
+
+void app_post_command(app_t *app, const app_command_t *command)
+{
+    const uint32_t next = 1u - (app->mailbox.published & 1u);
+    app->mailbox.slot[next] = *command;
+    app->mailbox.published = next;
+}
+
+/* The last line before the hardware: whatever went wrong above, a duty is in 0..1. */
+static bool duties_valid(uvw_t d)
+{
+    return (d.u >= 0.0f) && (d.u <= 1.0f) && (d.v >= 0.0f) && (d.v <= 1.0f) && (d.w >= 0.0f) &&
+           (d.w <= 1.0f);
+}
+
+static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
+{
+    const bool valid = duties_valid(app->last.duty);
+    const uvw_t duty = valid ? app->last.duty : (uvw_t){0.5f, 0.5f, 0.5f};
+    *output = (hal_output_t){.duty_u = duty.u,
+                             .duty_v = duty.v,
+                             .duty_w = duty.w,
+                             .gates_on = gates_on && valid};
+}
+
+void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
+{
+    const app_command_t command = app->mailbox.slot[app->mailbox.published & 1u];
+    uint32_t faults = app->mailbox.faults;
+
+    if (app->configured) {
+        const drive_in_t in = {
+            .sample = {sample->i_u_counts, sample->i_v_counts, sample->i_w_counts,
+                       sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts},
+            .mode = app->mode,
+            .omega_e_ref_rad_s = app->drive_cfg.motor.pole_pairs * command.omega_m_ref_rad_s};
+        drive_step(&app->drive_cfg, &app->drive, &in, &app->last);
+        faults |= app->last.faults;
+        if (!finitef(command.omega_m_ref_rad_s)) {
+            faults |= MONITOR_NON_FINITE;
+        }
+    } else {
+        app->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
+    }
+
+    const drive_state_in_t state_in = {
+        .command = command.command, .faults = faults, .i_raw_A = app->last.meas.i_raw_A};
+    const drive_state_out_t state = drive_state_step(&app->state_cfg, &app->machine, &state_in);
+    if (state.offsets_ready) {
+        app->drive.measurement.offset_A = state.offset_A;
+    }
+    app->mode = state.mode;
+    write_output(app, state.gates_on, output);
+    app->period_count++;
+}
+
+/* Running check of the table: flash can lose a bit after the check at start. */
+static void check_table_slice(app_t *app)
+{
+    const gain_table_t *table = app->drive_cfg.table;
+    if (table == NULL) {
+        return;
+    }
+    uint32_t n = table->entry_count - app->crc_entry;
+    if (n > APP_CRC_ENTRIES_PER_SLICE) {
+        n = APP_CRC_ENTRIES_PER_SLICE;
+    }
+    app->crc = crc32c_update(app->crc, &table->entry[app->crc_entry],
+                             (size_t)n * sizeof(observer_gain_t));
+    app->crc_entry += n;
+    if (app->crc_entry >= table->entry_count) {
+        if (app->crc != table->crc32c) {
+            app->mailbox.faults |= MONITOR_TABLE_CRC;
+        }
+        app->crc_entry = 0u;
+        app->crc = 0u;
+    }
+}
+
+void app_background(app_t *app, const hal_devices_t *devices)
+{
+    if (app->configured) {
+        check_table_slice(app);
+    }
+    /* The watchdog is fed only while the control period lives. */
+    const uint32_t count = app->period_count;
+    if ((devices != NULL) && (devices->watchdog_serve != NULL) && (count != app->served_count)) {
+        app->served_count = count;
+        devices->watchdog_serve(devices->context);
+    }
+}
+
+void app_telemetry(const app_t *app, app_telemetry_t *t)
+{
+    const drive_out_t *o = &app->last;
+    const float p = app->configured ? app->drive_cfg.motor.pole_pairs : 1.0f;
+    *t = (app_telemetry_t){.state = (uint32_t)app->machine.id,
+                           .faults = app->machine.faults,
+                           .omega_m_hat_rad_s = o->omega_e_hat_rad_s / p,
+                           .lambda_hat_Wb = sqrtf(ab_norm2(o->lambda_r_hat_Wb)),
+                           .lambda_angle_rad = trig_angle(o->lambda_r_hat_Wb),
+                           .i_d_A = o->i_A.d,
+                           .i_q_A = o->i_A.q,
+                           .i_q_ref_A = o->i_ref_A.q,
+                           .e1_alpha_A = o->e1_A.alpha,
+                           .e1_beta_A = o->e1_A.beta,
+                           .stator_frequency_Hz = o->omega_s_hat_rad_s / NUM_TWO_PI,
+                           .gain = o->gain};
+}

@@ -1,0 +1,85 @@
+/* One drive as an object: every state it has, its control period and its background step.
+ *
+ * The same sources for every port. Everything that can change a duty or the gates runs inside
+ * app_control_period; the background stores, talks and tests, and hands over by mailbox.
+ */
+#ifndef APP_H
+#define APP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drive.h"
+#include "drive_state.h"
+#include "gain_table.h"
+#include "hal_devices.h"
+#include "hal_drive_io.h"
+#include "params.h"
+
+/* What the drive is asked to do; posted by the background, read once per period. */
+typedef struct {
+    uint32_t command; /* DRIVE_STATE_CMD_* */
+    float omega_m_ref_rad_s;
+} app_command_t;
+
+/* Double buffer: the background fills the slot that is not published, then flips the index. */
+typedef struct {
+    app_command_t slot[2];
+    uint32_t faults;            /* found by the background */
+    volatile uint32_t published; /* index of the slot to read */
+} app_mailbox_t;
+
+typedef struct {
+    drive_config_t drive_cfg;
+    drive_state_config_t state_cfg;
+    bool configured; /* false: some parameter, motor datum or the table was refused */
+    const gain_table_t *table;
+
+    drive_state_t drive;
+    drive_machine_t machine;
+    drive_mode_t mode;
+    drive_out_t last; /* of the last period, for telemetry and trace */
+    uint32_t period_count;
+
+    app_mailbox_t mailbox;
+
+    uint32_t crc_entry; /* background: next table entry of the running check */
+    uint32_t crc;
+    uint32_t served_count; /* period_count at the last watchdog service */
+} app_t;
+
+typedef struct {
+    uint32_t state; /* drive_state_id_t */
+    uint32_t faults;
+    float omega_m_hat_rad_s;
+    float lambda_hat_Wb;
+    float lambda_angle_rad; /* stationary frame */
+    float i_d_A;
+    float i_q_A;
+    float i_q_ref_A;
+    float e1_alpha_A;
+    float e1_beta_A;
+    float stator_frequency_Hz;
+    observer_gain_t gain;
+} app_telemetry_t;
+
+/* table may be NULL when observer_gain_enable is 0. False: refused; the app can still be stepped,
+ * stands in FAULT with MONITOR_CONFIG and keeps the gates off. */
+CHECKED bool app_init(app_t *app, const params_t *params, const gain_table_t *table);
+
+/* Live change of RUN parameters from the background; false, and nothing changed, when refused.
+ * Not to be called while app_control_period may interrupt it. */
+CHECKED bool app_reconfigure(app_t *app, const params_t *params);
+
+/* From the background or, in SIL, before the period. */
+void app_post_command(app_t *app, const app_command_t *command);
+
+/* One control period: sample in, duties and gates out. A duty outside 0..1 never leaves. */
+void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output);
+
+/* One slice of background work: gain-table CRC, watchdog. devices may be NULL. */
+void app_background(app_t *app, const hal_devices_t *devices);
+
+void app_telemetry(const app_t *app, app_telemetry_t *telemetry);
+
+#endif

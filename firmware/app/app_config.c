@@ -1,0 +1,92 @@
+#include "app_config.h"
+
+/* The paper gives eps1 = .008 without a unit; the law wants c in 1/(s Wb A). */
+static float leak(const params_t *p)
+{
+    if (p->eps1_unit == 0u) {
+        return speed_adaptation_leak_from_literal(p->eps1);
+    }
+    if (p->eps1_unit == 1u) {
+        return speed_adaptation_leak_from_adaptive(p->eps1, p->adapt_ki);
+    }
+    return speed_adaptation_leak_per_sample(p->eps1, p->period_s);
+}
+
+static void config_board(drive_params_t *d, const params_t *p)
+{
+    d->period_s = p->period_s;
+    d->motor = (motor_t){.Rs_ohm = p->Rs_ohm,
+                         .Rr_ohm = p->Rr_ohm,
+                         .Ls_H = p->Ls_H,
+                         .Lr_H = p->Lr_H,
+                         .M_H = p->M_H,
+                         .pole_pairs = p->pole_pairs};
+    d->measurement = (measurement_params_t){.adc_bits = p->adc_bits,
+                                            .current_full_scale_A = p->current_full_scale_A,
+                                            .line_voltage_full_scale_V =
+                                                p->line_voltage_full_scale_V,
+                                            .dc_link_full_scale_V = p->dc_link_full_scale_V,
+                                            .current_sum_max_A = p->current_sum_max_A,
+                                            .swap_vw = p->swap_vw != 0u};
+    d->monitor = (monitor_config_t){.i_trip_A = p->i_trip_A,
+                                    .u_dc_max_V = p->u_dc_max_V,
+                                    .u_dc_min_V = p->u_dc_min_V,
+                                    .omega_max_rad_s = p->over_speed_rad_s,
+                                    .plausibility_periods = p->plausibility_periods};
+}
+
+static void config_estimator(drive_params_t *d, const params_t *p)
+{
+    d->voltage_source = (drive_voltage_source_t)p->voltage_source;
+    d->voltage_filter_comp_s = p->voltage_filter_comp_s;
+    d->observer_method = (observer_method_t)p->observer_method;
+    d->observer_gain_enable = p->observer_gain_enable != 0u;
+    d->lambda_max_Wb = p->lambda_max_Wb;
+    d->adaptation = (speed_adaptation_params_t){
+        .kp_rad_per_s_Wb_A = p->adapt_kp,
+        .ki_rad_per_s2_Wb_A = p->adapt_ki,
+        .leak_per_s_Wb_A = leak(p),
+        .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
+        .leak_to_prior = p->eps1_prior != 0u,
+        .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
+        .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
+        .omega_max_rad_s = p->omega_max_rad_s,
+        .phi_factor = p->phi_factor,
+        .phi_ramp_rad_s = p->phi_ramp_rad_s};
+}
+
+static void config_control(drive_params_t *d, const params_t *p)
+{
+    d->delay_comp_periods = p->delay_comp_periods;
+    d->speed = (speed_control_params_t){.bandwidth_rad_s = p->speed_bandwidth_rad_s,
+                                        .ki_factor = p->speed_ki_factor,
+                                        .J_kg_m2 = p->speed_J_kg_m2,
+                                        .lambda_Wb = p->M_H * p->i_d_A,
+                                        .i_q_max_A = p->i_q_max_A,
+                                        .i_max_A = p->i_max_A,
+                                        .filter_s = p->speed_filter_s,
+                                        .slew_rad_s2 = p->speed_slew_rad_s2};
+    d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
+                                      .i_d_A = p->i_d_A,
+                                      .bandwidth_rad_s = p->flux_bandwidth_rad_s,
+                                      .i_d_max_A = p->i_d_max_A};
+    /* The integrators never need more than the largest dc link gives. */
+    d->current = (current_control_params_t){.bandwidth_rad_s = p->current_bandwidth_rad_s,
+                                            .ki_factor = p->current_ki_factor,
+                                            .decoupling = p->decoupling,
+                                            .u_max_V = p->u_dc_max_V};
+    d->svpwm = (svpwm_params_t){.min_pulse_s = p->min_pulse_s,
+                                .u_dc_min_V = 0.5f * p->u_dc_min_V + 1.0f,
+                                .swap_vw = p->swap_vw != 0u};
+    d->dead_time = (dead_time_params_t){.fraction = p->dead_time_fraction,
+                                        .dead_time_s = p->dead_time_s,
+                                        .drop_V = p->device_drop_V,
+                                        .i_threshold_A = p->dead_time_i_threshold_A};
+}
+
+void app_config_drive(drive_params_t *drive, const params_t *params)
+{
+    config_board(drive, params);
+    config_estimator(drive, params);
+    config_control(drive, params);
+}

@@ -1,0 +1,27 @@
+/* Host port: the application as an object, for host_sim and tests; devices are counters.
+ *
+ * Many instances in one process; no instance knows another.
+ */
+#ifndef HOST_PORT_H
+#define HOST_PORT_H
+
+#include "app.h"
+
+typedef struct {
+    app_t app;
+    hal_devices_t devices;
+    uint32_t watchdog_served;
+    uint32_t clock_us;
+    uint32_t period_us;
+    uint32_t background_every; /* periods between two background calls */
+    uint32_t until_background;
+} host_port_t;
+
+/* False when the application refused the parameters or the table; it can be stepped all the same. */
+CHECKED bool host_port_init(host_port_t *port, const params_t *params, const gain_table_t *table);
+
+/* One period, and the background function every background_every-th call. */
+void host_port_period(host_port_t *port, const app_command_t *command, const hal_sample_t *sample,
+                      hal_output_t *output);
+
+#endif

@@ -1,0 +1,29 @@
+/* What passes between a port and the control period: plain values, hardware units in, duties out.
+ *
+ * The port samples all six channels at the carrier crest and hands them over unscaled; the duties
+ * it gets back act from the NEXT crest on for one period (timer preload). gates_on = false acts at
+ * once. Called from the control interrupt only.
+ */
+#ifndef HAL_DRIVE_IO_H
+#define HAL_DRIVE_IO_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct {
+    uint16_t i_u_counts;
+    uint16_t i_v_counts;
+    uint16_t i_w_counts;
+    uint16_t u_uv_counts;
+    uint16_t u_vw_counts;
+    uint16_t u_dc_counts;
+} hal_sample_t;
+
+typedef struct {
+    float duty_u; /* 0..1 of the upper switch, leg order of the inverter */
+    float duty_v;
+    float duty_w;
+    bool gates_on;
+} hal_output_t;
+
+#endif
