@@ -34,6 +34,13 @@ typedef struct {
  * (M^2 < Ls Lr). */
 CHECKED bool motor_derive(motor_model_t *model, const motor_t *motor);
 
+/* Current decay of eq. (3), (Rs + M^2 Rr/Lr^2)/(sigma Ls), for a stator resistance of the moment.
+ */
+static inline float motor_a11_per_s(const motor_model_t *m, float Rs_ohm)
+{
+    return (Rs_ohm + m->kr * m->M_H * m->tau_per_s) / m->sigma_Ls_H;
+}
+
 /* Torque p (M/Lr) Im(conj(lambda_r) i_s) for field-oriented current. */
 static inline float motor_torque_Nm(const motor_model_t *m, float lambda_r_Wb, float i_q_A)
 {

@@ -1,0 +1,25 @@
+#include "motor.h"
+
+bool motor_derive(motor_model_t *model, const motor_t *motor)
+{
+    const bool positive = positivef(motor->Rs_ohm) && positivef(motor->Rr_ohm) &&
+                          positivef(motor->Ls_H) && positivef(motor->Lr_H) &&
+                          positivef(motor->M_H) && positivef(motor->pole_pairs);
+    if (!positive) {
+        return false;
+    }
+    motor_model_t m = {.Rs_ohm = motor->Rs_ohm, .M_H = motor->M_H, .pole_pairs = motor->pole_pairs};
+    m.kr = motor->M_H / motor->Lr_H;
+    m.sigma_Ls_H = motor->Ls_H - m.kr * motor->M_H;
+    m.eps_H = m.sigma_Ls_H * motor->Lr_H / motor->M_H;
+    m.tau_per_s = motor->Rr_ohm / motor->Lr_H;
+    m.a11_per_s = motor_a11_per_s(&m, motor->Rs_ohm);
+
+    /* No leakage makes sigma Ls <= 0; absurd but positive data overflow or vanish. */
+    const bool usable = positivef(m.kr) && positivef(m.sigma_Ls_H) && positivef(m.eps_H) &&
+                        positivef(m.tau_per_s) && positivef(m.a11_per_s);
+    if (usable) {
+        *model = m;
+    }
+    return usable;
+}
