@@ -12,8 +12,8 @@
 
 #include "num.h"
 
-#define GAIN_TABLE_MAGIC 0x5A48474Cu /* "ZHGL" */
-#define GAIN_TABLE_VERSION 1u
+#define GAIN_TABLE_MAGIC       0x5A48474Cu /* "ZHGL" */
+#define GAIN_TABLE_VERSION     1u
 #define GAIN_TABLE_MAX_ENTRIES 2048u /* 32 KiB of flash */
 
 typedef struct {
@@ -28,12 +28,12 @@ typedef struct {
     uint32_t version;
     uint32_t motor_id; /* CRC-32C of the motor data the table was designed for */
     uint32_t entry_count;
-    uint32_t crc32c; /* of the entries, little-endian words in order; checked by the application */
+    uint32_t crc32c;  /* of the entries, little-endian words in order; checked by the application */
     float step_rad_s; /* electrical speed between entries */
     const observer_gain_t *entry;
 } gain_table_t;
 
-/* The table can be used: header, count, step, every gain finite, L(0) real. */
+/* The table can be used: not NULL, header, count, step, every gain finite, L(0) real. */
 CHECKED bool gain_table_valid(const gain_table_t *table);
 
 /* L at the speed; table must be valid; a NaN speed reads entry 0. */
