@@ -11,9 +11,9 @@
 
 #include "frames.h"
 
-#define MEASUREMENT_SATURATED 1u   /* a word at an end of its range */
+#define MEASUREMENT_SATURATED    1u /* a word at an end of its range; a dc link of 0 is none */
 #define MEASUREMENT_OUT_OF_RANGE 2u /* a word above 2^bits - 1: it did not come from this ADC */
-#define MEASUREMENT_CURRENT_SUM 4u /* i_u + i_v + i_w beyond current_sum_max_A */
+#define MEASUREMENT_CURRENT_SUM  4u /* i_u + i_v + i_w beyond current_sum_max_A */
 
 typedef struct {
     uint32_t adc_bits;
@@ -57,6 +57,7 @@ typedef struct {
     uint32_t flags;
 } measurement_out_t;
 
+/* False unless 8..16 bits, full scales of 1e-3..1e6 and a positive current sum limit. */
 CHECKED bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params);
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,

@@ -1,0 +1,86 @@
+#include "measurement.h"
+
+#define ADC_BITS_MIN   8u
+#define ADC_BITS_MAX   16u
+#define FULL_SCALE_MIN 1e-3f /* A or V: anything outside is a slip of the unit */
+#define FULL_SCALE_MAX 1e6f
+
+static bool full_scale_valid(float full_scale)
+{
+    return (full_scale >= FULL_SCALE_MIN) && (full_scale <= FULL_SCALE_MAX);
+}
+
+bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params)
+{
+    if ((params->adc_bits < ADC_BITS_MIN) || (params->adc_bits > ADC_BITS_MAX)) {
+        return false;
+    }
+    if (!full_scale_valid(params->current_full_scale_A) ||
+        !full_scale_valid(params->line_voltage_full_scale_V) ||
+        !full_scale_valid(params->dc_link_full_scale_V) || !positivef(params->current_sum_max_A)) {
+        return false;
+    }
+    const uint32_t codes = (uint32_t)1u << params->adc_bits;
+    const float mid_counts = 0.5f * (float)codes;
+    *cfg = (measurement_config_t){
+        .A_per_count = params->current_full_scale_A / mid_counts,
+        .V_line_per_count = params->line_voltage_full_scale_V / mid_counts,
+        .V_dc_per_count = params->dc_link_full_scale_V / (float)codes,
+        .mid_counts = mid_counts,
+        .max_counts = codes - 1u,
+        .current_sum_max_A = params->current_sum_max_A,
+        .swap_vw = params->swap_vw,
+    };
+    return true;
+}
+
+static uint32_t flags_above(uint32_t max_counts, uint32_t word_counts)
+{
+    if (word_counts > max_counts) {
+        return MEASUREMENT_OUT_OF_RANGE;
+    }
+    return (word_counts == max_counts) ? MEASUREMENT_SATURATED : 0u;
+}
+
+/* A channel centred at mid saturates at both ends. */
+static uint32_t flags_bipolar(uint32_t max_counts, uint32_t word_counts)
+{
+    return (word_counts == 0u) ? MEASUREMENT_SATURATED : flags_above(max_counts, word_counts);
+}
+
+static uint32_t adc_flags(uint32_t max_counts, const measurement_in_t *in)
+{
+    return flags_bipolar(max_counts, in->i_u_counts) | flags_bipolar(max_counts, in->i_v_counts) |
+           flags_bipolar(max_counts, in->i_w_counts) | flags_bipolar(max_counts, in->u_uv_counts) |
+           flags_bipolar(max_counts, in->u_vw_counts) | flags_above(max_counts, in->u_dc_counts);
+}
+
+void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
+                      const measurement_in_t *in, measurement_out_t *out)
+{
+    const float mid = cfg->mid_counts;
+    uvw_t raw_A = {((float)in->i_u_counts - mid) * cfg->A_per_count,
+                   ((float)in->i_v_counts - mid) * cfg->A_per_count,
+                   ((float)in->i_w_counts - mid) * cfg->A_per_count};
+    float uv_V = ((float)in->u_uv_counts - mid) * cfg->V_line_per_count;
+    float vw_V = ((float)in->u_vw_counts - mid) * cfg->V_line_per_count;
+    if (cfg->swap_vw) {
+        /* The inverter's v is the motor's w: u_uw = u_uv + u_vw, u_wv = -u_vw. */
+        const float v_A = raw_A.v;
+        raw_A.v = raw_A.w;
+        raw_A.w = v_A;
+        uv_V += vw_V;
+        vw_V = -vw_V;
+    }
+    const uvw_t i_A = {raw_A.u - st->offset_A.u, raw_A.v - st->offset_A.v,
+                       raw_A.w - st->offset_A.w};
+    out->i_raw_A = raw_A;
+    out->i_A = i_A;
+    out->i_s_A = ab_from_uvw(i_A);
+    out->u_line_V = ab_from_line(uv_V, vw_V);
+    out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
+    out->flags = adc_flags(cfg->max_counts, in);
+    if (absf(i_A.u + i_A.v + i_A.w) > cfg->current_sum_max_A) {
+        out->flags |= MEASUREMENT_CURRENT_SUM;
+    }
+}
