@@ -15,16 +15,19 @@
 #include "gain_table.h"
 #include "motor.h"
 
-typedef enum { OBSERVER_EULER = 0, OBSERVER_SECOND_ORDER = 1 } observer_method_t;
+typedef enum {
+    OBSERVER_EULER = 0,
+    OBSERVER_SECOND_ORDER = 1
+} observer_method_t;
 
 typedef struct {
     float period_s;
-    float a11_per_s;           /* (Rs + M^2 Rr/Lr^2)/(sigma Ls) */
-    float tau_per_s;           /* Rr/Lr */
-    float inv_eps_per_H;       /* 1/epsilon */
-    float m_tau_ohm;           /* M Rr/Lr */
+    float a11_per_s;     /* (Rs + M^2 Rr/Lr^2)/(sigma Ls) */
+    float tau_per_s;     /* Rr/Lr */
+    float inv_eps_per_H; /* 1/epsilon */
+    float m_tau_ohm;     /* M Rr/Lr */
     float inv_sigma_Ls_per_H;
-    float i_max_A;             /* the states are held inside +-max: a bound Eva can prove */
+    float i_max_A; /* the states are held inside +-max (e1: twice that) */
     float lambda_max_Wb;
     observer_method_t method;
 } observer_config_t;
@@ -36,19 +39,21 @@ typedef struct {
 } observer_state_t;
 
 typedef struct {
-    ab_t u_s_V;            /* mean voltage over the interval that just ended */
-    ab_t i_s_A;            /* sampled now */
+    ab_t u_s_V;              /* mean voltage over the interval that just ended */
+    ab_t i_s_A;              /* sampled now */
     float omega_e_hat_rad_s; /* rotor speed estimate of the interval's start */
     observer_gain_t gain;    /* L at that speed; all zero switches the correction off */
 } observer_in_t;
 
-/* False for bad machine data, period, limits or method. */
+/* False for bad machine data, limits or method, and for a period in which the current decays
+ * completely (a11 T >= 1): Euler would swing. */
 CHECKED bool observer_init(observer_config_t *cfg, const motor_model_t *motor, float period_s,
                            float i_max_A, float lambda_max_Wb, observer_method_t method);
 
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in);
 
-/* Rs may be tracked: replaces a11 for the given stator resistance (same motor otherwise). */
+/* Rs may be tracked: replaces a11 for the given stator resistance (same motor otherwise).
+ * A resistance that is not finite and positive is ignored. */
 void observer_set_rs(observer_config_t *cfg, const motor_model_t *motor, float Rs_ohm);
 
 #endif
