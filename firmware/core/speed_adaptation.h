@@ -1,4 +1,5 @@
-/* Rotor speed from the observer's current error: PI adaptation with the eps1-modification, eq. (19).
+/* Rotor speed from the observer's current error: PI adaptation with the eps1-modification, eq.
+ * (19).
  *
  *   z = Im(conj(lambda_hat) e1 exp(-j phi)),  x' = K_I z - c |z| (x - x0),  w_hat = K_P z + x
  *
@@ -24,20 +25,21 @@ typedef enum {
 typedef struct {
     float kp_rad_per_s_Wb_A;
     float ki_rad_per_s2_Wb_A;
-    float leak_per_s_Wb_A;       /* c */
+    float leak_per_s_Wb_A; /* c */
     speed_adaptation_eps1_mode_t eps1_mode;
-    bool leak_to_prior;          /* x0 = prior instead of 0 */
-    float near_zero_on_rad_s;    /* |w_s| below: leak on */
-    float near_zero_off_rad_s;   /* |w_s| above: leak off; >= on */
-    float omega_max_rad_s;       /* bound of x and of w_hat, electrical */
-    float phi_factor;            /* kappa; 0 switches the angle off */
-    float phi_ramp_rad_s;        /* phi grows with |w_s| up to here, so that it is smooth at 0 */
+    bool leak_to_prior;        /* x0 = prior instead of 0 */
+    float near_zero_on_rad_s;  /* |w_s| below: leak on */
+    float near_zero_off_rad_s; /* |w_s| above: leak off; >= on */
+    float omega_max_rad_s;     /* bound of x and of w_hat, electrical */
+    float phi_factor;          /* kappa; 0 switches the angle off */
+    float phi_ramp_rad_s;      /* phi grows with |w_s| up to here, so that it is smooth at 0 */
 } speed_adaptation_params_t;
 
 typedef struct {
     speed_adaptation_params_t p;
-    float period_s;
-    float leak_max_per_Wb_A;     /* T c as used per sample */
+    float ki_T_rad_per_s_Wb_A; /* T K_I */
+    float leak_T_per_Wb_A;     /* T c */
+    float inv_phi_ramp_s;
     float a11_per_s;
     float tau_per_s;
     float inv_eps_per_H;
@@ -45,8 +47,8 @@ typedef struct {
 } speed_adaptation_config_t;
 
 typedef struct {
-    float x_rad_s;   /* integrator */
-    bool near_zero;  /* hysteresis of the NEAR_ZERO mode: true when the leak is on */
+    float x_rad_s;  /* integrator */
+    bool near_zero; /* hysteresis of the NEAR_ZERO mode: true when the leak is on */
 } speed_adaptation_state_t;
 
 typedef struct {
@@ -63,6 +65,8 @@ typedef struct {
     float omega_e_hat_rad_s;
 } speed_adaptation_out_t;
 
+/* False unless all are finite, gains, leak and near_zero_on >= 0, near_zero_off >= on,
+ * omega_max and phi_ramp > 0, 0 <= phi_factor <= 1, and machine data and period are positive. */
 CHECKED bool speed_adaptation_init(speed_adaptation_config_t *cfg,
                                    const speed_adaptation_params_t *params,
                                    const motor_model_t *motor, float period_s);

@@ -1,0 +1,125 @@
+#include "speed_adaptation.h"
+
+#include "trig.h"
+
+static bool params_valid(const speed_adaptation_params_t *p)
+{
+    const bool gains = nonnegativef(p->kp_rad_per_s_Wb_A) && nonnegativef(p->ki_rad_per_s2_Wb_A) &&
+                       nonnegativef(p->leak_per_s_Wb_A) && positivef(p->omega_max_rad_s);
+    const bool near_zero = nonnegativef(p->near_zero_on_rad_s) &&
+                           nonnegativef(p->near_zero_off_rad_s) &&
+                           (p->near_zero_off_rad_s >= p->near_zero_on_rad_s);
+    const bool phi =
+        (p->phi_factor >= 0.0f) && (p->phi_factor <= 1.0f) && positivef(p->phi_ramp_rad_s);
+    const bool mode = (p->eps1_mode == SPEED_ADAPTATION_EPS1_OFF) ||
+                      (p->eps1_mode == SPEED_ADAPTATION_EPS1_ALWAYS) ||
+                      (p->eps1_mode == SPEED_ADAPTATION_EPS1_NEAR_ZERO);
+    return gains && near_zero && phi && mode;
+}
+
+bool speed_adaptation_init(speed_adaptation_config_t *cfg, const speed_adaptation_params_t *params,
+                           const motor_model_t *motor, float period_s)
+{
+    const bool machine = positivef(motor->a11_per_s) && positivef(motor->tau_per_s) &&
+                         positivef(motor->eps_H) && positivef(motor->M_H);
+    if (!params_valid(params) || !machine || !positivef(period_s)) {
+        return false;
+    }
+    *cfg = (speed_adaptation_config_t){
+        .p = *params,
+        .ki_T_rad_per_s_Wb_A = params->ki_rad_per_s2_Wb_A * period_s,
+        .leak_T_per_Wb_A = params->leak_per_s_Wb_A * period_s,
+        .inv_phi_ramp_s = 1.0f / params->phi_ramp_rad_s,
+        .a11_per_s = motor->a11_per_s,
+        .tau_per_s = motor->tau_per_s,
+        .inv_eps_per_H = 1.0f / motor->eps_H,
+        .m_tau_ohm = motor->M_H * motor->tau_per_s,
+    };
+    return true;
+}
+
+/* j conj(D(j w_s)), D(s) = det(sI - A - L C1): the vector at the angle of G1 for w_s > 0. */
+static ab_t g1_direction(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+{
+    const ab_t g = {cfg->tau_per_s, -in->omega_e_hat_rad_s};
+    const ab_t first = {cfg->a11_per_s - in->gain.l1_re_per_s,
+                        in->omega_s_hat_rad_s - in->gain.l1_im_per_s};
+    const ab_t second = {g.alpha, in->omega_s_hat_rad_s + g.beta};
+    const ab_t lower = {cfg->m_tau_ohm + in->gain.l2_re_ohm, in->gain.l2_im_ohm};
+    const ab_t D = ab_sub(ab_mul(first, second), ab_scale(ab_mul(g, lower), cfg->inv_eps_per_H));
+    return (ab_t){D.beta, D.alpha};
+}
+
+/* phi = kappa arg G1(j w_s) min(1, |w_s|/ramp).
+ * Constant dw = w_hat - w gives e1 = -G1(j w_s) j lambda dw, G1(s) = (s/eps)/D(s) (THEORY 1, 2).
+ * So z = Im(conj(lambda) e1 e^{-j phi}) = -|lambda|^2 |G1| cos(arg G1 - phi) dw, which pulls w_hat
+ * back as long as |arg G1 - phi| < 90 deg: phi has the sign of arg G1 = sign(w_s) 90 deg - arg D.
+ */
+static float projection_angle(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+{
+    const ab_t ahead = g1_direction(cfg, in);
+    const ab_t g1 = (in->omega_s_hat_rad_s < 0.0f) ? ab_scale(ahead, -1.0f) : ahead;
+    const float ramp = minf(absf(in->omega_s_hat_rad_s) * cfg->inv_phi_ramp_s, 1.0f);
+    return cfg->p.phi_factor * ramp * trig_angle(g1);
+}
+
+static float adaptation_error(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+{
+    ab_t lambda_Wb = in->lambda_r_hat_Wb;
+    if (cfg->p.phi_factor > 0.0f) {
+        lambda_Wb = ab_mul(trig_unit(projection_angle(cfg, in)), lambda_Wb);
+    }
+    return ab_cross(lambda_Wb, in->e1_A);
+}
+
+/* The leak acts in this period; moves the hysteresis. */
+static bool leak_on(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
+                    float omega_s_hat_rad_s)
+{
+    if (cfg->p.eps1_mode != SPEED_ADAPTATION_EPS1_NEAR_ZERO) {
+        return cfg->p.eps1_mode == SPEED_ADAPTATION_EPS1_ALWAYS;
+    }
+    const float magnitude = absf(omega_s_hat_rad_s);
+    if (magnitude < cfg->p.near_zero_on_rad_s) {
+        st->near_zero = true;
+    } else if (magnitude > cfg->p.near_zero_off_rad_s) {
+        st->near_zero = false;
+    } else {
+        /* Between the two thresholds it stays as it was. */
+    }
+    return st->near_zero;
+}
+
+speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cfg,
+                                             speed_adaptation_state_t *st,
+                                             const speed_adaptation_in_t *in)
+{
+    const float limit = cfg->p.omega_max_rad_s;
+    const float z_Wb_A = adaptation_error(cfg, in);
+    float x_rad_s = st->x_rad_s + cfg->ki_T_rad_per_s_Wb_A * z_Wb_A;
+    if (leak_on(cfg, st, in->omega_s_hat_rad_s)) {
+        /* eq. (19); a share above 1 would overshoot the prior. */
+        const float x0_rad_s = cfg->p.leak_to_prior ? clampf(in->prior_rad_s, -limit, limit) : 0.0f;
+        const float share = minf(cfg->leak_T_per_Wb_A * absf(z_Wb_A), 1.0f);
+        x_rad_s -= share * (st->x_rad_s - x0_rad_s);
+    }
+    st->x_rad_s = clampf(x_rad_s, -limit, limit);
+    const float omega_rad_s = cfg->p.kp_rad_per_s_Wb_A * z_Wb_A + st->x_rad_s;
+    return (speed_adaptation_out_t){.z_Wb_A = z_Wb_A,
+                                    .omega_e_hat_rad_s = clampf(omega_rad_s, -limit, limit)};
+}
+
+float speed_adaptation_leak_from_literal(float eps1_per_s_Wb_A)
+{
+    return eps1_per_s_Wb_A;
+}
+
+float speed_adaptation_leak_from_adaptive(float eps1_s_per_rad, float ki_rad_per_s2_Wb_A)
+{
+    return eps1_s_per_rad * ki_rad_per_s2_Wb_A;
+}
+
+float speed_adaptation_leak_per_sample(float eps1_per_Wb_A, float period_s)
+{
+    return eps1_per_Wb_A / period_s;
+}
