@@ -1,0 +1,109 @@
+#include "num.h"
+
+#include "exact.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void test_constants_are_the_nearest_floats(void)
+{
+    ASSERT_SAME_FLOAT((float)acos(-1.0), NUM_PI);
+    ASSERT_SAME_FLOAT((float)(2.0 * acos(-1.0)), NUM_TWO_PI);
+    ASSERT_SAME_FLOAT((float)acos(0.0), NUM_HALF_PI);
+    ASSERT_SAME_FLOAT((float)sqrt(3.0), NUM_SQRT_3);
+    ASSERT_SAME_FLOAT((float)sqrt(0.5), NUM_SQRT_1_2);
+    ASSERT_SAME_FLOAT((float)sqrt(2.0 / 3.0), NUM_SQRT_2_3);
+    ASSERT_SAME_FLOAT((float)sqrt(1.0 / 6.0), NUM_SQRT_1_6);
+}
+
+static void test_clamp_keeps_what_is_inside(void)
+{
+    ASSERT_SAME_FLOAT(0.5f, clampf(0.5f, -1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(-1.0f, clampf(-1.0f, -1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, clampf(2.0f, -1.0f, 2.0f));
+}
+
+static void test_clamp_limits_what_is_outside(void)
+{
+    ASSERT_SAME_FLOAT(-1.0f, clampf(-1.5f, -1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, clampf(2.5f, -1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(-1.0f, clampf(-INFINITY, -1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, clampf(INFINITY, -1.0f, 2.0f));
+}
+
+static void test_clamp_turns_nan_into_the_lower_limit(void)
+{
+    ASSERT_SAME_FLOAT(-1.0f, clampf(NAN, -1.0f, 2.0f));
+}
+
+static void test_absolute_value_drops_the_sign(void)
+{
+    ASSERT_SAME_FLOAT(3.0f, absf(3.0f));
+    ASSERT_SAME_FLOAT(3.0f, absf(-3.0f));
+    ASSERT_SAME_FLOAT(0.0f, absf(0.0f));
+    TEST_ASSERT_TRUE(isnan(absf(NAN)));
+}
+
+static void test_larger_and_smaller_are_picked(void)
+{
+    ASSERT_SAME_FLOAT(2.0f, maxf(1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, maxf(2.0f, 1.0f));
+    ASSERT_SAME_FLOAT(1.0f, minf(1.0f, 2.0f));
+    ASSERT_SAME_FLOAT(1.0f, minf(2.0f, 1.0f));
+}
+
+static void test_second_argument_wins_against_nan(void)
+{
+    ASSERT_SAME_FLOAT(1.0f, maxf(NAN, 1.0f));
+    ASSERT_SAME_FLOAT(1.0f, minf(NAN, 1.0f));
+}
+
+static void test_finite_is_all_but_nan_and_infinity(void)
+{
+    TEST_ASSERT_TRUE(finitef(0.0f));
+    TEST_ASSERT_TRUE(finitef(FLT_MAX));
+    TEST_ASSERT_TRUE(finitef(-FLT_MAX));
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        TEST_ASSERT_FALSE(finitef(not_finite(k)));
+    }
+}
+
+static void test_positive_is_finite_and_above_zero(void)
+{
+    TEST_ASSERT_TRUE(positivef(FLT_MAX));
+    TEST_ASSERT_TRUE(positivef(FLT_MIN));
+    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
+        TEST_ASSERT_FALSE(positivef(not_positive(k)));
+    }
+}
+
+static void test_nonnegative_is_positive_or_zero(void)
+{
+    TEST_ASSERT_TRUE(nonnegativef(FLT_MAX));
+    TEST_ASSERT_TRUE(nonnegativef(0.0f));
+    TEST_ASSERT_FALSE(nonnegativef(-FLT_MIN));
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        TEST_ASSERT_FALSE(nonnegativef(not_finite(k)));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_constants_are_the_nearest_floats);
+    RUN_TEST(test_clamp_keeps_what_is_inside);
+    RUN_TEST(test_clamp_limits_what_is_outside);
+    RUN_TEST(test_clamp_turns_nan_into_the_lower_limit);
+    RUN_TEST(test_absolute_value_drops_the_sign);
+    RUN_TEST(test_larger_and_smaller_are_picked);
+    RUN_TEST(test_second_argument_wins_against_nan);
+    RUN_TEST(test_finite_is_all_but_nan_and_infinity);
+    RUN_TEST(test_positive_is_finite_and_above_zero);
+    RUN_TEST(test_nonnegative_is_positive_or_zero);
+    return UNITY_END();
+}
