@@ -26,7 +26,7 @@ bool gain_table_valid(const gain_table_t *table)
         return false;
     }
     bool finite = positivef(table->step_rad_s);
-    for (uint32_t k = 0u; (k < table->entry_count) && (k < GAIN_TABLE_MAX_ENTRIES); k++) {
+    for (uint32_t k = 0u; k < table->entry_count; k++) {
         finite = finite && gain_finite(&table->entry[k]);
     }
     /* L(-w) = conj L(w) leaves no choice at w = 0. */

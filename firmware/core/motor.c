@@ -15,9 +15,9 @@ bool motor_derive(motor_model_t *model, const motor_t *motor)
     m.tau_per_s = motor->Rr_ohm / motor->Lr_H;
     m.a11_per_s = motor_a11_per_s(&m, motor->Rs_ohm);
 
-    /* No leakage makes sigma Ls <= 0; absurd but positive data overflow or vanish. */
-    const bool usable = positivef(m.kr) && positivef(m.sigma_Ls_H) && positivef(m.eps_H) &&
-                        positivef(m.tau_per_s) && positivef(m.a11_per_s);
+    /* No leakage makes eps <= 0; absurd but positive data overflow or vanish. */
+    const bool usable =
+        positivef(m.kr) && positivef(m.eps_H) && positivef(m.tau_per_s) && positivef(m.a11_per_s);
     if (usable) {
         *model = m;
     }
