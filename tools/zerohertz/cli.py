@@ -24,6 +24,7 @@ COMMAND_MODULES = (
 )
 
 EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
 
 
 def make_app() -> typer.Typer:
@@ -35,7 +36,6 @@ def make_app() -> typer.Typer:
         "writes a report. Also: `zh setup` installs everything any command needs; `zh python` "
         "runs a script with the package `zerohertz` at hand.",
         epilog="Exit codes: 0 fine, 1 what was checked does not hold, 2 bad input.",
-        no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
@@ -70,14 +70,20 @@ def _exists(name: str) -> bool:
 
 def main() -> None:
     """Run one command; a mistake of the user becomes one line and exit code 2."""
-    if sys.argv[1:] == ["help"]:
+    if sys.argv[1:] in ([], ["help"]):
         sys.argv[1:] = ["--help"]
     try:
-        make_app()(prog_name="zh")
-    except UserError as error:
-        print("error: " + " ".join(str(error).split()), file=sys.stderr)
+        code = make_app()(prog_name="zh", standalone_mode=False)
+    except (UserError, typer.TyperException) as error:
+        # Of an error of usage (no such option, value missing) only typer knows the whole text.
+        text = error.format_message() if isinstance(error, typer.TyperException) else str(error)
+        print("error: " + " ".join(text.split()), file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
+    except (KeyboardInterrupt, typer.Abort):
+        print("error: interrupted", file=sys.stderr)
+        sys.exit(EXIT_INTERRUPTED)
     except BrokenPipeError:
         # The reader (head, less) has seen enough.
         sys.stderr.close()
         sys.exit(0)
+    sys.exit(code if type(code) is int else 0)

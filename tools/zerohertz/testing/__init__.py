@@ -1,0 +1,1 @@
+"""What `zh test` runs: stages, their scheduling, and the checks that no other tool offers."""

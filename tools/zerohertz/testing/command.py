@@ -1,0 +1,133 @@
+"""`zh test`: everything that has to hold before a commit, as CI runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from zerohertz.errors import UserError
+from zerohertz.testing.runner import run_stages
+from zerohertz.testing.stage import Report, Stage, Stopwatch
+from zerohertz.testing.stages import LOGS, all_stages
+
+LOG_LINES_SHOWN = 60
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh test`."""
+
+    @app.command("test")
+    def test(
+        quick: Annotated[
+            bool, typer.Option("--quick", help="Build, unit tests, layout and rules: a minute.")
+        ] = False,
+        only: Annotated[
+            str, typer.Option(help="These stages and what they need, e.g. unit,tidy.")
+        ] = "",
+        as_json: Annotated[
+            bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+        ] = False,
+    ) -> None:
+        """Build with gcc and clang, run all tests and every check; exit 1 if one fails."""
+        out = sys.stderr if as_json else sys.stdout
+        stages = _select(all_stages(), quick, only)
+        watch = Stopwatch()
+        live = _Live(out, len(stages))
+        reports = run_stages(stages, LOGS, _cores(), live.started, live.ended)
+        passed = sum(report.outcome.passed for report in reports)
+        failed = sum(report.outcome.failed for report in reports)
+        for report in reports:
+            if not report.ok:
+                _show_log(report, out)
+        if as_json:
+            print(json.dumps(_as_dict(reports, passed, failed, watch.read()), indent=2))
+        print(f"\n{len(reports)} stages in {watch.read():.0f} s; logs in {LOGS}", file=out)
+        # The closing line that CI reads: alone on its line, and the last.
+        print(f"{passed} passed, {failed} failed", file=out, flush=True)
+        raise typer.Exit(0 if all(report.ok for report in reports) else 1)
+
+
+def _select(stages: list[Stage], quick: bool, only: str) -> list[Stage]:
+    if only:
+        by_name = {stage.name: stage for stage in stages}
+        wanted: set[str] = set()
+        todo = [name.strip() for name in only.split(",")]
+        while todo:
+            name = todo.pop()
+            if name not in by_name:
+                raise UserError(f"--only: no stage '{name}'; there are {', '.join(by_name)}")
+            wanted.add(name)
+            todo += by_name[name].needs
+        return [stage for stage in stages if stage.name in wanted]
+    return [stage for stage in stages if stage.quick or not quick]
+
+
+def _cores() -> int:
+    return max(1, min(2, os.cpu_count() or 1))
+
+
+class _Live:
+    """One line per stage that ended; on a terminal also a line saying which are running."""
+
+    def __init__(self, out, total: int) -> None:
+        self.out = out
+        self.total = total
+        self.done = 0
+        self.running: list[str] = []
+        self.terminal = out.isatty()
+
+    def started(self, stage: Stage) -> None:
+        """A stage begins."""
+        self.running.append(stage.name)
+        self._status()
+
+    def ended(self, report: Report) -> None:
+        """A stage ends."""
+        self.done += 1
+        if report.stage.name in self.running:
+            self.running.remove(report.stage.name)
+        if self.terminal:
+            self.out.write("\r\033[K")
+        word = "ok  " if report.ok else "FAIL"
+        text = report.outcome.note or report.stage.what
+        print(
+            f"{word} {report.stage.name:<10} {report.seconds:6.1f} s  {text}",
+            file=self.out,
+            flush=True,
+        )
+        self._status()
+
+    def _status(self) -> None:
+        if self.terminal and self.running:
+            self.out.write(f"\r\033[K[{self.done}/{self.total}] {', '.join(self.running)} ...")
+            self.out.flush()
+
+
+def _show_log(report: Report, out) -> None:
+    if report.skipped or not report.log.is_file():
+        return
+    lines = report.log.read_text(errors="replace").splitlines()
+    print(f"\n--- {report.stage.name}: end of {report.log}", file=out)
+    print("\n".join(lines[-LOG_LINES_SHOWN:]), file=out)
+
+
+def _as_dict(reports: list[Report], passed: int, failed: int, seconds: float) -> dict:
+    return {
+        "passed": passed,
+        "failed": failed,
+        "seconds": round(seconds, 1),
+        "stages": {
+            report.stage.name: {
+                "ok": report.ok,
+                "passed": report.outcome.passed,
+                "failed": report.outcome.failed,
+                "seconds": round(report.seconds, 1),
+                "note": report.outcome.note,
+            }
+            for report in reports
+        },
+    }

@@ -1,0 +1,208 @@
+"""The stages of `zh test`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from zerohertz.paths import BUILD, ROOT
+from zerohertz.testing import object_rules, source_rules
+from zerohertz.testing.counts import junit_outcome
+from zerohertz.testing.misra import cppcheck_suppressions
+from zerohertz.testing.stage import Log, Outcome, Stage
+
+LOGS = BUILD / "test-logs"
+PYTHON = Path(sys.executable)
+RUFF = (PYTHON, "-m", "ruff")
+RUFF_CONFIG = ("--config", "tools/pyproject.toml")
+PYTHON_FOLDERS = ("tools", "tests")
+C_FOLDERS = ("firmware", "hal", "host_sim", "tests")
+C_SUFFIXES = (".c", ".h", ".cpp", ".hpp")
+
+# CONVENTIONS 11: of the mutants that are not equivalent to the original.
+MUTATION_SCORE_MIN = 0.95
+MUTATION_SAMPLE = 400
+MUTATION_SEED = 2005
+
+
+def all_stages() -> list[Stage]:
+    """Every stage; the long ones that others wait for come first."""
+    return [
+        Stage("build", "gcc, warnings as errors", _build("host"), quick=True),
+        Stage("clang", "clang, warnings as errors, and its unit tests", _clang),
+        Stage("unit", "unit tests", _ctest("host", "unit"), needs=("build",), quick=True),
+        Stage("sil", "plant in the loop", _ctest("host", "sil"), needs=("build",)),
+        Stage("tools", "Python tests", _pytest, needs=("build",)),
+        Stage(
+            "reference",
+            "plant against independent truths",
+            _ctest("host", "reference"),
+            needs=("build",),
+            quick=True,
+        ),
+        Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
+        Stage("coverage", "line and branch coverage of the core", _coverage, needs=("build",)),
+        Stage("tidy", "clang-tidy", _tidy, needs=("clang",)),
+        Stage("generated", "gain tables fresh, equal and proven", _generated),
+        Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
+        Stage("format", "clang-format", _format, quick=True),
+        Stage("ruff", "ruff check and format", _ruff, quick=True),
+        Stage("rules", "includes, identifiers, objects", _rules, needs=("build",), quick=True),
+        Stage("mutation", "seeded sample of mutants", _mutation, needs=("unit",), cores=2),
+    ]
+
+
+def c_files(folders: Iterable[str] = C_FOLDERS, suffixes: Iterable[str] = C_SUFFIXES) -> list[Path]:
+    """C and C++ files of the checkout."""
+    wanted = set(suffixes)
+    return sorted(p for f in folders for p in (ROOT / f).rglob("*") if p.suffix in wanted)
+
+
+def _build(preset: str) -> Callable[[Log], Outcome]:
+    def run(log: Log) -> Outcome:
+        if log.run("cmake", "--preset", preset, "-DZH_BUILD_TESTS=ON") != 0:
+            return Outcome(0, 1, "configuring failed")
+        if log.run("cmake", "--build", "--preset", preset, "--parallel", "2") != 0:
+            return Outcome(0, 1, "the build failed")
+        return Outcome(1, 0)
+
+    return run
+
+
+def _ctest(preset: str, test_preset: str) -> Callable[[Log], Outcome]:
+    def run(log: Log) -> Outcome:
+        junit = LOGS / f"ctest-{preset}-{test_preset}.xml"
+        junit.unlink(missing_ok=True)
+        code = log.run("ctest", "--preset", test_preset, "--output-junit", junit)
+        outcome = junit_outcome(junit)
+        if code != 0 and outcome.failed == 0:
+            return Outcome(outcome.passed, 1, f"ctest ended with {code}")
+        return outcome
+
+    return run
+
+
+def _build_and_ctest(preset: str) -> Callable[[Log], Outcome]:
+    def run(log: Log) -> Outcome:
+        built = _build(preset)(log)
+        if built.failed:
+            return built
+        tested = _ctest(preset, preset)(log)
+        return Outcome(built.passed + tested.passed, tested.failed, tested.note)
+
+    return run
+
+
+_clang = _build_and_ctest("clang")
+
+
+def _pytest(log: Log) -> Outcome:
+    junit = LOGS / "pytest.xml"
+    junit.unlink(missing_ok=True)
+    config = ("-c", "tools/pyproject.toml")
+    code = log.run(PYTHON, "-m", "pytest", *config, f"--junitxml={junit}", "tests/tools")
+    outcome = junit_outcome(junit)
+    if code != 0 and outcome.failed == 0:
+        return Outcome(outcome.passed, 1, f"pytest ended with {code}")
+    return outcome
+
+
+def _coverage(log: Log) -> Outcome:
+    folder = BUILD / "coverage"
+    for stale in folder.rglob("*.gcda"):
+        stale.unlink()
+    tested = _build_and_ctest("coverage")(log)
+    if tested.failed:
+        return tested
+    summary = LOGS / "coverage.json"
+    html = folder / "report"
+    html.mkdir(exist_ok=True)
+    log.run(
+        *("gcovr", "--root", ROOT, "--filter", ROOT / "firmware" / "core", folder),
+        *("--json-summary", summary, "--html-details", html / "index.html", "--txt", "-"),
+        *("--gcov-ignore-parse-errors", "--exclude-unreachable-branches"),
+    )
+    log.run(
+        *("gcovr", "--root", ROOT, "--filter", ROOT / "firmware" / "core", folder, "--branches")
+    )
+    return coverage_outcome(json.loads(summary.read_text()))
+
+
+def coverage_outcome(summary: dict) -> Outcome:
+    """One check for lines and one for branches: both of the core have to be 100 %."""
+    files = [f for f in summary["files"] if f["line_total"] > 0]
+    note = f"lines {summary['line_percent']} %, branches {summary['branch_percent']} %"
+    bad = [
+        Path(f["filename"]).name
+        for f in files
+        if f["line_covered"] < f["line_total"] or f["branch_covered"] < f["branch_total"]
+    ]
+    if not files:
+        return Outcome(0, 1, "no coverage data")
+    lines_short = summary["line_covered"] < summary["line_total"]
+    branches_short = summary["branch_covered"] < summary["branch_total"]
+    failed = lines_short + branches_short
+    return Outcome(2 - failed, failed, note + (f"; short: {', '.join(bad)}" if bad else ""))
+
+
+def _tidy(log: Log) -> Outcome:
+    sources = c_files(("firmware", "hal", "host_sim"), (".c", ".cpp"))
+    return log.check(
+        *(("clang-tidy", "--quiet", "-p", BUILD / "clang", source) for source in sources)
+    )
+
+
+def _generated(log: Log) -> Outcome:
+    zh = (PYTHON, "-m", "zerohertz")
+    return log.check((*zh, "design", "--check"), (*zh, "certify"))
+
+
+def _cppcheck(log: Log) -> Outcome:
+    sources = c_files(("firmware", "hal/include"), (".c",))
+    command = (
+        *("cppcheck", "--std=c11", "--quiet", "--addon=misra", "--inline-suppr", "-j", "1"),
+        *("--enable=warning,style,performance,portability", "--error-exitcode=1"),
+        *("-I", "firmware/core", "-I", "firmware/service", "-I", "firmware/app"),
+        *("-I", "hal/include", "--suppress=missingIncludeSystem"),
+        *cppcheck_suppressions(ROOT / "firmware" / "misra_deviations.txt"),
+    )
+    return log.check((*command, *sources))
+
+
+def _format(log: Log) -> Outcome:
+    # Generated tables are laid out by their generator.
+    return log.check(("clang-format", "--dry-run", "-Werror", *c_files()))
+
+
+def _ruff(log: Log) -> Outcome:
+    return log.check(
+        (*RUFF, "check", *RUFF_CONFIG, *PYTHON_FOLDERS),
+        (*RUFF, "format", "--check", *RUFF_CONFIG, *PYTHON_FOLDERS),
+    )
+
+
+def _rules(log: Log) -> Outcome:
+    breaches = source_rules.check_tree(ROOT)
+    objects = object_rules.check_build(BUILD / "host")
+    for breach in (*breaches, *objects):
+        log.write(breach)
+    if source_rules.files_checked(ROOT) == 0:
+        return Outcome(0, 1, "no source found")
+    failed = bool(breaches) + bool(objects)
+    return Outcome(2 - failed, failed, f"{len(breaches) + len(objects)} breaches" if failed else "")
+
+
+def _mutation(log: Log) -> Outcome:
+    result = LOGS / "mutation.json"
+    result.unlink(missing_ok=True)
+    code = log.run(
+        *(PYTHON, "tools/mutate.py", "--sample", MUTATION_SAMPLE, "--seed", MUTATION_SEED),
+        *("--jobs", 2, "--minimum", MUTATION_SCORE_MIN, "--json", result),
+    )
+    if not result.is_file():
+        return Outcome(0, 1, "no result")
+    score = json.loads(result.read_text())
+    note = f"{score['killed']} of {score['counted']} mutants killed, score {score['score']:.3f}"
+    return Outcome(int(code == 0), int(code != 0), note)
