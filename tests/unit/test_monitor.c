@@ -1,0 +1,264 @@
+#include "monitor.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "unity.h"
+
+static const monitor_config_t cfg = {.i_trip_A = 20.0f,
+                                     .u_dc_max_V = 400.0f,
+                                     .u_dc_min_V = 200.0f,
+                                     .omega_max_rad_s = 500.0f,
+                                     .plausibility_periods = 3u};
+
+static measurement_out_t meas;
+static monitor_in_t in;
+static monitor_state_t st;
+
+void setUp(void)
+{
+    meas = (measurement_out_t){.i_A = {5.0f, -2.0f, -3.0f},
+                               .i_s_A = {6.1f, 0.7f},
+                               .u_line_V = {100.0f, -50.0f},
+                               .u_dc_V = 283.0f};
+    in = (monitor_in_t){.meas = &meas,
+                        .duty = {0.25f, 0.5f, 0.75f},
+                        .i_s_hat_A = {6.0f, 0.8f},
+                        .lambda_r_hat_Wb = {0.4f, 0.3f},
+                        .omega_e_hat_rad_s = 100.0f};
+    st = (monitor_state_t){0};
+}
+
+void tearDown(void)
+{
+}
+
+/* One period with *value set to x; the value is put back. */
+static uint32_t faults_with(float *value, float x)
+{
+    const float before = *value;
+    *value = x;
+    const uint32_t faults = monitor_step(&cfg, &st, &in);
+    *value = before;
+    return faults;
+}
+
+#define ASSERT_REFUSED(field, value)                                                               \
+    do {                                                                                           \
+        monitor_config_t bad = cfg;                                                                \
+        bad.field = (value);                                                                       \
+        TEST_ASSERT_FALSE_MESSAGE(monitor_init(&bad), #field " = " #value);                        \
+    } while (0)
+
+static void test_init_accepts_sensible_limits(void)
+{
+    monitor_config_t edge = cfg;
+    TEST_ASSERT_TRUE(monitor_init(&edge));
+    edge.u_dc_min_V = 0.0f;
+    edge.plausibility_periods = 1u;
+    TEST_ASSERT_TRUE(monitor_init(&edge));
+}
+
+static void test_init_refuses_every_bad_limit(void)
+{
+    ASSERT_REFUSED(i_trip_A, 0.0f);
+    ASSERT_REFUSED(i_trip_A, -1.0f);
+    ASSERT_REFUSED(i_trip_A, NAN);
+    ASSERT_REFUSED(i_trip_A, INFINITY);
+    ASSERT_REFUSED(u_dc_min_V, -1.0f);
+    ASSERT_REFUSED(u_dc_min_V, NAN);
+    ASSERT_REFUSED(u_dc_min_V, 400.0f); /* not below the maximum */
+    ASSERT_REFUSED(u_dc_max_V, 199.0f);
+    ASSERT_REFUSED(u_dc_max_V, NAN);
+    ASSERT_REFUSED(u_dc_max_V, INFINITY);
+    ASSERT_REFUSED(omega_max_rad_s, 0.0f);
+    ASSERT_REFUSED(omega_max_rad_s, -1.0f);
+    ASSERT_REFUSED(omega_max_rad_s, NAN);
+    ASSERT_REFUSED(omega_max_rad_s, INFINITY);
+    ASSERT_REFUSED(plausibility_periods, 0u);
+}
+
+static void test_bits_are_the_numbers_of_the_fault_log(void)
+{
+    const uint32_t bits[] = {
+        MONITOR_OVER_CURRENT, MONITOR_DC_OVER_VOLTAGE, MONITOR_DC_UNDER_VOLTAGE, MONITOR_NON_FINITE,
+        MONITOR_ADC_RANGE,    MONITOR_CURRENT_SUM,     MONITOR_OVER_SPEED,       MONITOR_CONFIG};
+    for (unsigned i = 0; i < 8u; i++) {
+        TEST_ASSERT_EQUAL_UINT32(1u << i, bits[i]);
+    }
+}
+
+static void test_a_healthy_drive_has_no_fault(void)
+{
+    for (int k = 0; k < 10; k++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    }
+}
+
+static void test_any_phase_beyond_the_trip_level_is_over_current(void)
+{
+    float *const phase[] = {&meas.i_A.u, &meas.i_A.v, &meas.i_A.w};
+    for (unsigned i = 0; i < 3u; i++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, faults_with(phase[i], 20.0f));
+        TEST_ASSERT_EQUAL_UINT32(0u, faults_with(phase[i], -20.0f));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], 20.001f));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], -20.001f));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], NAN));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], INFINITY));
+    }
+}
+
+static void test_the_dc_link_has_an_upper_and_a_lower_limit(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&meas.u_dc_V, 400.0f));
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&meas.u_dc_V, 200.0f));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_DC_OVER_VOLTAGE, faults_with(&meas.u_dc_V, 400.1f));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_DC_UNDER_VOLTAGE, faults_with(&meas.u_dc_V, 199.9f));
+}
+
+static void test_the_estimated_speed_is_limited_both_ways(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&in.omega_e_hat_rad_s, 500.0f));
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&in.omega_e_hat_rad_s, -500.0f));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, faults_with(&in.omega_e_hat_rad_s, 500.1f));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, faults_with(&in.omega_e_hat_rad_s, -500.1f));
+}
+
+static void test_a_value_that_is_no_number_trips_wherever_it_stands(void)
+{
+    float *const value[] = {&meas.i_s_A.alpha,         &meas.i_s_A.beta,
+                            &meas.u_line_V.alpha,      &meas.u_line_V.beta,
+                            &in.i_s_hat_A.alpha,       &in.i_s_hat_A.beta,
+                            &in.lambda_r_hat_Wb.alpha, &in.lambda_r_hat_Wb.beta};
+    const float bad[] = {NAN, INFINITY, -INFINITY};
+    for (unsigned i = 0; i < sizeof value / sizeof value[0]; i++) {
+        for (unsigned j = 0; j < 3u; j++) {
+            TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(value[i], bad[j]));
+        }
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    }
+}
+
+static void test_a_nan_trips_every_limit_it_is_compared_with(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_DC_OVER_VOLTAGE |
+                                 MONITOR_DC_UNDER_VOLTAGE,
+                             faults_with(&meas.u_dc_V, NAN));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_DC_OVER_VOLTAGE,
+                             faults_with(&meas.u_dc_V, INFINITY));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_OVER_SPEED,
+                             faults_with(&in.omega_e_hat_rad_s, NAN));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_OVER_SPEED,
+                             faults_with(&in.omega_e_hat_rad_s, -INFINITY));
+}
+
+static void test_a_duty_that_no_timer_can_do_trips(void)
+{
+    float *const duty[] = {&in.duty.u, &in.duty.v, &in.duty.w};
+    for (unsigned i = 0; i < 3u; i++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, faults_with(duty[i], 0.0f));
+        TEST_ASSERT_EQUAL_UINT32(0u, faults_with(duty[i], 1.0f));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], -1e-6f));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], 1.000001f));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], NAN));
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], INFINITY));
+    }
+}
+
+/* The flag has to last plausibility_periods, and starts from zero after one clean period. */
+static void assert_persistence(uint32_t flag, uint32_t fault)
+{
+    meas.flags = flag;
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    meas.flags = 0u;
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    meas.flags = flag;
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_UINT32(fault, monitor_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_UINT32(fault, monitor_step(&cfg, &st, &in));
+    meas.flags = 0u;
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+}
+
+static void test_a_word_at_the_end_of_its_range_trips_when_it_lasts(void)
+{
+    assert_persistence(MEASUREMENT_SATURATED, MONITOR_ADC_RANGE);
+}
+
+static void test_a_word_beyond_its_range_trips_when_it_lasts(void)
+{
+    assert_persistence(MEASUREMENT_OUT_OF_RANGE, MONITOR_ADC_RANGE);
+}
+
+static void test_a_current_sum_trips_when_it_lasts(void)
+{
+    assert_persistence(MEASUREMENT_CURRENT_SUM, MONITOR_CURRENT_SUM);
+}
+
+static void test_flags_in_turn_do_not_add_up(void)
+{
+    for (int k = 0; k < 10; k++) {
+        meas.flags = ((k % 2) == 0) ? MEASUREMENT_SATURATED : MEASUREMENT_CURRENT_SUM;
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    }
+}
+
+static void test_a_lasting_flag_never_wraps_its_count(void)
+{
+    monitor_config_t longest = cfg;
+    longest.plausibility_periods = UINT32_MAX;
+    st = (monitor_state_t){.adc_periods = UINT32_MAX - 1u, .sum_periods = UINT32_MAX - 1u};
+    meas.flags = MEASUREMENT_SATURATED | MEASUREMENT_CURRENT_SUM;
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_ADC_RANGE | MONITOR_CURRENT_SUM,
+                                 monitor_step(&longest, &st, &in));
+    }
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, st.adc_periods);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, st.sum_periods);
+}
+
+static void test_faults_of_one_period_are_reported_together(void)
+{
+    meas.i_A.v = 100.0f;
+    meas.u_dc_V = 10.0f;
+    in.duty.w = NAN;
+    in.omega_e_hat_rad_s = -900.0f;
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT | MONITOR_DC_UNDER_VOLTAGE | MONITOR_NON_FINITE |
+                                 MONITOR_OVER_SPEED,
+                             monitor_step(&cfg, &st, &in));
+}
+
+static void test_two_monitors_count_apart(void)
+{
+    monitor_state_t other = {0};
+    meas.flags = MEASUREMENT_SATURATED;
+    for (int k = 0; k < 2; k++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &other, &in));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_accepts_sensible_limits);
+    RUN_TEST(test_init_refuses_every_bad_limit);
+    RUN_TEST(test_bits_are_the_numbers_of_the_fault_log);
+    RUN_TEST(test_a_healthy_drive_has_no_fault);
+    RUN_TEST(test_any_phase_beyond_the_trip_level_is_over_current);
+    RUN_TEST(test_the_dc_link_has_an_upper_and_a_lower_limit);
+    RUN_TEST(test_the_estimated_speed_is_limited_both_ways);
+    RUN_TEST(test_a_value_that_is_no_number_trips_wherever_it_stands);
+    RUN_TEST(test_a_nan_trips_every_limit_it_is_compared_with);
+    RUN_TEST(test_a_duty_that_no_timer_can_do_trips);
+    RUN_TEST(test_a_word_at_the_end_of_its_range_trips_when_it_lasts);
+    RUN_TEST(test_a_word_beyond_its_range_trips_when_it_lasts);
+    RUN_TEST(test_a_current_sum_trips_when_it_lasts);
+    RUN_TEST(test_flags_in_turn_do_not_add_up);
+    RUN_TEST(test_a_lasting_flag_never_wraps_its_count);
+    RUN_TEST(test_faults_of_one_period_are_reported_together);
+    RUN_TEST(test_two_monitors_count_apart);
+    return UNITY_END();
+}
