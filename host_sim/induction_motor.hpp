@@ -1,0 +1,94 @@
+// Induction motor, T-equivalent circuit, stator and rotor flux as states, stationary frame.
+//
+//   d psi_s/dt = u_s - Rs i_s            d psi_r/dt = -Rr i_r + j p w_m psi_r
+//   psi_s = Ls i_s + M i_r,  psi_r = M i_s + Lr i_r,  T = p Im(conj(psi_s) i_s)
+// Power-invariant vectors. With saturation Ls - M and Lr - M are constant leakages and the main
+// inductance falls with the main flux: M(psi_m) = M / (1 + (psi_m/knee)^exponent).
+#ifndef ZH_INDUCTION_MOTOR_HPP
+#define ZH_INDUCTION_MOTOR_HPP
+
+#include "space_vector.hpp"
+
+namespace zh {
+
+struct Saturation {
+    double flux_knee_Wb = 0.0; // main flux at which M has halved; 0: no saturation
+    int exponent = 4;          // even, 2..8
+};
+
+struct MotorParameters {
+    double Rs_ohm = 0.93;
+    double Rr_ohm = 0.50;
+    double Ls_H = 0.110;
+    double Lr_H = 0.102;
+    double M_H = 0.102;
+    int pole_pairs = 2;
+    Saturation saturation;
+};
+
+struct MotorState {
+    Vec psi_s_Wb;
+    Vec psi_r_Wb;
+    double omega_m_rad_s = 0.0;
+};
+
+struct MotorCurrents {
+    Vec i_s_A;
+    Vec i_r_A;
+    Vec psi_m_Wb;
+};
+
+// What turns the shaft besides the motor, constant during one integration step.
+struct ShaftDrive {
+    double torque_Nm = 0.0;     // external, positive accelerates
+    double viscous_Nms = 0.0;   // speed-proportional drag
+    double inv_J_per_kg_m2 = 0; // 0: the shaft is held
+};
+
+class InductionMotor {
+public:
+    // Throws std::invalid_argument unless resistances and leakage are positive.
+    explicit InductionMotor(const MotorParameters &parameters);
+
+    const MotorParameters &parameters() const
+    {
+        return parameters_;
+    }
+    // Heating: the resistance of the parameters times a factor.
+    void set_stator_resistance_factor(double factor);
+
+    MotorCurrents currents(const MotorState &x) const;
+    Vec stator_current(const MotorState &x) const;
+    double torque_Nm(const MotorState &x) const;
+    // Stator flux that belongs to a stator current at the present rotor flux.
+    Vec stator_flux(Vec psi_r_Wb, Vec i_s_A) const;
+    // Voltage behind the transient inductance: u_s at which i_s would stand still but for Rs i_s.
+    Vec transient_emf(const MotorState &x) const;
+
+    // One classical Runge-Kutta step of order 4, electrical and mechanical together, u_s constant.
+    void step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
+    // The same with open stator terminals (i_s = 0).
+    void step_open(MotorState &x, const ShaftDrive &shaft, double h_s) const;
+
+private:
+    struct Derivative;
+    template <bool saturated>
+    Derivative derivative(const MotorState &x, Vec u_s_V, const ShaftDrive &shaft) const;
+    template <bool saturated>
+    void runge_kutta(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
+    double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m
+    Vec main_flux(Vec weighted_flux_Wb, double leakage_ratio) const;
+
+    MotorParameters parameters_;
+    bool saturated_;
+    double Rs_ohm_;
+    // Inverse inductance matrix: i_s = y_ss psi_s - y_sr psi_r, i_r = y_rr psi_r - y_sr psi_s.
+    double y_ss_, y_sr_, y_rr_;
+    double p_;
+    double leak_s_H_, leak_r_H_;
+    double inv_M_, inv_knee2_, inv_leak_s_;
+};
+
+} // namespace zh
+
+#endif
