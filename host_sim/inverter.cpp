@@ -1,0 +1,134 @@
+#include "inverter.hpp"
+
+#include <stdexcept>
+
+namespace zh {
+
+Inverter::Inverter(const InverterParameters &parameters)
+    : parameters_(parameters), period_s_(1.0 / parameters.carrier_Hz),
+      inv_threshold_(1.0 / parameters.i_threshold_A)
+{
+    const bool sensible = parameters.carrier_Hz > 0.0 && parameters.i_threshold_A > 0.0 &&
+                          parameters.dead_time_s >= 0.0 &&
+                          parameters.dead_time_s < 0.5 * period_s_ && parameters.drop_V >= 0.0 &&
+                          parameters.u_dc_V > 0.0;
+    if (!sensible) {
+        throw std::invalid_argument("inverter: carrier, threshold and dc link positive; dead time "
+                                    "and drop not negative, dead time below half a period");
+    }
+}
+
+void Inverter::block()
+{
+    // Whoever turns on next does so after a full dead time.
+    for (Leg &leg : legs_) {
+        leg = {false, parameters_.dead_time_s};
+    }
+}
+
+std::span<const Segment> Inverter::schedule(const Duty &duty)
+{
+    const Duty bounded{clamp01(duty[0]), clamp01(duty[1]), clamp01(duty[2])};
+    if (parameters_.model == InverterModel::averaged) {
+        schedule_averaged(bounded);
+    } else {
+        schedule_switched(bounded);
+    }
+    return {segments_.data(), segment_count_};
+}
+
+// Two halves, so that the current deciding the error is looked at as often as a leg switches.
+void Inverter::schedule_averaged(const Duty &duty)
+{
+    const double delta = parameters_.dead_time_s * parameters_.carrier_Hz;
+    Segment half;
+    half.h_s = 0.5 * period_s_;
+    half.level = duty;
+    for (std::size_t x = 0; x < 3; ++x) {
+        const bool switches = duty[x] > 0.0 && duty[x] < 1.0;
+        half.dead[x] = switches ? delta : 0.0;
+    }
+    segments_[0] = half;
+    segments_[1] = half;
+    segment_count_ = 2;
+}
+
+void Inverter::add_event(const Event &event)
+{
+    std::size_t at = event_count_++;
+    for (; at > 0 && events_[at - 1].t_s > event.t_s; --at) {
+        events_[at] = events_[at - 1];
+    }
+    events_[at] = event;
+}
+
+// Command edge at t: both switches off, the commanded one on a dead time later unless the next
+// command comes first.
+void Inverter::command(std::size_t leg, bool high, double t_s, double next_s)
+{
+    legs_[leg].commanded_high = high;
+    legs_[leg].blanking_left_s = 0.0;
+    const double on_s = t_s + parameters_.dead_time_s;
+    if (parameters_.dead_time_s > 0.0) {
+        add_event({t_s, leg, 0.5, 0.5});
+    }
+    if (on_s >= period_s_) {
+        legs_[leg].blanking_left_s = on_s - period_s_;
+    } else if (on_s < next_s) {
+        add_event({on_s, leg, high ? 1.0 : 0.0, 0.0});
+    }
+}
+
+void Inverter::plan_leg(std::size_t leg, double duty, Segment &start)
+{
+    const bool was_high = legs_[leg].commanded_high;
+    const double blanking_s = legs_[leg].blanking_left_s;
+    const bool switches = duty > 0.0 && duty < 1.0;
+    const double up_s = 0.5 * period_s_ * (1.0 - duty);
+    const double down_s = 0.5 * period_s_ * (1.0 + duty);
+    const bool edge_at_crest = was_high != (duty >= 1.0);
+    const double first_s = edge_at_crest ? 0.0 : (switches ? up_s : period_s_);
+
+    start.level[leg] = was_high ? 1.0 : 0.0;
+    start.dead[leg] = 0.0;
+    if (blanking_s > 0.0) {
+        start.level[leg] = 0.5;
+        start.dead[leg] = 0.5;
+        if (blanking_s < first_s) {
+            legs_[leg].blanking_left_s = 0.0;
+            add_event({blanking_s, leg, was_high ? 1.0 : 0.0, 0.0});
+        }
+    }
+    if (edge_at_crest) {
+        command(leg, !was_high, 0.0, switches ? up_s : period_s_);
+    }
+    if (switches) {
+        command(leg, true, up_s, down_s);
+        command(leg, false, down_s, 2.0 * period_s_);
+    }
+}
+
+void Inverter::schedule_switched(const Duty &duty)
+{
+    event_count_ = 0;
+    segment_count_ = 0;
+    Segment segment;
+    for (std::size_t leg = 0; leg < 3; ++leg) {
+        plan_leg(leg, duty[leg], segment);
+    }
+    double t_s = 0.0;
+    for (std::size_t n = 0; n < event_count_; ++n) {
+        const Event &event = events_[n];
+        if (event.t_s > t_s) {
+            segment.h_s = event.t_s - t_s;
+            segments_[segment_count_++] = segment;
+            t_s = event.t_s;
+        }
+        segment.level[event.leg] = event.level;
+        segment.dead[event.leg] = event.dead;
+    }
+    segment.h_s = period_s_ - t_s;
+    segments_[segment_count_++] = segment;
+}
+
+} // namespace zh

@@ -1,0 +1,118 @@
+// Two-level inverter, averaged over a carrier period or switched, behind one value type.
+//
+// Carrier: symmetric triangle, crest at t_k, one duty update per crest; a leg is commanded high for
+// T (1-d)/2 .. T (1+d)/2. Each transistor turns on dead_time_s after its command; while neither is
+// on the current decides. One leg formula serves both models (terminal against the dc mid point):
+//
+//   v = u_dc (clamp(d - delta s, 0, 1) - 1/2) - drop s,   s = clamp(i / i_threshold, -1, 1)
+//
+// averaged: d = duty, delta = dead_time f_c;  switched: d, delta = 1, 0 | 0, 0 | 1/2, 1/2 for upper
+// on, lower on, none on (i_threshold then stands for the charging of the leg's capacitance).
+#ifndef ZH_INVERTER_HPP
+#define ZH_INVERTER_HPP
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "space_vector.hpp"
+
+namespace zh {
+
+using Duty = std::array<double, 3>; // u, v, w; 0..1
+
+enum class InverterModel {
+    averaged,
+    switched,
+};
+
+struct InverterParameters {
+    InverterModel model = InverterModel::averaged;
+    double u_dc_V = 283.0;
+    double carrier_Hz = 5000.0;
+    double dead_time_s = 0.0;
+    double i_threshold_A = 0.1;
+    double drop_V = 0.0; // per leg, transistor or diode
+};
+
+// A stretch of time in which no leg changes its switches.
+struct Segment {
+    double h_s = 0.0;
+    Phases level{}; // d of the formula above
+    Phases dead{};  // delta of the formula above
+};
+
+class Inverter {
+public:
+    // Throws std::invalid_argument for values outside their range.
+    explicit Inverter(const InverterParameters &parameters);
+
+    const InverterParameters &parameters() const
+    {
+        return parameters_;
+    }
+    // The segments of the coming carrier period, in order, their lengths summing to it. The view is
+    // valid until the next call. A duty outside 0..1 (or NaN) counts as the nearest bound.
+    std::span<const Segment> schedule(const Duty &duty);
+    // All switches off: the next schedule starts from blocked legs.
+    void block();
+
+    // Terminal voltages against the dc mid point.
+    Phases leg_voltages(const Segment &segment, const Phases &i_A, double u_dc_V) const
+    {
+        Phases v{};
+        for (std::size_t x = 0; x < 3; ++x) {
+            const double s = current_sign(i_A[x]);
+            const double high = clamp01(segment.level[x] - segment.dead[x] * s);
+            v[x] = u_dc_V * (high - 0.5) - parameters_.drop_V * s;
+        }
+        return v;
+    }
+    double period_s() const
+    {
+        return period_s_;
+    }
+
+private:
+    struct Leg {
+        bool commanded_high = false;
+        double blanking_left_s = 0.0; // dead time that reaches into the coming period
+    };
+    struct Event {
+        double t_s;
+        std::size_t leg;
+        double level;
+        double dead;
+    };
+
+    static double clamp01(double x)
+    {
+        return x > 0.0 ? (x < 1.0 ? x : 1.0) : 0.0;
+    }
+    double current_sign(double i_A) const
+    {
+        const double s = i_A * inv_threshold_;
+        return s > -1.0 ? (s < 1.0 ? s : 1.0) : -1.0;
+    }
+    void schedule_averaged(const Duty &duty);
+    void schedule_switched(const Duty &duty);
+    void plan_leg(std::size_t leg, double duty, Segment &start);
+    void command(std::size_t leg, bool high, double t_s, double next_s);
+    void add_event(const Event &event);
+
+    InverterParameters parameters_;
+    double period_s_;
+    double inv_threshold_;
+    std::array<Leg, 3> legs_{};
+    // Three legs, at most three commands each (a crest edge, on, off), each ending in two states,
+    // plus the end of the last period's dead time.
+    static constexpr std::size_t max_events = 3 * 7;
+    std::array<Event, max_events> events_{};
+    std::size_t event_count_ = 0;
+    std::array<Segment, max_events + 1> segments_{};
+    std::size_t segment_count_ = 0;
+};
+
+} // namespace zh
+
+#endif
