@@ -1,0 +1,69 @@
+// An experiment: what is asked of the drive and done to the rig over time.
+// Its file is host_sim/scenarios/<name>.toml.
+#ifndef ZH_SCENARIO_HPP
+#define ZH_SCENARIO_HPP
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "profile.hpp"
+#include "toml_reader.hpp"
+
+namespace zh {
+
+inline constexpr double never_s = std::numeric_limits<double>::infinity();
+
+// Command bits of the firmware (host_sim/sil.h).
+inline constexpr std::uint32_t command_run = 1U;
+inline constexpr std::uint32_t command_fault_reset = 2U;
+inline constexpr std::uint32_t command_torque_off = 4U;
+
+// What acts on the plant.
+struct Disturbances {
+    Profile load_torque_Nm{0.0};   // > 0 opposes positive rotation, independent of speed
+    Profile rs_factor{1.0};        // true Rs over the rig's
+    std::optional<Profile> u_dc_V; // dc link instead of the rig's constant
+};
+
+// Nominal motor data handed to the controller, times these.
+struct ControllerMotor {
+    double Rs_factor = 1.0;
+    double Rr_factor = 1.0;
+    double Ls_factor = 1.0;
+    double Lr_factor = 1.0;
+    double M_factor = 1.0;
+};
+
+struct Scenario {
+    std::string name;
+    std::string title;
+    int figure = 0;       // of the paper; 0: none
+    std::string protocol; // "S", "R" of PAPER_OUTCOMES, or "none"
+    double duration_s = 0.0;
+    double step_time_s = never_s;  // protocol S: t0
+    double ramp_start_s = never_s; // protocol R: start of the load ramp
+    std::uint64_t noise_seed = 1;
+
+    double run_on_s = never_s;  // run command from here ...
+    double run_off_s = never_s; // ... to here
+    double fault_reset_s = never_s;
+    double torque_off_s = never_s;
+
+    Profile speed_ref_rpm{0.0};
+    Disturbances disturbances;
+    ControllerMotor controller_motor;
+    std::vector<std::pair<std::string, std::string>> firmware; // parameter overrides, name = value
+
+    std::uint32_t command(double t_s) const; // bits of the command word
+};
+
+Scenario read_scenario(const TomlDocument &document);
+Scenario load_scenario(const std::string &path);
+
+} // namespace zh
+
+#endif
