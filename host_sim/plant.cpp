@@ -1,0 +1,290 @@
+#include "plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zh {
+namespace {
+
+// Blocked legs are followed in steps this fraction of a period: diodes stop within microseconds.
+constexpr int blocked_steps = 40;
+// A current this small at the moment of blocking is no current.
+constexpr double extinct_A = 1e-3;
+
+// Terminal voltages fall by `slope` ohm times the current inside the threshold; an explicit step of
+// h through the transient inductance needs slope h / L < 1, or the model would chatter.
+void check_threshold(const InverterParameters &inverter, double slope_V, double h_s,
+                     double transient_H)
+{
+    const double least_A = slope_V * h_s / transient_H;
+    if (inverter.i_threshold_A < least_A) {
+        throw ConfigError("rig: inverter.i_threshold_A: " + std::to_string(inverter.i_threshold_A) +
+                          " is too steep for this motor and dead time; give at least " +
+                          std::to_string(least_A));
+    }
+}
+
+void check_fit(const Rig &rig, const Board &board)
+{
+    const InverterParameters &inverter = rig.inverter;
+    if (std::abs(inverter.carrier_Hz * board.period_s - 1.0) > 1e-9) {
+        throw ConfigError(
+            "rig: inverter.carrier_Hz: one carrier period must be one control period; "
+            "make it 1 / control.period_s of the board");
+    }
+    const MotorParameters &m = rig.motor;
+    const double transient_H = m.Ls_H - m.M_H * m.M_H / m.Lr_H;
+    const double half_s = 0.5 * board.period_s;
+    const double dead_V = inverter.dead_time_s * inverter.carrier_Hz * inverter.u_dc_V;
+    if (inverter.model == InverterModel::averaged) {
+        check_threshold(inverter, dead_V + inverter.drop_V, half_s, transient_H);
+    } else {
+        check_threshold(inverter, 0.5 * inverter.u_dc_V, inverter.dead_time_s, transient_H);
+        check_threshold(inverter, inverter.drop_V, half_s, transient_H);
+    }
+}
+
+Phases without_common_mode(const Phases &v)
+{
+    const double mean = (v[0] + v[1] + v[2]) / 3.0;
+    return {v[0] - mean, v[1] - mean, v[2] - mean};
+}
+
+} // namespace
+
+Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbances,
+             std::uint64_t seed)
+    : period_s_(board.period_s), motor_(rig.motor), shaft_(rig.mechanics), inverter_(rig.inverter),
+      sensors_(rig.sensors, board, seed), filter_(board.filter_cutoff_Hz, board.filter_damping),
+      half_period_(filter_.transition(0.5 * board.period_s)),
+      blocked_step_(filter_.transition(board.period_s / blocked_steps)),
+      disturbances_(disturbances), drop_V_(rig.inverter.drop_V), u_dc_V_(rig.inverter.u_dc_V)
+{
+    check_fit(rig, board);
+    inverter_.block();
+    follow_disturbances();
+}
+
+void Plant::set_state(const MotorState &state)
+{
+    x_ = state;
+    open_ = {false, false, false};
+    blocked_ = false;
+}
+
+Words Plant::sample()
+{
+    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
+    return sensors_.sample(i_A, filter_.u_uv_V(), filter_.u_vw_V(), u_dc_V_);
+}
+
+// Profiles are read in the middle of the interval, which is the mean of a straight line over it.
+void Plant::follow_disturbances()
+{
+    const double t_s = time_s() + 0.5 * period_s_;
+    load_torque_Nm_ = disturbances_.load_torque_Nm.value(t_s, load_cursor_);
+    motor_.set_stator_resistance_factor(disturbances_.rs_factor.value(t_s, rs_cursor_));
+    if (disturbances_.u_dc_V) {
+        u_dc_V_ = disturbances_.u_dc_V->value(t_s, u_dc_cursor_);
+    }
+}
+
+void Plant::advance(const Duty &duty, bool gates_on)
+{
+    if (diverged_) {
+        ++steps_;
+        return;
+    }
+    follow_disturbances();
+    u_s_V_s_ = {};
+    if (gates_on) {
+        blocked_ = false;
+        const bool averaged = inverter_.parameters().model == InverterModel::averaged;
+        for (Segment segment : inverter_.schedule(duty)) {
+            if (averaged) {
+                integrate(segment, half_period_);
+                continue;
+            }
+            const int parts = segment.h_s > 0.51 * period_s_ ? 2 : 1;
+            segment.h_s /= parts;
+            const Transition transition = filter_.transition(segment.h_s);
+            for (int part = 0; part < parts; ++part) {
+                integrate(segment, transition);
+            }
+        }
+    } else {
+        enter_blocked();
+        const double h_s = period_s_ / blocked_steps;
+        for (int n = 0; n < blocked_steps; ++n) {
+            const bool all_open = open_[0] && open_[1] && open_[2];
+            const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
+            const auto [lowest, highest] = std::minmax_element(emf_V.begin(), emf_V.end());
+            if (n == 0 && all_open && *highest - *lowest < 0.9 * (u_dc_V_ + 2.0 * drop_V_)) {
+                step_open(0.5 * period_s_);
+                step_open(0.5 * period_s_);
+                break;
+            }
+            step_blocked(h_s);
+        }
+    }
+    ++steps_;
+    // Generous bounds in Wb and rad/s; the comparison is false for NaN as well.
+    const double size = dot(x_.psi_s_Wb, x_.psi_s_Wb) + dot(x_.psi_r_Wb, x_.psi_r_Wb) +
+                        1e-6 * x_.omega_m_rad_s * x_.omega_m_rad_s;
+    diverged_ = !(size < 1e6);
+}
+
+void Plant::integrate(const Segment &segment, const Transition &transition)
+{
+    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
+    const Phases v = inverter_.leg_voltages(segment, i_A, u_dc_V_);
+    apply(vec_from_phases(v), segment.h_s);
+    filter_.advance(transition, v[0] - v[1], v[1] - v[2]);
+}
+
+void Plant::apply(Vec u_s_V, double h_s)
+{
+    const double omega_before = x_.omega_m_rad_s;
+    const ShaftDrive shaft = begin_shaft();
+    motor_.step(x_, u_s_V, shaft, h_s);
+    settle_shaft(omega_before, h_s);
+    u_s_V_s_ = u_s_V_s_ + h_s * u_s_V;
+}
+
+ShaftDrive Plant::begin_shaft()
+{
+    return shaft_.begin(x_.omega_m_rad_s, motor_.torque_Nm(x_), load_torque_Nm_);
+}
+
+void Plant::settle_shaft(double omega_before_rad_s, double h_s)
+{
+    if (shaft_.reversed(x_.omega_m_rad_s)) {
+        x_.omega_m_rad_s = shaft_.settle(omega_before_rad_s, x_.omega_m_rad_s, motor_.torque_Nm(x_),
+                                         load_torque_Nm_, h_s);
+    }
+}
+
+void Plant::enter_blocked()
+{
+    if (blocked_) {
+        return;
+    }
+    blocked_ = true;
+    inverter_.block();
+    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
+    for (std::size_t x = 0; x < 3; ++x) {
+        open_[x] = std::abs(i_A[x]) < extinct_A;
+    }
+    extinguish(i_A);
+}
+
+// Phase-to-neutral voltages of the diode bridge. `sign` is the direction of the current each diode
+// allows: +1 lower, -1 upper, 0 none conducts. An open phase floats on its EMF until that leaves
+// the rails; with no phase conducting the largest line EMF decides.
+Phases Plant::blocked_voltages(const Phases &i_A, Phases &sign) const
+{
+    const double rail_V = 0.5 * u_dc_V_ + drop_V_;
+    const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
+    Phases v{};
+    int open_count = 0;
+    std::size_t floating = 0;
+    for (std::size_t x = 0; x < 3; ++x) {
+        sign[x] = open_[x] ? 0.0 : (i_A[x] > 0.0 ? 1.0 : -1.0);
+        v[x] = -rail_V * sign[x];
+        if (open_[x]) {
+            ++open_count;
+            floating = x;
+        }
+    }
+    if (open_count > 1) {
+        const auto high =
+            static_cast<std::size_t>(std::max_element(emf_V.begin(), emf_V.end()) - emf_V.begin());
+        const auto low =
+            static_cast<std::size_t>(std::min_element(emf_V.begin(), emf_V.end()) - emf_V.begin());
+        if (emf_V[high] - emf_V[low] <= 2.0 * rail_V) {
+            return emf_V;
+        }
+        sign[high] = -1.0;
+        sign[low] = 1.0;
+        v[high] = rail_V;
+        v[low] = -rail_V;
+        floating = 3 - high - low;
+        open_count = 1;
+    }
+    if (open_count == 0) {
+        return without_common_mode(v);
+    }
+    const std::size_t y = (floating + 1) % 3;
+    const std::size_t z = (floating + 2) % 3;
+    const double neutral_V = 0.5 * (v[y] + v[z] + emf_V[floating]);
+    v[floating] = neutral_V + emf_V[floating];
+    if (std::abs(v[floating]) > rail_V) {
+        sign[floating] = v[floating] > 0.0 ? -1.0 : 1.0;
+        v[floating] = -rail_V * sign[floating];
+        return without_common_mode(v);
+    }
+    return {v[0] - neutral_V, v[1] - neutral_V, v[2] - neutral_V};
+}
+
+void Plant::step_blocked(double h_s)
+{
+    Phases sign{};
+    const Phases u = blocked_voltages(phases_from_vec(motor_.stator_current(x_)), sign);
+    apply(vec_from_phases(u), h_s);
+    filter_.advance(blocked_step_, u[0] - u[1], u[1] - u[2]);
+    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
+    for (std::size_t x = 0; x < 3; ++x) {
+        open_[x] = !(i_A[x] * sign[x] > 0.0);
+    }
+    extinguish(i_A);
+}
+
+// Holds the current of open phases at zero; the other two then carry the same one.
+void Plant::extinguish(const Phases &i_A)
+{
+    const int open_count = open_[0] + open_[1] + open_[2];
+    if (open_count == 0) {
+        return;
+    }
+    Phases i{};
+    if (open_count == 1) {
+        const std::size_t x = open_[0] ? 0 : (open_[1] ? 1 : 2);
+        const std::size_t y = (x + 1) % 3;
+        const std::size_t z = (x + 2) % 3;
+        i[y] = 0.5 * (i_A[y] - i_A[z]);
+        i[z] = -i[y];
+    } else {
+        open_ = {true, true, true};
+    }
+    x_.psi_s_Wb = motor_.stator_flux(x_.psi_r_Wb, vec_from_phases(i));
+}
+
+// No phase conducts: only the rotor flux is left; the terminals show its induced voltage.
+void Plant::step_open(double h_s)
+{
+    const double omega_before = x_.omega_m_rad_s;
+    const Vec flux_before = x_.psi_s_Wb;
+    motor_.step_open(x_, begin_shaft(), h_s);
+    settle_shaft(omega_before, h_s);
+    const Vec flux_change = x_.psi_s_Wb - flux_before;
+    const Phases u = phases_from_vec((1.0 / h_s) * flux_change);
+    filter_.advance(half_period_, u[0] - u[1], u[1] - u[2]);
+    u_s_V_s_ = u_s_V_s_ + flux_change;
+}
+
+Truth Plant::truth() const
+{
+    const Vec i_s = motor_.stator_current(x_);
+    return {time_s(),
+            x_.omega_m_rad_s,
+            motor_.torque_Nm(x_),
+            load_torque_Nm_,
+            i_s,
+            x_.psi_s_Wb,
+            x_.psi_r_Wb,
+            phases_from_vec(i_s),
+            (1.0 / period_s_) * u_s_V_s_,
+            u_dc_V_};
+}
+
+} // namespace zh

@@ -1,0 +1,129 @@
+// The rig as the firmware meets it: sample at a carrier crest, then advance to the next.
+//
+//   for k = 0, 1, ...
+//       words = plant.sample();                          // crest t_k
+//       out = firmware(words);
+//       plant.advance(timer.exchange(out.duty), out.gates_on);   // t_k .. t_(k+1)
+#ifndef ZH_PLANT_HPP
+#define ZH_PLANT_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "board.hpp"
+#include "induction_motor.hpp"
+#include "inverter.hpp"
+#include "load.hpp"
+#include "rig.hpp"
+#include "scenario.hpp"
+#include "sensors.hpp"
+
+namespace zh {
+
+// Timer preload: the duties computed in step k act on [t_(k+1), t_(k+2)). The gate signal is not
+// delayed: gates off acts at once. Before the first step the duties are one half.
+class PreloadedTimer {
+public:
+    // Stores this step's duties, returns those that act on the interval now beginning.
+    Duty exchange(const Duty &duty)
+    {
+        const Duty acting = pending_;
+        pending_ = duty;
+        return acting;
+    }
+
+private:
+    Duty pending_{0.5, 0.5, 0.5};
+};
+
+// The true quantities at the present crest, for recording and judging.
+struct Truth {
+    double t_s;
+    double omega_m_rad_s;
+    double torque_Nm;      // of the motor (air gap)
+    double load_torque_Nm; // acting over the last interval
+    Vec i_s_A;
+    Vec psi_s_Wb;
+    Vec psi_r_Wb;
+    Phases i_A;
+    Vec u_s_V; // mean over the last interval
+    double u_dc_V;
+};
+
+class Plant {
+public:
+    // Throws ConfigError when rig and board do not fit (carrier and control period, stiffness of
+    // the dead-time curve).
+    Plant(const Rig &rig, const Board &board, const Disturbances &disturbances, std::uint64_t seed);
+
+    Words sample();
+    // To the next crest. The duties are those that act now (see PreloadedTimer).
+    void advance(const Duty &duty, bool gates_on);
+
+    double time_s() const
+    {
+        return static_cast<double>(steps_) * period_s_;
+    }
+    Truth truth() const;
+    // Not finite, or beyond anything the rig could survive; advance then does nothing more.
+    bool diverged() const
+    {
+        return diverged_;
+    }
+    bool shaft_stuck() const
+    {
+        return shaft_.stuck();
+    }
+    // For tests and for starts from elsewhere than standstill.
+    void set_state(const MotorState &state);
+    const MotorState &state() const
+    {
+        return x_;
+    }
+    const InductionMotor &motor() const
+    {
+        return motor_;
+    }
+
+private:
+    using Transition = LineVoltageFilter::Transition;
+
+    void follow_disturbances();
+    void integrate(const Segment &segment, const Transition &transition);
+    void apply(Vec u_s_V, double h_s);
+    ShaftDrive begin_shaft();
+    void settle_shaft(double omega_before_rad_s, double h_s);
+    void enter_blocked();
+    void step_blocked(double h_s);
+    void step_open(double h_s);
+    void extinguish(const Phases &i_A);
+    Phases blocked_voltages(const Phases &i_A, Phases &sign) const;
+
+    double period_s_;
+    InductionMotor motor_;
+    Shaft shaft_;
+    Inverter inverter_;
+    Sensors sensors_;
+    LineVoltageFilter filter_;
+    Transition half_period_;
+    Transition blocked_step_;
+    Disturbances disturbances_;
+    double drop_V_;
+
+    std::uint64_t steps_ = 0;
+    MotorState x_;
+    double u_dc_V_;
+    double load_torque_Nm_ = 0.0;
+    Vec u_s_V_s_; // integral of u_s over the interval
+    bool blocked_ = true;
+    std::array<bool, 3> open_{true, true, true}; // blocked phases without current
+    std::size_t load_cursor_ = 0;
+    std::size_t rs_cursor_ = 0;
+    std::size_t u_dc_cursor_ = 0;
+    bool diverged_ = false;
+};
+
+} // namespace zh
+
+#endif
