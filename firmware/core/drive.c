@@ -9,7 +9,8 @@
 /* Below this share of the flux reference the estimate does not say where the flux is. */
 #define DRIVE_LAMBDA_MIN_PU 0.05f
 
-/* Largest angle any delay compensation may turn: a wild speed estimate must not spin the voltage. */
+/* Largest angle any delay compensation may turn: a wild speed estimate must not spin the voltage.
+ */
 #define DRIVE_COMP_MAX_RAD 1.0f
 
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
@@ -114,7 +115,8 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
     }
 }
 
-/* d axis of the controllers. During premagnetisation it is fixed: there is no flux to follow yet. */
+/* d axis of the controllers. During premagnetisation it is fixed: there is no flux to follow yet.
+ */
 static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude_Wb,
                       drive_mode_t mode)
 {
@@ -131,8 +133,8 @@ static ab_t modulate(const drive_config_t *cfg, const drive_state_t *st, ab_t u_
     const ab_t ahead = turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s);
     const ab_t u_lost_V =
         dead_time_voltage(&cfg->dead_time, ab_mul(ahead, out->meas.i_s_A), out->meas.u_dc_V);
-    const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(ab_mul(ahead, u_ref_V), u_lost_V),
-                                       out->meas.u_dc_V);
+    const svpwm_out_t pwm =
+        svpwm_step(&cfg->svpwm, ab_add(ab_mul(ahead, u_ref_V), u_lost_V), out->meas.u_dc_V);
     out->duty = pwm.duty;
     return ab_sub(pwm.u_realised_V, u_lost_V);
 }
@@ -148,9 +150,8 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
 
     if (in->mode == DRIVE_RUN) {
         /* Slip of the oriented machine: w_s = w + (M Rr/Lr) i_q / lambda. */
-        st->omega_s_hat_rad_s = st->omega_e_hat_rad_s +
-                                cfg->observer.m_tau_ohm * out->i_A.q /
-                                    maxf(magnitude_Wb, cfg->lambda_min_Wb);
+        st->omega_s_hat_rad_s = st->omega_e_hat_rad_s + cfg->observer.m_tau_ohm * out->i_A.q /
+                                                            maxf(magnitude_Wb, cfg->lambda_min_Wb);
         const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
                                              .omega_hat_rad_s = st->omega_e_hat_rad_s,
                                              .i_d_ref_A = out->i_ref_A.d};

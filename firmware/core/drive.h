@@ -25,9 +25,9 @@
 #include "svpwm.h"
 
 typedef enum {
-    DRIVE_OFF = 0,         /* gates off: estimator and controllers at rest, currents still watched */
+    DRIVE_OFF = 0, /* gates off: estimator and controllers at rest, currents still watched */
     DRIVE_PREMAGNETISE = 1, /* i_d along a fixed axis, no torque, speed taken as 0 */
-    DRIVE_RUN = 2          /* flux-oriented speed control */
+    DRIVE_RUN = 2           /* flux-oriented speed control */
 } drive_mode_t;
 
 typedef enum {
@@ -43,7 +43,7 @@ typedef struct {
     float voltage_filter_comp_s; /* sensor voltage is turned ahead by w_s times this */
     float delay_comp_periods;    /* reference voltage is turned ahead by w_s T times this */
     observer_method_t observer_method;
-    bool observer_gain_enable;   /* false: L = 0 */
+    bool observer_gain_enable; /* false: L = 0 */
     float lambda_max_Wb;
     speed_adaptation_params_t adaptation;
     speed_control_params_t speed;
@@ -61,8 +61,8 @@ typedef struct {
     drive_voltage_source_t voltage_source;
     float voltage_filter_comp_s;
     float delay_comp_s;
-    float lambda_min_Wb;          /* below: no orientation from the estimate */
-    const gain_table_t *table;    /* NULL: L = 0 */
+    float lambda_min_Wb;       /* below: no orientation from the estimate */
+    const gain_table_t *table; /* NULL: L = 0 */
     observer_config_t observer;
     speed_adaptation_config_t adaptation;
     speed_control_config_t speed;

@@ -1,0 +1,624 @@
+/* The chain as a whole: order, timing and frames against a double-precision chain written anew. */
+#include "drive.h"
+
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+
+#include "reference_machine.h"
+#include "unity.h"
+
+typedef double complex cplx;
+
+#define THIRD_TURN 2.0943951023931953 /* 2 pi/3 */
+
+static const observer_gain_t test_gain[4] = {{-300.0f, 0.0f, 0.5f, 0.0f},
+                                             {-310.0f, 20.0f, 0.4f, -0.1f},
+                                             {-330.0f, 45.0f, 0.3f, -0.2f},
+                                             {-360.0f, 70.0f, 0.2f, -0.3f}};
+
+static const gain_table_t test_table = {.magic = GAIN_TABLE_MAGIC,
+                                        .version = GAIN_TABLE_VERSION,
+                                        .motor_id = 1u,
+                                        .entry_count = 4u,
+                                        .step_rad_s = 5.0f,
+                                        .entry = test_gain};
+
+static drive_params_t params_of(motor_t motor)
+{
+    return (drive_params_t){.period_s = 200e-6f,
+                            .motor = motor,
+                            .measurement = {.adc_bits = 14u,
+                                            .current_full_scale_A = 25.0f,
+                                            .line_voltage_full_scale_V = 800.0f,
+                                            .dc_link_full_scale_V = 800.0f,
+                                            .current_sum_max_A = 3.0f},
+                            .voltage_source = DRIVE_VOLTAGE_SENSORS,
+                            .voltage_filter_comp_s = 380e-6f,
+                            .delay_comp_periods = 1.5f,
+                            .observer_method = OBSERVER_EULER,
+                            .observer_gain_enable = true,
+                            .lambda_max_Wb = 3.0f,
+                            .adaptation = {.kp_rad_per_s_Wb_A = 1.5f,
+                                           .ki_rad_per_s2_Wb_A = 30.0f,
+                                           .leak_per_s_Wb_A = 0.7f,
+                                           .eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS,
+                                           .leak_to_prior = true,
+                                           .near_zero_on_rad_s = 10.0f,
+                                           .near_zero_off_rad_s = 12.0f,
+                                           .omega_max_rad_s = 600.0f,
+                                           .phi_factor = 0.0f,
+                                           .phi_ramp_rad_s = 2.76f},
+                            .speed = {.bandwidth_rad_s = 20.0f,
+                                      .ki_factor = 0.25f,
+                                      .J_kg_m2 = 0.035f,
+                                      .lambda_Wb = 0.45f,
+                                      .i_q_max_A = 12.0f,
+                                      .i_max_A = 15.0f,
+                                      .filter_s = 3e-3f,
+                                      .slew_rad_s2 = 4000.0f},
+                            .flux = {.mode = FLUX_CONTROL_CONSTANT,
+                                     .i_d_A = 4.0f,
+                                     .bandwidth_rad_s = 10.0f,
+                                     .i_d_max_A = 8.0f},
+                            .current = {.bandwidth_rad_s = 400.0f,
+                                        .ki_factor = 0.3f,
+                                        .decoupling = 0.9f,
+                                        .u_max_V = 400.0f},
+                            .svpwm = {.min_pulse_s = 0.0f, .u_dc_min_V = 20.0f},
+                            .dead_time = {.fraction = 0.9f,
+                                          .dead_time_s = 2e-6f,
+                                          .drop_V = 1.0f,
+                                          .i_threshold_A = 0.25f},
+                            .monitor = {.i_trip_A = 20.0f,
+                                        .u_dc_max_V = 700.0f,
+                                        .u_dc_min_V = 100.0f,
+                                        .omega_max_rad_s = 700.0f,
+                                        .plausibility_periods = 50u}};
+}
+
+/* ---- The same chain in double-precision complex arithmetic, run mode ---- */
+
+typedef struct {
+    cplx i_hat, lam, e1, u_acting, u_pending;
+    double w, ws, x, wf, wref, x_speed, x_d, x_q;
+    double duty[3];
+    double iq_ref;
+    cplx i_dq, u_s;
+} ref_t;
+
+static double limit(double x, double bound)
+{
+    return fmax(-bound, fmin(bound, x));
+}
+
+static cplx clarke(double u, double v, double w)
+{
+    return sqrt(2.0 / 3.0) * (u + v * cexp(I * THIRD_TURN) + w * cexp(-I * THIRD_TURN));
+}
+
+static void ref_phases(cplx x, double out[3])
+{
+    for (int n = 0; n < 3; n++) {
+        out[n] = sqrt(2.0 / 3.0) * creal(x * cexp(-I * THIRD_TURN * n));
+    }
+}
+
+static void ref_estimate(ref_t *s, const drive_params_t *p, const drive_in_t *in, cplx *i_s)
+{
+    const double i_lsb = 25.0 / 8192.0;
+    const double u_lsb = (double)p->measurement.line_voltage_full_scale_V / 8192.0;
+    *i_s = clarke(i_lsb * (in->sample.i_u_counts - 8192), i_lsb * (in->sample.i_v_counts - 8192),
+                  i_lsb * (in->sample.i_w_counts - 8192));
+    const double uv = u_lsb * (in->sample.u_uv_counts - 8192);
+    const double vw = u_lsb * (in->sample.u_vw_counts - 8192);
+    /* Phase voltages of a floating star with zero sum. */
+    cplx u = clarke((2.0 * uv + vw) / 3.0, (vw - uv) / 3.0, -(uv + 2.0 * vw) / 3.0) *
+             cexp(I * s->ws * (double)p->voltage_filter_comp_s);
+    if (p->voltage_source == DRIVE_VOLTAGE_DUTY) {
+        u = s->u_acting;
+    }
+    s->u_acting = s->u_pending;
+    s->u_s = u;
+
+    const double Rs = (double)p->motor.Rs_ohm, Rr = (double)p->motor.Rr_ohm;
+    const double Ls = (double)p->motor.Ls_H, Lr = (double)p->motor.Lr_H, M = (double)p->motor.M_H;
+    const double sLs = Ls - M * M / Lr, tau = Rr / Lr, eps = sLs * Lr / M;
+    cplx l1 = 0.0, l2 = 0.0;
+    if (p->observer_gain_enable) {
+        const int k = (int)fmin(3.0, floor(fabs(s->w) / 5.0 + 0.5));
+        const double sign = (s->w < 0.0) ? -1.0 : 1.0;
+        l1 = (double)test_gain[k].l1_re_per_s + I * sign * (double)test_gain[k].l1_im_per_s;
+        l2 = (double)test_gain[k].l2_re_ohm + I * sign * (double)test_gain[k].l2_im_ohm;
+    }
+    const double T = (double)p->period_s;
+    const cplx g = tau - I * s->w;
+    const cplx di =
+        -(Rs + M * M * Rr / (Lr * Lr)) / sLs * s->i_hat + g / eps * s->lam + u / sLs + l1 * s->e1;
+    const cplx dl = M * tau * s->i_hat - g * s->lam + l2 * s->e1;
+    s->i_hat += T * di;
+    s->lam += T * dl;
+    s->e1 = s->i_hat - *i_s;
+
+    const double z = cimag(conj(s->lam) * s->e1);
+    const double leak = fmin(1.0, T * (double)p->adaptation.leak_per_s_Wb_A * fabs(z));
+    s->x += T * (double)p->adaptation.ki_rad_per_s2_Wb_A * z - leak * (s->x - s->wref);
+    s->w = (double)p->adaptation.kp_rad_per_s_Wb_A * z + s->x;
+}
+
+static double ref_speed_pi(ref_t *s, const drive_params_t *p, double w_ref)
+{
+    const double T = (double)p->period_s, pp = (double)p->motor.pole_pairs;
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    const double slew = T * (double)p->speed.slew_rad_s2;
+    s->wref += limit(w_ref - s->wref, slew);
+    s->wf += T / (T + (double)p->speed.filter_s) * (s->w - s->wf);
+    const double kp = (double)p->speed.J_kg_m2 * (double)p->speed.bandwidth_rad_s /
+                      (pp * pp * kr * (double)p->speed.lambda_Wb);
+    const double ki = (double)p->speed.ki_factor * (double)p->speed.bandwidth_rad_s * kp;
+    const double e = s->wref - s->wf, asked = kp * e + s->x_speed;
+    const double room = sqrt((double)(p->speed.i_max_A * p->speed.i_max_A) -
+                             (double)(p->flux.i_d_A * p->flux.i_d_A));
+    const double got = limit(asked, fmin((double)p->speed.i_q_max_A, room));
+    s->x_speed += T * ki * e + T * ki / kp * (got - asked);
+    return got;
+}
+
+static cplx ref_modulate(ref_t *s, const drive_params_t *p, cplx u, cplx i, double u_dc)
+{
+    double ph[3], lost[3];
+    ref_phases(i, ph);
+    const double dU = (double)p->dead_time.fraction *
+                      ((double)p->dead_time.dead_time_s / (double)p->period_s * u_dc +
+                       (double)p->dead_time.drop_V);
+    for (int n = 0; n < 3; n++) {
+        lost[n] = dU * limit(ph[n] / (double)p->dead_time.i_threshold_A, 1.0);
+    }
+    const cplx u_lost = clarke(lost[0], lost[1], lost[2]);
+    double v[3];
+    ref_phases(u + u_lost, v);
+    const double hi = fmax(v[0], fmax(v[1], v[2])), lo = fmin(v[0], fmin(v[1], v[2]));
+    const double scale = fmin(1.0, u_dc / (hi - lo));
+    for (int n = 0; n < 3; n++) {
+        s->duty[n] = 0.5 + scale * (v[n] - 0.5 * (hi + lo)) / u_dc;
+    }
+    return scale * (u + u_lost) - u_lost;
+}
+
+static void ref_step(ref_t *s, const drive_params_t *p, const drive_in_t *in)
+{
+    cplx i_s;
+    ref_estimate(s, p, in, &i_s);
+    const double T = (double)p->period_s, M = (double)p->motor.M_H;
+    const double sLs = (double)p->motor.Ls_H - M * M / (double)p->motor.Lr_H;
+    const double tau = (double)p->motor.Rr_ohm / (double)p->motor.Lr_H;
+    const cplx axis = s->lam / cabs(s->lam);
+    const cplx i = i_s * conj(axis);
+    s->i_dq = i;
+    s->ws = s->w + M * tau * cimag(i) / cabs(s->lam);
+    s->iq_ref = ref_speed_pi(s, p, (double)in->omega_e_ref_rad_s);
+
+    const double kp = (double)p->current.bandwidth_rad_s * sLs;
+    const double ki = (double)p->current.ki_factor * (double)p->current.bandwidth_rad_s * kp;
+    const cplx e = ((double)p->flux.i_d_A + I * s->iq_ref) - i;
+    const cplx dec = I * s->ws * sLs * i + I * s->w * M / (double)p->motor.Lr_H * cabs(s->lam);
+    const cplx asked = kp * e + s->x_d + I * s->x_q + (double)p->current.decoupling * dec;
+    const cplx ahead = cexp(I * limit(s->ws * T * (double)p->delay_comp_periods, 1.0));
+    const double u_dc =
+        (double)p->measurement.dc_link_full_scale_V * in->sample.u_dc_counts / 16384.0;
+    const cplx u = ref_modulate(s, p, asked * axis * ahead, i_s * ahead, u_dc);
+    s->u_pending = u;
+    const cplx back = u * conj(ahead) * conj(axis) - asked;
+    s->x_d += T * ki * creal(e) + T * ki / kp * creal(back);
+    s->x_q += T * ki * cimag(e) + T * ki / kp * cimag(back);
+}
+
+/* ---- Helpers ---- */
+
+static uint16_t counts(double value, double full_scale)
+{
+    return (uint16_t)(8192 + (int)lrint(value / full_scale * 8192.0));
+}
+
+/* ADC words of a rotating current and voltage; both machines' board. */
+static measurement_in_t words(const drive_params_t *p, int k, double amps, double volts,
+                              double u_dc)
+{
+    const cplx i = amps * cexp(I * (0.3 + 0.011 * k));
+    const cplx u = volts * cexp(I * (0.9 + 0.012 * k));
+    double ip[3], up[3];
+    ref_phases(i, ip);
+    ref_phases(u, up);
+    const double fs = (double)p->measurement.line_voltage_full_scale_V;
+    return (measurement_in_t){
+        counts(ip[0], 25.0),
+        counts(ip[1], 25.0),
+        counts(ip[2], 25.0),
+        counts(up[0] - up[1], fs),
+        counts(up[1] - up[2], fs),
+        (uint16_t)lrint(u_dc / (double)p->measurement.dc_link_full_scale_V * 16384.0)};
+}
+
+static void compare_chain(const drive_params_t *p, double amps, double volts, double u_dc,
+                          double w_ref, int steps, bool expect_limited)
+{
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, p, &test_table));
+    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.3f, 0.2f}, .i_s_hat_A = {3.0f, 1.0f}},
+                        .omega_e_hat_rad_s = 11.0f,
+                        .omega_s_hat_rad_s = 14.0f,
+                        .adaptation = {.x_rad_s = 9.0f}};
+    ref_t ref = {
+        .lam = 0.3f + I * (double)0.2f, .i_hat = 3.0 + 1.0 * I, .w = 11.0, .ws = 14.0, .x = 9.0};
+    bool limited = false;
+    for (int k = 0; k < steps; k++) {
+        const drive_in_t in = {.sample = words(p, k, amps, volts, u_dc),
+                               .mode = DRIVE_RUN,
+                               .omega_e_ref_rad_s = (float)w_ref};
+        drive_out_t out;
+        drive_step(&cfg, &st, &in, &out);
+        ref_step(&ref, p, &in);
+        /* float against double over some tens of steps: a few parts in 1e5 of full scale. */
+        TEST_ASSERT_DOUBLE_WITHIN(5e-5, ref.duty[0], (double)out.duty.u);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-5, ref.duty[1], (double)out.duty.v);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-5, ref.duty[2], (double)out.duty.w);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.w, (double)out.omega_e_hat_rad_s);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.ws, (double)out.omega_s_hat_rad_s);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, ref.iq_ref, (double)out.i_ref_A.q);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.i_dq), (double)out.i_A.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(ref.i_dq), (double)out.i_A.q);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, creal(ref.lam), (double)out.lambda_r_hat_Wb.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, cimag(ref.lam), (double)out.lambda_r_hat_Wb.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.e1), (double)out.e1_A.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(ref.e1), (double)out.e1_A.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3, creal(ref.u_s), (double)out.u_s_V.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3, cimag(ref.u_s), (double)out.u_s_V.beta);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+        const double hi = fmax(ref.duty[0], fmax(ref.duty[1], ref.duty[2]));
+        limited = limited || (hi > 0.9999);
+    }
+    TEST_ASSERT_EQUAL(expect_limited, limited);
+}
+
+static drive_params_t both_machines(int n)
+{
+    return params_of(reference_machine[n]);
+}
+
+void setUp(void)
+{
+}
+void tearDown(void)
+{
+}
+
+static void test_chain_with_sensed_voltage_equals_the_double_chain(void)
+{
+    for (int n = 0; n < 2; n++) {
+        const drive_params_t p = both_machines(n);
+        compare_chain(&p, 5.0, 30.0, 540.0, 20.0, 60, false);
+        compare_chain(&p, 5.0, 30.0, 540.0, -20.0, 60, false);
+    }
+}
+
+static void test_chain_with_duty_voltage_equals_the_double_chain(void)
+{
+    for (int n = 0; n < 2; n++) {
+        drive_params_t p = both_machines(n);
+        p.voltage_source = DRIVE_VOLTAGE_DUTY;
+        compare_chain(&p, 5.0, 30.0, 540.0, 25.0, 60, false);
+    }
+}
+
+static void test_chain_without_gain_needs_no_table(void)
+{
+    drive_params_t p = both_machines(1);
+    p.observer_gain_enable = false;
+    compare_chain(&p, 4.0, 20.0, 540.0, 15.0, 40, false);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    TEST_ASSERT_NULL(cfg.table);
+}
+
+static void test_chain_at_the_voltage_limit_equals_the_double_chain(void)
+{
+    for (int n = 0; n < 2; n++) {
+        drive_params_t p = both_machines(n);
+        p.current.bandwidth_rad_s = 2000.0f;
+        compare_chain(&p, 12.0, 60.0, 120.0, 60.0, 30, true);
+    }
+}
+
+static void test_delay_compensation_angle_is_limited(void)
+{
+    drive_params_t p = both_machines(0);
+    p.delay_comp_periods = 4.0f;
+    p.voltage_filter_comp_s = 0.0f;
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    for (int sign = -1; sign <= 1; sign += 2) {
+        /* 500 rad/s on top of a slip of thousands: 4 periods would be far more than 1 rad. */
+        drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.3f, 0.0f}},
+                            .omega_e_hat_rad_s = 10.0f};
+        st.adaptation.x_rad_s = (float)sign * 590.0f;
+        drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN};
+        in.sample.i_v_counts = (uint16_t)(8192 + sign * 3000);
+        in.sample.i_w_counts = (uint16_t)(8192 - sign * 3000);
+        drive_out_t out;
+        drive_step(&cfg, &st, &in, &out);
+        TEST_ASSERT_TRUE(fabsf(out.omega_s_hat_rad_s) * cfg.delay_comp_s < 1.0f);
+        st.omega_s_hat_rad_s = (float)sign * 1e5f;
+        cfg.voltage_filter_comp_s = 380e-6f;
+        in.sample.u_uv_counts = 9000u;
+        drive_step(&cfg, &st, &in, &out);
+        const double u_line = sqrt(2.0 / 3.0) * (9000 - 8192) * 800.0 / 8192.0;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-2, u_line * cos(1.0), (double)out.u_s_V.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-2, u_line * sin(1.0) * sign, (double)out.u_s_V.beta);
+        cfg.voltage_filter_comp_s = 0.0f;
+    }
+}
+
+static void test_premagnetise_holds_axis_and_speed_still(void)
+{
+    const drive_params_t p = both_machines(1);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.0f, 0.4f}, .e1_A = {2.0f, 0.0f}}};
+    const drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0),
+                           .mode = DRIVE_PREMAGNETISE,
+                           .omega_e_ref_rad_s = 50.0f};
+    drive_out_t out;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.omega_e_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.omega_s_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
+    TEST_ASSERT_EQUAL_FLOAT(4.0f, out.i_ref_A.d);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.speed.omega_ref_rad_s);
+    /* Voltage along alpha: leg u up, v and w equal; zero current has no dead-time voltage. */
+    const double M = (double)p.motor.M_H;
+    const double sLs = (double)p.motor.Ls_H - M * M / (double)p.motor.Lr_H;
+    const double u_alpha = 400.0 * sLs * 4.0;
+    const double span = u_alpha * sqrt(1.5) / 540.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5 + 0.5 * span, (double)out.duty.u);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5 - 0.5 * span, (double)out.duty.v);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5 - 0.5 * span, (double)out.duty.w);
+}
+
+static void test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis(void)
+{
+    const drive_params_t p = both_machines(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t st = {0};
+    drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN};
+    in.sample.i_v_counts = 8192u + 1000u;
+    in.sample.i_w_counts = 8192u - 1000u;
+    drive_out_t out;
+    drive_step(&cfg, &st, &in, &out);
+    const double i_q = sqrt(0.5) * 2000.0 * 25.0 / 8192.0;
+    const double lambda_min = 0.05 * (double)p.motor.M_H * 4.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, i_q, (double)out.i_A.q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, (double)out.i_A.d);
+    const double m_tau = (double)p.motor.M_H * (double)p.motor.Rr_ohm / (double)p.motor.Lr_H;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-2, m_tau * i_q / lambda_min,
+                              (double)(out.omega_s_hat_rad_s - out.omega_e_hat_rad_s));
+}
+
+static void test_off_rests_everything_but_offsets_and_fault_counters(void)
+{
+    const drive_params_t p = both_machines(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t st = {.measurement = {.offset_A = {0.1f, -0.2f, 0.3f}},
+                        .observer = {.lambda_r_hat_Wb = {0.4f, 0.0f}},
+                        .omega_e_hat_rad_s = 30.0f,
+                        .omega_s_hat_rad_s = 31.0f,
+                        .u_pending_V = {5.0f, 5.0f},
+                        .monitor = {.adc_periods = 3u}};
+    drive_in_t in = {.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_OFF};
+    in.sample.i_u_counts = 0xFFFFu; /* impossible word: the counter goes on counting */
+    drive_out_t out;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.u);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.v);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.w);
+    TEST_ASSERT_EQUAL_UINT32(4u, st.monitor.adc_periods);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, st.measurement.offset_A.u);
+    TEST_ASSERT_EQUAL_FLOAT(-0.2f, st.measurement.offset_A.v);
+    TEST_ASSERT_EQUAL_FLOAT(0.3f, st.measurement.offset_A.w);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.omega_e_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.omega_s_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.lambda_r_hat_Wb.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.u_pending_V.alpha);
+}
+
+static void test_faults_are_reported_in_every_mode(void)
+{
+    const drive_params_t p = both_machines(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    for (int mode = DRIVE_OFF; mode <= DRIVE_RUN; mode++) {
+        drive_state_t st = {0};
+        drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 50.0), .mode = (drive_mode_t)mode};
+        in.sample.i_u_counts = 16000u; /* 23.8 A */
+        in.sample.i_v_counts = 8192u;
+        drive_out_t out;
+        drive_step(&cfg, &st, &in, &out);
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT | MONITOR_DC_UNDER_VOLTAGE, out.faults);
+    }
+}
+
+static void test_a_lost_estimate_is_a_fault(void)
+{
+    const drive_params_t p = both_machines(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    /* The estimate stays bounded by its clamps; the over-speed limit sees it there. */
+    cfg.monitor.omega_max_rad_s = 500.0f;
+    drive_state_t st = {.adaptation = {.x_rad_s = 600.0f}};
+    const drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN};
+    drive_out_t out;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, out.faults);
+}
+
+/* A corrupted bound lets a NaN through the clamp: the monitor sees it in either state. */
+static void test_monitor_sees_the_observer_states(void)
+{
+    const drive_params_t p = both_machines(0);
+    const drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_PREMAGNETISE};
+    for (int which = 0; which < 2; which++) {
+        drive_config_t cfg;
+        TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+        drive_state_t st = {0};
+        drive_out_t out;
+        *((which == 0) ? &cfg.observer.i_max_A : &cfg.observer.lambda_max_Wb) = NAN;
+        drive_step(&cfg, &st, &in, &out);
+        TEST_ASSERT_BITS_HIGH(MONITOR_NON_FINITE, out.faults);
+    }
+}
+
+/* Motor wired u-w-v: same machine turning the other way, so v and w change places everywhere. */
+static void test_mirror_swaps_two_phases_and_turns_the_speed_round(void)
+{
+    const drive_params_t p = both_machines(1);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t a = {.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}}};
+    drive_state_t b = {.observer = {.lambda_r_hat_Wb = {0.4f, -0.1f}}};
+    for (int k = 0; k < 50; k++) {
+        drive_in_t in = {.sample = words(&p, k, 5.0, 30.0, 540.0),
+                         .mode = DRIVE_RUN,
+                         .omega_e_ref_rad_s = 20.0f};
+        drive_out_t x, y;
+        drive_step(&cfg, &a, &in, &x);
+        const measurement_in_t s = in.sample;
+        in.sample.i_v_counts = s.i_w_counts;
+        in.sample.i_w_counts = s.i_v_counts;
+        in.sample.u_uv_counts = (uint16_t)(s.u_uv_counts + s.u_vw_counts - 8192u);
+        in.sample.u_vw_counts = (uint16_t)(16384u - s.u_vw_counts);
+        in.omega_e_ref_rad_s = -20.0f;
+        drive_step(&cfg, &b, &in, &y);
+        TEST_ASSERT_FLOAT_WITHIN(1e-4f, x.omega_e_hat_rad_s, -y.omega_e_hat_rad_s);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, x.duty.u, y.duty.u);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, x.duty.v, y.duty.w);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, x.duty.w, y.duty.v);
+    }
+}
+
+static void test_two_drives_do_not_know_each_other(void)
+{
+    const drive_params_t p1 = both_machines(0), p2 = both_machines(1);
+    drive_config_t c1, c2;
+    TEST_ASSERT_TRUE(drive_init(&c1, &p1, &test_table));
+    TEST_ASSERT_TRUE(drive_init(&c2, &p2, &test_table));
+    drive_state_t alone = {0}, together = {0}, other = {0};
+    drive_out_t x, y, z;
+    for (int k = 0; k < 100; k++) {
+        const drive_in_t in = {.sample = words(&p1, k, 5.0, 30.0, 540.0),
+                               .mode = (k < 20) ? DRIVE_PREMAGNETISE : DRIVE_RUN,
+                               .omega_e_ref_rad_s = 20.0f};
+        drive_step(&c1, &alone, &in, &x);
+    }
+    for (int k = 0; k < 100; k++) {
+        const drive_in_t in = {.sample = words(&p1, k, 5.0, 30.0, 540.0),
+                               .mode = (k < 20) ? DRIVE_PREMAGNETISE : DRIVE_RUN,
+                               .omega_e_ref_rad_s = 20.0f};
+        const drive_in_t in2 = {.sample = words(&p2, k + 7, 3.0, 60.0, 500.0),
+                                .mode = DRIVE_RUN,
+                                .omega_e_ref_rad_s = -40.0f};
+        drive_step(&c1, &together, &in, &y);
+        drive_step(&c2, &other, &in2, &z);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&x.duty, &y.duty, sizeof(x.duty));
+    TEST_ASSERT_EQUAL_MEMORY(&alone.observer, &together.observer, sizeof(alone.observer));
+    TEST_ASSERT_TRUE(memcmp(&together.observer, &other.observer, sizeof(other.observer)) != 0);
+}
+
+static void refuse(const drive_params_t *p)
+{
+    drive_config_t cfg;
+    TEST_ASSERT_FALSE(drive_init(&cfg, p, &test_table));
+}
+
+/* One wrong value in each part of the chain: the whole is refused. */
+static void test_init_refuses_one_bad_value_anywhere(void)
+{
+    const drive_params_t good = both_machines(1);
+    drive_params_t p;
+#define REFUSE_WITH(field, value)                                                                  \
+    p = good;                                                                                      \
+    p.field = (value);                                                                             \
+    refuse(&p)
+    REFUSE_WITH(period_s, 0.0f);
+    REFUSE_WITH(period_s, NAN);
+    REFUSE_WITH(voltage_filter_comp_s, -1e-6f);
+    REFUSE_WITH(delay_comp_periods, -0.1f);
+    REFUSE_WITH(motor.Rs_ohm, -1.0f);
+    REFUSE_WITH(motor.M_H, 10.0f);
+    REFUSE_WITH(voltage_source, (drive_voltage_source_t)2);
+    REFUSE_WITH(measurement.adc_bits, 0u);
+    REFUSE_WITH(lambda_max_Wb, 0.0f);
+    REFUSE_WITH(adaptation.kp_rad_per_s_Wb_A, -1.0f);
+    REFUSE_WITH(speed.J_kg_m2, 0.0f);
+    REFUSE_WITH(flux.i_d_A, 0.0f);
+    REFUSE_WITH(current.bandwidth_rad_s, 0.0f);
+    REFUSE_WITH(svpwm.min_pulse_s, -1.0f);
+    REFUSE_WITH(dead_time.i_threshold_A, 0.0f);
+    REFUSE_WITH(monitor.i_trip_A, 0.0f);
+#undef REFUSE_WITH
+    drive_config_t cfg;
+    gain_table_t broken = test_table;
+    broken.magic = 0u;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &good, &broken));
+    TEST_ASSERT_TRUE(drive_init(&cfg, &good, &test_table));
+}
+
+static void test_init_turns_parameters_into_coefficients(void)
+{
+    const drive_params_t p = both_machines(1);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    TEST_ASSERT_EQUAL_PTR(&test_table, cfg.table);
+    TEST_ASSERT_EQUAL_FLOAT(1.5f * 200e-6f, cfg.delay_comp_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.05f * p.motor.M_H * 4.0f, cfg.lambda_min_Wb);
+    TEST_ASSERT_EQUAL_FLOAT(200e-6f, cfg.period_s);
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.observer.i_max_A); /* twice the ADC's full scale */
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, cfg.observer.lambda_max_Wb);
+}
+
+static void test_reset_keeps_the_offsets_only(void)
+{
+    drive_state_t st;
+    memset(&st, 0x11, sizeof(st));
+    st.measurement.offset_A = (uvw_t){0.5f, 0.25f, -0.5f};
+    drive_reset(&st);
+    drive_state_t expected = {.measurement = {.offset_A = {0.5f, 0.25f, -0.5f}}};
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, st.measurement.offset_A.u);
+    TEST_ASSERT_EQUAL_FLOAT(expected.observer.e1_A.alpha, st.observer.e1_A.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.u_acting_V.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.current.q.x);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.monitor.adc_periods);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_chain_with_sensed_voltage_equals_the_double_chain);
+    RUN_TEST(test_chain_with_duty_voltage_equals_the_double_chain);
+    RUN_TEST(test_chain_without_gain_needs_no_table);
+    RUN_TEST(test_chain_at_the_voltage_limit_equals_the_double_chain);
+    RUN_TEST(test_delay_compensation_angle_is_limited);
+    RUN_TEST(test_premagnetise_holds_axis_and_speed_still);
+    RUN_TEST(test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis);
+    RUN_TEST(test_off_rests_everything_but_offsets_and_fault_counters);
+    RUN_TEST(test_faults_are_reported_in_every_mode);
+    RUN_TEST(test_a_lost_estimate_is_a_fault);
+    RUN_TEST(test_monitor_sees_the_observer_states);
+    RUN_TEST(test_mirror_swaps_two_phases_and_turns_the_speed_round);
+    RUN_TEST(test_two_drives_do_not_know_each_other);
+    RUN_TEST(test_init_refuses_one_bad_value_anywhere);
+    RUN_TEST(test_init_turns_parameters_into_coefficients);
+    RUN_TEST(test_reset_keeps_the_offsets_only);
+    return UNITY_END();
+}
