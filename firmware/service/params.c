@@ -2,11 +2,25 @@
 
 static const param_info_t param_table[] = {
 #define PARAM_F(name, unit, minimum, maximum, initial, access, text)                               \
-    {#name,   unit,                         text,        (minimum),             (maximum),         \
-     (initial), offsetof(params_t, name), PARAM_FLOAT, PARAM_ACCESS_##access},
+    {#name,                                                                                        \
+     unit,                                                                                         \
+     text,                                                                                         \
+     (minimum),                                                                                    \
+     (maximum),                                                                                    \
+     (initial),                                                                                    \
+     offsetof(params_t, name),                                                                     \
+     PARAM_FLOAT,                                                                                  \
+     PARAM_ACCESS_##access},
 #define PARAM_U(name, unit, minimum, maximum, initial, access, text)                               \
-    {#name,          unit,                     text,       (float)(minimum),      (float)(maximum), \
-     (float)(initial), offsetof(params_t, name), PARAM_UINT, PARAM_ACCESS_##access},
+    {#name,                                                                                        \
+     unit,                                                                                         \
+     text,                                                                                         \
+     (float)(minimum),                                                                             \
+     (float)(maximum),                                                                             \
+     (float)(initial),                                                                             \
+     offsetof(params_t, name),                                                                     \
+     PARAM_UINT,                                                                                   \
+     PARAM_ACCESS_##access},
 #include "param_list.def"
 #undef PARAM_F
 #undef PARAM_U

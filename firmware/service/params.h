@@ -19,9 +19,16 @@ typedef struct {
 #undef PARAM_U
 } params_t;
 
-typedef enum { PARAM_FLOAT = 0, PARAM_UINT = 1 } param_type_t;
+typedef enum {
+    PARAM_FLOAT = 0,
+    PARAM_UINT = 1
+} param_type_t;
 
-typedef enum { PARAM_ACCESS_RUN = 0, PARAM_ACCESS_READY = 1, PARAM_ACCESS_PROTECTED = 2 } param_access_t;
+typedef enum {
+    PARAM_ACCESS_RUN = 0,
+    PARAM_ACCESS_READY = 1,
+    PARAM_ACCESS_PROTECTED = 2
+} param_access_t;
 
 typedef struct {
     const char *name;

@@ -1,0 +1,112 @@
+/* The parameter list: every entry consistent, every write range-checked. */
+#include "params.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "unity.h"
+
+void setUp(void)
+{
+}
+void tearDown(void)
+{
+}
+
+static void test_every_parameter_has_name_text_and_a_default_in_range(void)
+{
+    for (size_t i = 0u; i < params_count(); i++) {
+        const param_info_t *info = params_info(i);
+        TEST_ASSERT_NOT_NULL(info);
+        TEST_ASSERT_TRUE_MESSAGE(strlen(info->name) > 2u, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(strlen(info->text) > 2u, info->name);
+        TEST_ASSERT_NOT_NULL(info->unit);
+        TEST_ASSERT_TRUE_MESSAGE(info->minimum < info->maximum, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(info->initial >= info->minimum, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(info->initial <= info->maximum, info->name);
+        TEST_ASSERT_EQUAL_size_t(i, params_find(info->name)); /* names are unique */
+    }
+    TEST_ASSERT_NULL(params_info(params_count()));
+}
+
+static void test_defaults_are_those_of_the_list(void)
+{
+    params_t p;
+    memset(&p, 0xA5, sizeof(p));
+    params_default(&p);
+    for (size_t i = 0u; i < params_count(); i++) {
+        TEST_ASSERT_EQUAL_FLOAT(params_info(i)->initial, params_get(&p, i));
+    }
+    TEST_ASSERT_EQUAL_FLOAT(0.93f, p.Rs_ohm);
+    TEST_ASSERT_EQUAL_UINT32(14u, p.adc_bits);
+}
+
+static void test_set_writes_the_named_field_and_no_other(void)
+{
+    params_t p, before;
+    params_default(&p);
+    before = p;
+    TEST_ASSERT_EQUAL(PARAMS_OK, params_set(&p, params_find("i_d_A"), 3.25f));
+    TEST_ASSERT_EQUAL_FLOAT(3.25f, p.i_d_A);
+    p.i_d_A = before.i_d_A;
+    TEST_ASSERT_EQUAL_MEMORY(&before, &p, sizeof(p));
+    TEST_ASSERT_EQUAL(PARAMS_OK, params_set(&p, params_find("eps1_mode"), 2.0f));
+    TEST_ASSERT_EQUAL_UINT32(2u, p.eps1_mode);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, params_get(&p, params_find("eps1_mode")));
+}
+
+static void test_set_refuses_and_leaves_everything_as_it_was(void)
+{
+    params_t p, before;
+    params_default(&p);
+    before = p;
+    for (size_t i = 0u; i < params_count(); i++) {
+        const param_info_t *info = params_info(i);
+        TEST_ASSERT_EQUAL(PARAMS_NOT_FINITE, params_set(&p, i, NAN));
+        TEST_ASSERT_EQUAL(PARAMS_NOT_FINITE, params_set(&p, i, INFINITY));
+        TEST_ASSERT_EQUAL(PARAMS_NOT_FINITE, params_set(&p, i, -INFINITY));
+        TEST_ASSERT_EQUAL(PARAMS_OUT_OF_RANGE,
+                          params_set(&p, i, nextafterf(info->maximum, INFINITY)));
+        TEST_ASSERT_EQUAL(PARAMS_OUT_OF_RANGE,
+                          params_set(&p, i, nextafterf(info->minimum, -INFINITY)));
+        if (info->type == PARAM_UINT) {
+            TEST_ASSERT_EQUAL(PARAMS_NOT_WHOLE, params_set(&p, i, info->minimum + 0.5f));
+        }
+    }
+    TEST_ASSERT_EQUAL(PARAMS_NO_SUCH, params_set(&p, params_count(), 1.0f));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &p, sizeof(p));
+}
+
+static void test_both_ends_of_every_range_are_accepted(void)
+{
+    params_t p;
+    params_default(&p);
+    for (size_t i = 0u; i < params_count(); i++) {
+        TEST_ASSERT_EQUAL(PARAMS_OK, params_set(&p, i, params_info(i)->minimum));
+        TEST_ASSERT_EQUAL_FLOAT(params_info(i)->minimum, params_get(&p, i));
+        TEST_ASSERT_EQUAL(PARAMS_OK, params_set(&p, i, params_info(i)->maximum));
+        TEST_ASSERT_EQUAL_FLOAT(params_info(i)->maximum, params_get(&p, i));
+    }
+}
+
+static void test_a_name_must_match_whole(void)
+{
+    TEST_ASSERT_EQUAL_size_t(params_count(), params_find(""));
+    TEST_ASSERT_EQUAL_size_t(params_count(), params_find("Rs"));
+    TEST_ASSERT_EQUAL_size_t(params_count(), params_find("Rs_ohm2"));
+    TEST_ASSERT_EQUAL_size_t(params_count(), params_find("rs_ohm"));
+    const params_t p = {0};
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, params_get(&p, params_count()));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_parameter_has_name_text_and_a_default_in_range);
+    RUN_TEST(test_defaults_are_those_of_the_list);
+    RUN_TEST(test_set_writes_the_named_field_and_no_other);
+    RUN_TEST(test_set_refuses_and_leaves_everything_as_it_was);
+    RUN_TEST(test_both_ends_of_every_range_are_accepted);
+    RUN_TEST(test_a_name_must_match_whole);
+    return UNITY_END();
+}
