@@ -25,35 +25,35 @@ typedef enum {
     DRIVE_STATE_TORQUE_OFF = 9
 } drive_state_id_t;
 
-#define DRIVE_STATE_CMD_RUN (1u << 0)         /* level */
+#define DRIVE_STATE_CMD_RUN         (1u << 0) /* level */
 #define DRIVE_STATE_CMD_FAULT_RESET (1u << 1) /* rising edge */
-#define DRIVE_STATE_CMD_TORQUE_OFF (1u << 2)  /* level, wins over everything but a fault */
+#define DRIVE_STATE_CMD_TORQUE_OFF  (1u << 2) /* level, wins over everything but a fault */
 
 typedef struct {
-    uint32_t offset_periods;      /* current offsets are averaged this long; 0: none */
+    uint32_t offset_periods; /* current offsets are averaged this long; 0: none */
     uint32_t premagnetise_periods;
-    float offset_max_A;           /* a larger offset is a sensor fault */
+    float offset_max_A; /* a larger offset is a sensor fault */
 } drive_state_config_t;
 
 typedef struct {
     drive_state_id_t id;
-    uint32_t periods;     /* in this state */
-    uint32_t faults;      /* latched */
+    uint32_t periods; /* in this state */
+    uint32_t faults;  /* latched */
     uint32_t last_command;
-    bool run_armed;       /* run was seen low since the last fault or torque-off */
+    bool run_armed; /* run was seen low since the last fault or torque-off */
     uvw_t offset_sum_A;
 } drive_machine_t;
 
 typedef struct {
     uint32_t command;
-    uint32_t faults;   /* of this period */
-    uvw_t i_raw_A;     /* gates off: its mean is the offset */
+    uint32_t faults; /* of this period */
+    uvw_t i_raw_A;   /* gates off: its mean is the offset */
 } drive_state_in_t;
 
 typedef struct {
-    drive_mode_t mode;   /* for the next step of the control law */
+    drive_mode_t mode; /* for the next step of the control law */
     bool gates_on;
-    bool offsets_ready;  /* one period: take offset_A */
+    bool offsets_ready; /* one period: take offset_A */
     uvw_t offset_A;
 } drive_state_out_t;
 
