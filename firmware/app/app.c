@@ -72,10 +72,8 @@ static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
 {
     const bool valid = duties_valid(app->last.duty);
     const uvw_t duty = valid ? app->last.duty : (uvw_t){0.5f, 0.5f, 0.5f};
-    *output = (hal_output_t){.duty_u = duty.u,
-                             .duty_v = duty.v,
-                             .duty_w = duty.w,
-                             .gates_on = gates_on && valid};
+    *output = (hal_output_t){
+        .duty_u = duty.u, .duty_v = duty.v, .duty_w = duty.w, .gates_on = gates_on && valid};
 }
 
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
@@ -120,8 +118,8 @@ static void check_table_slice(app_t *app)
     if (n > APP_CRC_ENTRIES_PER_SLICE) {
         n = APP_CRC_ENTRIES_PER_SLICE;
     }
-    app->crc = crc32c_update(app->crc, &table->entry[app->crc_entry],
-                             (size_t)n * sizeof(observer_gain_t));
+    app->crc =
+        crc32c_update(app->crc, &table->entry[app->crc_entry], (size_t)n * sizeof(observer_gain_t));
     app->crc_entry += n;
     if (app->crc_entry >= table->entry_count) {
         if (app->crc != table->crc32c) {

@@ -25,7 +25,7 @@ typedef struct {
 /* Double buffer: the background fills the slot that is not published, then flips the index. */
 typedef struct {
     app_command_t slot[2];
-    uint32_t faults;            /* found by the background */
+    uint32_t faults;             /* found by the background */
     volatile uint32_t published; /* index of the slot to read */
 } app_mailbox_t;
 

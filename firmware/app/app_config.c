@@ -21,13 +21,13 @@ static void config_board(drive_params_t *d, const params_t *p)
                          .Lr_H = p->Lr_H,
                          .M_H = p->M_H,
                          .pole_pairs = p->pole_pairs};
-    d->measurement = (measurement_params_t){.adc_bits = p->adc_bits,
-                                            .current_full_scale_A = p->current_full_scale_A,
-                                            .line_voltage_full_scale_V =
-                                                p->line_voltage_full_scale_V,
-                                            .dc_link_full_scale_V = p->dc_link_full_scale_V,
-                                            .current_sum_max_A = p->current_sum_max_A,
-                                            .swap_vw = p->swap_vw != 0u};
+    d->measurement =
+        (measurement_params_t){.adc_bits = p->adc_bits,
+                               .current_full_scale_A = p->current_full_scale_A,
+                               .line_voltage_full_scale_V = p->line_voltage_full_scale_V,
+                               .dc_link_full_scale_V = p->dc_link_full_scale_V,
+                               .current_sum_max_A = p->current_sum_max_A,
+                               .swap_vw = p->swap_vw != 0u};
     d->monitor = (monitor_config_t){.i_trip_A = p->i_trip_A,
                                     .u_dc_max_V = p->u_dc_max_V,
                                     .u_dc_min_V = p->u_dc_min_V,
@@ -42,17 +42,17 @@ static void config_estimator(drive_params_t *d, const params_t *p)
     d->observer_method = (observer_method_t)p->observer_method;
     d->observer_gain_enable = p->observer_gain_enable != 0u;
     d->lambda_max_Wb = p->lambda_max_Wb;
-    d->adaptation = (speed_adaptation_params_t){
-        .kp_rad_per_s_Wb_A = p->adapt_kp,
-        .ki_rad_per_s2_Wb_A = p->adapt_ki,
-        .leak_per_s_Wb_A = leak(p),
-        .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
-        .leak_to_prior = p->eps1_prior != 0u,
-        .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
-        .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
-        .omega_max_rad_s = p->omega_max_rad_s,
-        .phi_factor = p->phi_factor,
-        .phi_ramp_rad_s = p->phi_ramp_rad_s};
+    d->adaptation =
+        (speed_adaptation_params_t){.kp_rad_per_s_Wb_A = p->adapt_kp,
+                                    .ki_rad_per_s2_Wb_A = p->adapt_ki,
+                                    .leak_per_s_Wb_A = leak(p),
+                                    .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
+                                    .leak_to_prior = p->eps1_prior != 0u,
+                                    .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
+                                    .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
+                                    .omega_max_rad_s = p->omega_max_rad_s,
+                                    .phi_factor = p->phi_factor,
+                                    .phi_ramp_rad_s = p->phi_ramp_rad_s};
 }
 
 static void config_control(drive_params_t *d, const params_t *p)

@@ -17,7 +17,8 @@ typedef struct {
     uint32_t until_background;
 } host_port_t;
 
-/* False when the application refused the parameters or the table; it can be stepped all the same. */
+/* False when the application refused the parameters or the table; it can be stepped all the same.
+ */
 CHECKED bool host_port_init(host_port_t *port, const params_t *params, const gain_table_t *table);
 
 /* One period, and the background function every background_every-th call. */

@@ -1,0 +1,276 @@
+/* One drive as an object: refused configurations stay off, commands arrive, a lost bit is found. */
+#include "app.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "crc32c.h"
+#include "unity.h"
+
+static observer_gain_t entries[100];
+static gain_table_t table;
+static params_t params;
+static app_t app;
+static uint32_t served;
+
+static void serve(void *context)
+{
+    (*(uint32_t *)context)++;
+}
+
+void setUp(void)
+{
+    for (int k = 0; k < 100; k++) {
+        entries[k] = (observer_gain_t){-300.0f, (float)k, 0.5f, -0.01f * (float)k};
+    }
+    table = (gain_table_t){.magic = GAIN_TABLE_MAGIC,
+                           .version = GAIN_TABLE_VERSION,
+                           .motor_id = 1u,
+                           .entry_count = 100u,
+                           .step_rad_s = 0.20943951f,
+                           .entry = entries};
+    table.crc32c = crc32c(entries, sizeof(entries));
+    params_default(&params);
+    params.offset_calibration_s = 0.01f;
+    params.premagnetise_s = 0.02f;
+    served = 0u;
+}
+
+void tearDown(void)
+{
+}
+
+/* At rest: mid-scale currents and voltages, 283 V. */
+static hal_sample_t rest(void)
+{
+    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u};
+}
+
+static hal_output_t periods(uint32_t command, float omega_m_rad_s, int n)
+{
+    hal_output_t out = {0};
+    const hal_sample_t sample = rest();
+    const app_command_t c = {.command = command, .omega_m_ref_rad_s = omega_m_rad_s};
+    for (int k = 0; k < n; k++) {
+        app_post_command(&app, &c);
+        app_control_period(&app, &sample, &out);
+    }
+    return out;
+}
+
+static app_telemetry_t telemetry(void)
+{
+    app_telemetry_t t;
+    app_telemetry(&app, &t);
+    return t;
+}
+
+static void test_starts_from_boot_to_run_by_itself(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    TEST_ASSERT_FALSE(periods(0u, 0.0f, 60).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_READY, telemetry().state);
+    TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_PREMAGNETISE, telemetry().state);
+    const hal_output_t out = periods(DRIVE_STATE_CMD_RUN, 0.0f, 1);
+    TEST_ASSERT_TRUE(out.duty_u > 0.5f); /* d axis along alpha: current builds up in phase u */
+    TEST_ASSERT_TRUE(out.duty_v < 0.5f);
+    TEST_ASSERT_EQUAL_FLOAT(out.duty_v, out.duty_w);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 120);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_RUN, telemetry().state);
+    TEST_ASSERT_EQUAL_UINT32(0u, telemetry().faults);
+}
+
+static void test_speed_reference_is_mechanical(void)
+{
+    params.speed_slew_rad_s2 = 1e9f;
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(DRIVE_STATE_CMD_RUN, 10.0f, 110);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_RUN, telemetry().state);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, app.drive.speed.omega_ref_rad_s); /* 2 pole pairs */
+}
+
+static void test_measured_offsets_are_removed(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    hal_sample_t s = rest();
+    s.i_u_counts = 8202u;
+    s.i_v_counts = 8182u;
+    hal_output_t out;
+    for (int k = 0; k < 60; k++) {
+        app_control_period(&app, &s, &out);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f * 25.0f / 8192.0f, app.drive.measurement.offset_A.u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, app.last.meas.i_A.u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, app.last.meas.i_A.v);
+}
+
+static void test_refused_configuration_stands_in_fault_with_gates_off(void)
+{
+    params.M_H = 0.2f; /* no leakage */
+    TEST_ASSERT_FALSE(app_init(&app, &params, &table));
+    const hal_output_t out = periods(DRIVE_STATE_CMD_RUN, 10.0f, 50);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_u);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_FAULT, telemetry().state);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_CONFIG, telemetry().faults);
+    (void)periods(0u, 0.0f, 1);
+    (void)periods(DRIVE_STATE_CMD_FAULT_RESET, 0.0f, 5);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_FAULT, telemetry().state);
+    app_background(&app, NULL); /* and nothing breaks */
+}
+
+static void test_refused_state_times_stand_in_fault(void)
+{
+    params.premagnetise_s = -1.0f;
+    TEST_ASSERT_FALSE(app_init(&app, &params, &table));
+}
+
+static void test_a_table_with_a_flipped_bit_is_refused(void)
+{
+    entries[42].l1_im_per_s += 0.0001f;
+    TEST_ASSERT_FALSE(app_init(&app, &params, &table));
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 5);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_TABLE_CRC, telemetry().faults);
+    params.observer_gain_enable = 0u; /* L = 0 does not need it */
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    TEST_ASSERT_TRUE(app_init(&app, &params, NULL));
+}
+
+static void test_background_finds_a_bit_lost_while_running(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 5);
+    for (int k = 0; k < 6; k++) {
+        app_background(&app, NULL);
+    }
+    TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 1).gates_on);
+    entries[99].l2_im_ohm = 0.5f;
+    for (int k = 0; k < 2; k++) { /* 100 entries are two slices */
+        app_background(&app, NULL);
+    }
+    TEST_ASSERT_FALSE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_TABLE_CRC, telemetry().faults);
+}
+
+static void test_background_without_a_table_has_nothing_to_check(void)
+{
+    params.observer_gain_enable = 0u;
+    TEST_ASSERT_TRUE(app_init(&app, &params, NULL));
+    app_background(&app, NULL);
+    (void)periods(0u, 0.0f, 3);
+    TEST_ASSERT_EQUAL_UINT32(0u, telemetry().faults);
+}
+
+static void test_watchdog_is_fed_only_while_the_control_period_lives(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    const hal_devices_t devices = {.context = &served, .watchdog_serve = serve};
+    (void)periods(0u, 0.0f, 1);
+    app_background(&app, &devices);
+    TEST_ASSERT_EQUAL_UINT32(1u, served);
+    app_background(&app, &devices);
+    TEST_ASSERT_EQUAL_UINT32(1u, served);
+    (void)periods(0u, 0.0f, 1);
+    app_background(&app, &devices);
+    TEST_ASSERT_EQUAL_UINT32(2u, served);
+    const hal_devices_t none = {.context = &served};
+    (void)periods(0u, 0.0f, 1);
+    app_background(&app, &none); /* no watchdog on this board */
+}
+
+static void test_a_speed_reference_that_is_no_number_is_a_fault(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_FALSE(periods(DRIVE_STATE_CMD_RUN, NAN, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, telemetry().faults);
+}
+
+static void test_over_current_opens_the_gates_in_the_same_period(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 10).gates_on);
+    hal_sample_t s = rest();
+    s.i_u_counts = 16000u; /* 23.8 A */
+    s.i_v_counts = 384u;
+    hal_output_t out;
+    app_control_period(&app, &s, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, telemetry().faults);
+}
+
+static void test_live_change_is_taken_or_refused_as_a_whole(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    params.i_d_A = 3.0f;
+    TEST_ASSERT_TRUE(app_reconfigure(&app, &params));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, app.drive_cfg.flux.i_d_A);
+    const drive_config_t before = app.drive_cfg;
+    params.i_d_A = 4.0f;
+    params.speed_J_kg_m2 = 0.0f;
+    TEST_ASSERT_FALSE(app_reconfigure(&app, &params));
+    TEST_ASSERT_EQUAL_FLOAT(before.flux.i_d_A, app.drive_cfg.flux.i_d_A);
+    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &app.drive_cfg.speed, sizeof(before.speed));
+    app.configured = false;
+    params.speed_J_kg_m2 = 0.035f;
+    TEST_ASSERT_FALSE(app_reconfigure(&app, &params));
+}
+
+static void test_eps1_units_reach_the_law_converted(void)
+{
+    params.eps1 = 0.008f;
+    params.adapt_ki = 500.0f;
+    const float expected[3] = {0.008f, 0.008f * 500.0f, 0.008f / 200e-6f};
+    for (uint32_t unit = 0u; unit < 3u; unit++) {
+        params.eps1_unit = unit;
+        TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+        TEST_ASSERT_EQUAL_FLOAT(expected[unit], app.drive_cfg.adaptation.p.leak_per_s_Wb_A);
+    }
+}
+
+static void test_telemetry_says_what_the_period_did(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    app.last.omega_e_hat_rad_s = 20.0f;
+    app.last.omega_s_hat_rad_s = 6.2831853f;
+    app.last.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
+    app.last.i_A = (dq_t){1.0f, 2.0f};
+    app.last.i_ref_A = (dq_t){1.5f, 2.5f};
+    app.last.e1_A = (ab_t){0.1f, 0.2f};
+    app.last.gain.l1_re_per_s = -7.0f;
+    const app_telemetry_t t = telemetry();
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, t.omega_m_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, t.stator_frequency_Hz);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, t.lambda_hat_Wb);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.5707963f, t.lambda_angle_rad);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, t.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, t.i_q_A);
+    TEST_ASSERT_EQUAL_FLOAT(2.5f, t.i_q_ref_A);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, t.e1_alpha_A);
+    TEST_ASSERT_EQUAL_FLOAT(0.2f, t.e1_beta_A);
+    TEST_ASSERT_EQUAL_FLOAT(-7.0f, t.gain.l1_re_per_s);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_starts_from_boot_to_run_by_itself);
+    RUN_TEST(test_speed_reference_is_mechanical);
+    RUN_TEST(test_measured_offsets_are_removed);
+    RUN_TEST(test_refused_configuration_stands_in_fault_with_gates_off);
+    RUN_TEST(test_refused_state_times_stand_in_fault);
+    RUN_TEST(test_a_table_with_a_flipped_bit_is_refused);
+    RUN_TEST(test_background_finds_a_bit_lost_while_running);
+    RUN_TEST(test_background_without_a_table_has_nothing_to_check);
+    RUN_TEST(test_watchdog_is_fed_only_while_the_control_period_lives);
+    RUN_TEST(test_a_speed_reference_that_is_no_number_is_a_fault);
+    RUN_TEST(test_over_current_opens_the_gates_in_the_same_period);
+    RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
+    RUN_TEST(test_eps1_units_reach_the_law_converted);
+    RUN_TEST(test_telemetry_says_what_the_period_did);
+    return UNITY_END();
+}
