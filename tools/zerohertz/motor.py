@@ -1,0 +1,296 @@
+"""The machine and what its gain table is designed for: motor.toml, loaded and validated.
+
+T-equivalent circuit, per phase, referred to the stator. Every quantity carries its unit in its
+name. A file that cannot be used raises MotorError: one line that names file, key and remedy.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from zerohertz.errors import UserError
+
+METHODS = ("gamma_pr", "closed_form", "pole_shift", "zero")
+STEP_ELEC_PER_MIN = 2  # the paper's quantisation of the gain table
+MAX_ENTRIES = 2048  # GAIN_TABLE_MAX_ENTRIES of gain_table.h: 32 KiB of flash
+
+
+class MotorError(UserError):
+    """Motor data that cannot be used: `file: key: what is wrong; remedy`."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Nameplate:
+    power_W: float
+    speed_rpm: float
+    voltage_V: float  # line to line, rms
+    current_A: float  # phase, rms
+    frequency_Hz: float
+    pole_pairs: int
+    torque_Nm: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Circuit:
+    Rs_ohm: float
+    Rr_ohm: float
+    Ls_H: float
+    Lr_H: float
+    M_H: float
+
+    @property
+    def sigma_Ls_H(self) -> float:
+        """sigma Ls = Ls - M^2/Lr, written without cancelling twice."""
+        return (self.Ls_H * self.Lr_H - self.M_H**2) / self.Lr_H
+
+    @property
+    def eps_H(self) -> float:
+        """epsilon of eq. (1): sigma Ls Lr / M."""
+        return (self.Ls_H * self.Lr_H - self.M_H**2) / self.M_H
+
+    @property
+    def tau_per_s(self) -> float:
+        """Rr/Lr, the inverse rotor time constant."""
+        return self.Rr_ohm / self.Lr_H
+
+    @property
+    def a11_per_s(self) -> float:
+        """(Rs + M^2 Rr/Lr^2)/(sigma Ls): minus the current row's own entry in A, eq. (1)."""
+        return (self.Rs_ohm + (self.M_H / self.Lr_H) ** 2 * self.Rr_ohm) / self.sigma_Ls_H
+
+
+@dataclasses.dataclass(frozen=True)
+class Mechanics:
+    J_kg_m2: float  # the motor's own rotor
+
+
+@dataclasses.dataclass(frozen=True)
+class Design:
+    """Requirements of the LMIs (14)-(16), the table's range, and the methods' own numbers."""
+
+    method: str
+    dw0_rad_s: float  # speed error the field orientation must survive, electrical
+    radius_per_s: float  # r of (15)
+    decay_per_s: float  # h of (16)
+    relax: float  # gamma allowed over its minimum in stage two
+    period_s: float  # T of the Euler disc |1 + T s| < 1
+    table_end_elec_per_min: int
+    p1_per_s: float | None = None  # closed_form, and reference of gamma_pr
+    a: float | None = None
+    b: float | None = None
+    real_factor: float | None = None  # pole_shift
+    imag_factor: float | None = None
+
+    @property
+    def entries(self) -> int:
+        return self.table_end_elec_per_min // STEP_ELEC_PER_MIN + 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Motor:
+    name: str
+    source: str
+    nameplate: Nameplate
+    circuit: Circuit
+    mechanics: Mechanics
+    design: Design
+    file: str = "motor.toml"  # where it came from, for error messages only
+
+    def inputs(self) -> dict[str, Any]:
+        """The content of motor.toml, numbers normalised (200 and 200.0 are the same input)."""
+        design = {k: v for k, v in dataclasses.asdict(self.design).items() if v is not None}
+        return {
+            "motor": {"name": self.name, "source": self.source},
+            "nameplate": dataclasses.asdict(self.nameplate),
+            "circuit": dataclasses.asdict(self.circuit),
+            "mechanics": dataclasses.asdict(self.mechanics),
+            "design": design,
+        }
+
+    def inputs_sha256(self) -> str:
+        return hashlib.sha256(_canonical(self.inputs())).hexdigest()
+
+    def machine_bytes(self) -> bytes:
+        """What motor_id is the CRC-32C of: the canonical JSON of circuit and nameplate.
+
+        The design is left out on purpose: two tables for one machine share the motor_id.
+        """
+        inputs = self.inputs()
+        return _canonical({key: inputs[key] for key in ("circuit", "nameplate")})
+
+
+# Key -> (required for these methods, kind). Kinds are checked by _number below.
+_SECTIONS: dict[str, dict[str, str]] = {
+    "motor": {"name": "name", "source": "text"},
+    "nameplate": {
+        "power_W": "positive",
+        "speed_rpm": "positive",
+        "voltage_V": "positive",
+        "current_A": "positive",
+        "frequency_Hz": "positive",
+        "pole_pairs": "count",
+        "torque_Nm": "positive",
+    },
+    "circuit": dict.fromkeys(("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H"), "positive"),
+    "mechanics": {"J_kg_m2": "positive"},
+    "design": {
+        "method": "method",
+        "dw0_rad_s": "positive",
+        "radius_per_s": "positive",
+        "decay_per_s": "not_negative",
+        "relax": "at_least_one",
+        "period_s": "positive",
+        "table_end_elec_per_min": "table_end",
+        "p1_per_s": "negative",
+        "a": "positive",
+        "b": "not_negative",
+        "real_factor": "positive",
+        "imag_factor": "not_negative",
+    },
+}
+_NEEDED_BY = {
+    "p1_per_s": ("gamma_pr", "closed_form"),
+    "a": ("gamma_pr", "closed_form"),
+    "b": ("gamma_pr", "closed_form"),
+    "real_factor": ("pole_shift",),
+    "imag_factor": ("pole_shift",),
+}
+_RULES = {
+    "positive": (lambda x: x > 0.0, "must be greater than zero"),
+    "negative": (lambda x: x < 0.0, "must be less than zero"),
+    "not_negative": (lambda x: x >= 0.0, "must not be negative"),
+    "at_least_one": (lambda x: x >= 1.0, "must be 1 or more"),
+}
+
+
+def load_motor(path: Path | str) -> Motor:
+    """Motor of a directory (its motor.toml) or of a file; MotorError when it cannot be used."""
+    file = Path(path)
+    if file.is_dir():
+        file = file / "motor.toml"
+    try:
+        with file.open("rb") as stream:
+            data = tomllib.load(stream)
+    except FileNotFoundError:
+        raise MotorError(f"{file}: no such file; name a folder with a motor.toml") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise MotorError(f"{file}: not valid TOML: {error}; correct the syntax") from None
+    except OSError as error:
+        raise MotorError(f"{file}: cannot be read: {error.strerror}") from None
+    return motor_from_dict(data, str(file))
+
+
+def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
+    """Validates the content of a motor.toml; `file` appears in the messages."""
+    for section in data:
+        if section not in _SECTIONS:
+            known = ", ".join(_SECTIONS)
+            raise MotorError(f"{file}: [{section}]: unknown section; known are {known}")
+    values = {section: _section(data, section, file) for section in _SECTIONS}
+    motor = Motor(
+        name=values["motor"]["name"],
+        source=values["motor"]["source"],
+        nameplate=Nameplate(**values["nameplate"]),
+        circuit=Circuit(**values["circuit"]),
+        mechanics=Mechanics(**values["mechanics"]),
+        design=Design(**values["design"]),
+        file=file,
+    )
+    _require_leakage(motor.circuit, file)
+    return motor
+
+
+def with_design(motor: Motor, **changes: Any) -> Motor:
+    """The motor with other design values, validated like a file."""
+    inputs = motor.inputs()
+    inputs["design"].update(changes)
+    return motor_from_dict(inputs, motor.file)
+
+
+def motor_toml(motor: Motor) -> str:
+    """Text of a motor.toml with the motor's inputs."""
+    lines: list[str] = []
+    for section, content in motor.inputs().items():
+        lines += [f"[{section}]"] + [f"{k} = {_toml_value(v)}" for k, v in content.items()] + [""]
+    return "\n".join(lines)
+
+
+def _section(data: Mapping[str, Any], section: str, file: str) -> dict[str, Any]:
+    if section not in data:
+        raise MotorError(f"{file}: [{section}]: section is missing; add it")
+    content = data[section]
+    if not isinstance(content, Mapping):
+        raise MotorError(f"{file}: {section}: must be a section; write [{section}]")
+    for key in content:
+        if key not in _SECTIONS[section]:
+            known = ", ".join(_SECTIONS[section])
+            raise MotorError(f"{file}: {section}.{key}: unknown key; known are {known}")
+    method = content.get("method")
+    result = {}
+    for key, kind in _SECTIONS[section].items():
+        if key in content:
+            result[key] = _value(content[key], kind, f"{file}: {section}.{key}")
+        elif key not in _NEEDED_BY:
+            raise MotorError(f"{file}: {section}.{key}: key is missing; add it")
+        elif method in _NEEDED_BY[key]:
+            raise MotorError(f"{file}: {section}.{key}: key is missing; method {method} needs it")
+    return result
+
+
+def _value(value: Any, kind: str, where: str) -> Any:
+    if kind in ("name", "text", "method"):
+        return _text(value, kind, where)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise MotorError(f"{where}: is {value!r}; a number is needed")
+    if not math.isfinite(value):
+        raise MotorError(f"{where}: is {value}; a finite number is needed")
+    if kind in ("count", "table_end"):
+        return _whole_number(value, kind, where)
+    holds, text = _RULES[kind]
+    if not holds(value):
+        raise MotorError(f"{where}: is {value}; it {text}")
+    return float(value)
+
+
+def _text(value: Any, kind: str, where: str) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise MotorError(f"{where}: is {value!r}; a text is needed")
+    if kind == "name" and not re.fullmatch(r"[a-z][a-z0-9_]*", value):
+        raise MotorError(f"{where}: is {value!r}; use a-z, 0-9 and _, it becomes a C identifier")
+    if kind == "method" and value not in METHODS:
+        raise MotorError(f"{where}: is {value!r}; known are {', '.join(METHODS)}")
+    return value
+
+
+def _whole_number(value: float, kind: str, where: str) -> int:
+    if value != int(value) or value < 1:
+        raise MotorError(f"{where}: is {value}; a whole number of 1 or more is needed")
+    end = (MAX_ENTRIES - 1) * STEP_ELEC_PER_MIN
+    if kind == "table_end" and (value % STEP_ELEC_PER_MIN or value > end):
+        raise MotorError(f"{where}: is {value}; an even number up to {end} is needed (32 KiB)")
+    return int(value)
+
+
+def _require_leakage(circuit: Circuit, file: str) -> None:
+    if circuit.M_H**2 >= circuit.Ls_H * circuit.Lr_H:
+        raise MotorError(
+            f"{file}: circuit.M_H: {circuit.M_H} H leaves no leakage (M^2 >= Ls Lr); "
+            f"it must be below {math.sqrt(circuit.Ls_H * circuit.Lr_H):.6g} H"
+        )
+
+
+def _canonical(content: Any) -> bytes:
+    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def _toml_value(value: Any) -> str:
+    # TOML's basic string has JSON's escapes; repr of a float is its shortest exact decimal.
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
