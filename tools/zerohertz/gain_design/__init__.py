@@ -1,0 +1,1 @@
+"""Design of the observer gain table: LMI, closed form, pole shift, zero; json and C."""

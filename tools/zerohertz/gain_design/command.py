@@ -1,0 +1,186 @@
+"""`zh design`: designs gain tables, writes json and C, or proves that the committed ones hold."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from zerohertz.errors import UserError
+from zerohertz.gain_design.c_source import c_files, read_table_json
+from zerohertz.gain_design.table import Table, design_table, table_json
+from zerohertz.motor import METHODS, Motor, load_motor, motor_toml, with_design
+from zerohertz.paths import ROOT
+
+JSON_NAME = "l_gain.json"
+# Solvers and processors differ in the last digits; a redesign has to agree within this.
+REDESIGN_TOLERANCE = 1.0e-3
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """What happened to one motor's table."""
+
+    motor: str
+    method: str
+    entries: int
+    cpu_s: float
+    max_gamma: float | None
+    largest_difference: float | None  # relative, of the fresh design against the stored table
+    faults: tuple[str, ...]
+    done: str
+
+    def as_json(self) -> dict[str, Any]:
+        content = dataclasses.asdict(self)
+        del content["motor"]
+        return content | {"faults": list(self.faults)}
+
+
+def register(app: typer.Typer) -> None:
+    app.command("design")(design)
+
+
+def design(
+    motor_dirs: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[MOTOR_DIR]...", help="Default: every motor in gain_tables."),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; compare the files with a fresh design.")
+    ] = False,
+    method: Annotated[
+        str | None,
+        typer.Option(help=f"Instead of motor.toml's: {', '.join(METHODS)}. Needs --out."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder that receives <motor>/motor.toml, json and C.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Design the observer gain tables (l_gain.json, l_gain.c, l_gain.h).
+
+    A table that a fresh design confirms is left as it is, so that nothing changes with the
+    computer. With --check: exit 1 unless the C files are byte for byte those of the json, and the
+    json agrees with motor.toml and, within 1e-3, with a fresh design.
+    """
+    if check and (method or out):
+        raise UserError("--check: compares stored tables; leave out --method and --out")
+    if method and not out:
+        raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
+    console = Console(stderr=True)
+    outcomes = []
+    for folder in motor_dirs or default_motor_dirs():
+        motor = load_motor(folder)
+        if method:
+            motor = with_design(motor, method=method)
+        fresh, cpu_s = _timed_design(motor, console)
+        if check:
+            outcomes.append(_check(folder, fresh, cpu_s))
+        else:
+            outcomes.append(_store(out / motor.name if out else folder, fresh, cpu_s, bool(out)))
+        _say(outcomes[-1], console)
+    if as_json:
+        print(json.dumps({"motors": {o.motor: o.as_json() for o in outcomes}}))
+    if any(outcome.faults for outcome in outcomes):
+        raise typer.Exit(1)
+
+
+def default_motor_dirs() -> list[Path]:
+    """Every folder of gain_tables that has a motor.toml."""
+    return sorted(path.parent for path in (ROOT / "gain_tables").glob("*/motor.toml"))
+
+
+def _timed_design(motor: Motor, console: Console) -> tuple[Table, float]:
+    with Progress(console=console, transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task(f"{motor.name}: {motor.design.method}", total=motor.design.entries)
+        start_s = time.process_time()
+        table = design_table(motor, progress=lambda done: bar.update(task, completed=done))
+        return table, time.process_time() - start_s
+
+
+def _check(folder: Path, fresh: Table, cpu_s: float) -> Outcome:
+    stored = read_table_json(folder / JSON_NAME)
+    faults = [
+        f"{folder / name}: is not what l_gain.json gives; run zh design"
+        for name, text in c_files(stored).items()
+        if _read(folder / name) != text
+    ]
+    difference = _difference(stored, fresh)
+    if difference is None:
+        faults.append(f"{folder / JSON_NAME}: was designed for other inputs; run zh design")
+    elif difference > REDESIGN_TOLERANCE:
+        faults.append(f"{folder / JSON_NAME}: l_words: {difference:.1e} off a fresh design")
+    return _outcome(fresh, cpu_s, difference, faults, "checked")
+
+
+def _store(folder: Path, fresh: Table, cpu_s: float, with_motor: bool) -> Outcome:
+    """Writes what is new: the json unless it holds, then the C files that the json gives."""
+    folder.mkdir(parents=True, exist_ok=True)
+    json_path = folder / JSON_NAME
+    difference = _difference(read_table_json(json_path), fresh) if json_path.exists() else None
+    holds = difference is not None and difference <= REDESIGN_TOLERANCE
+    files = {} if holds else {JSON_NAME: table_json(fresh)}
+    content = read_table_json(json_path) if holds else json.loads(files[JSON_NAME])
+    files |= c_files(content)
+    if with_motor:
+        files["motor.toml"] = motor_toml(fresh.motor)
+    for name, text in files.items():
+        if _read(folder / name) != text:
+            (folder / name).write_text(text, encoding="utf-8")
+    done = "holds, left as it is" if holds else f"written to {folder}"
+    return _outcome(fresh, cpu_s, difference, [], done)
+
+
+def _outcome(
+    fresh: Table, cpu_s: float, difference: float | None, faults: list[str], done: str
+) -> Outcome:
+    design, known = fresh.motor.design, [g for g in fresh.gamma if g is not None]
+    return Outcome(
+        motor=fresh.motor.name,
+        method=design.method,
+        entries=design.entries,
+        cpu_s=round(cpu_s, 3),
+        max_gamma=max(known) if len(known) == design.entries else None,
+        largest_difference=difference,
+        faults=tuple(faults),
+        done=done,
+    )
+
+
+def _difference(stored: dict[str, Any], fresh: Table) -> float | None:
+    """Largest |difference| / |gain| over both complex gains; None for other inputs."""
+    if stored.get("inputs_sha256") != fresh.motor.inputs_sha256():
+        return None
+    words = np.array([int(word, 16) for word in stored["l_words"]], dtype=np.uint32)
+    old = words.view(np.float32).astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+    new = fresh.gain.astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+    if old.shape != new.shape:
+        return None
+    tiny = np.finfo(np.float32).tiny  # L = 0 against L = 0
+    return float(np.max(np.abs(new - old) / np.maximum(np.abs(old), tiny)))
+
+
+def _read(path: Path) -> str | None:
+    return path.read_text(encoding="utf-8") if path.exists() else None
+
+
+def _say(outcome: Outcome, console: Console) -> None:
+    gamma = "no common X" if outcome.max_gamma is None else f"gamma <= {outcome.max_gamma:.4g}"
+    console.print(
+        f"{outcome.motor}: {outcome.method}, {outcome.entries} entries, {gamma}, "
+        f"{outcome.cpu_s:.1f} CPU s: {outcome.done}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    for fault in outcome.faults:
+        console.print(f"  {fault}", highlight=False, soft_wrap=True)
+    if outcome.max_gamma is not None and outcome.max_gamma >= 1.0:
+        console.print("  gamma >= 1 bounds nothing: lower design.dw0_rad_s below 2 Rr/Lr")
