@@ -1,0 +1,320 @@
+#include "measurement.h"
+
+#include <complex.h>
+
+#include "exact.h"
+
+/* One ampere, one volt and half a volt per count: all sums are exact. */
+static const measurement_params_t exact_params = {
+    .adc_bits = 14u,
+    .current_full_scale_A = 8192.0f,
+    .line_voltage_full_scale_V = 8192.0f,
+    .dc_link_full_scale_V = 8192.0f,
+    .current_sum_max_A = 3.0f,
+    .swap_vw = false,
+};
+
+/* The rig of the paper. */
+static const measurement_params_t paper_params = {
+    .adc_bits = 14u,
+    .current_full_scale_A = 25.0f,
+    .line_voltage_full_scale_V = 400.0f,
+    .dc_link_full_scale_V = 400.0f,
+    .current_sum_max_A = 2.0f,
+    .swap_vw = false,
+};
+
+static const measurement_in_t centre = {8192u, 8192u, 8192u, 8192u, 8192u, 8192u};
+static const measurement_state_t no_offset = {{0.0f, 0.0f, 0.0f}};
+
+static measurement_out_t step(const measurement_params_t *params, const measurement_state_t *st,
+                              measurement_in_t in)
+{
+    measurement_config_t cfg;
+    measurement_out_t out;
+    TEST_ASSERT_TRUE(measurement_init(&cfg, params));
+    memset(&out, 0xFF, sizeof out);
+    measurement_step(&cfg, st, &in, &out);
+    return out;
+}
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void test_centre_words_are_zero(void)
+{
+    const measurement_out_t out = step(&paper_params, &no_offset, centre);
+    ASSERT_SAME_FLOAT(0.0f, out.i_A.u);
+    ASSERT_SAME_FLOAT(0.0f, out.i_A.v);
+    ASSERT_SAME_FLOAT(0.0f, out.i_A.w);
+    ASSERT_SAME_FLOAT(0.0f, out.i_s_A.alpha);
+    ASSERT_SAME_FLOAT(0.0f, out.i_s_A.beta);
+    ASSERT_SAME_FLOAT(0.0f, out.u_line_V.alpha);
+    ASSERT_SAME_FLOAT(0.0f, out.u_line_V.beta);
+    ASSERT_SAME_FLOAT(200.0f, out.u_dc_V);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.flags);
+}
+
+static void test_every_word_length_spans_the_full_scale(void)
+{
+    for (uint32_t bits = 8u; bits <= 16u; bits++) {
+        measurement_params_t params = paper_params;
+        params.adc_bits = bits;
+        const uint32_t codes = 1u << bits;
+        measurement_in_t in = {0};
+        in.i_v_counts = (uint16_t)(codes - 1u);
+        in.u_dc_counts = (uint16_t)(codes - 1u);
+        const measurement_out_t out = step(&params, &no_offset, in);
+        ASSERT_SAME_FLOAT(-25.0f, out.i_raw_A.u);
+        ASSERT_NEAR(2e-6, 25.0 - 50.0 / codes, out.i_raw_A.v);
+        ASSERT_NEAR(5e-5, 400.0 - 400.0 / codes, out.u_dc_V);
+        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_SATURATED | MEASUREMENT_CURRENT_SUM, out.flags);
+    }
+}
+
+static void test_step_is_the_scaling_in_double_precision(void)
+{
+    uint32_t seed = 3u;
+    for (int k = 0; k < 200; k++) {
+        uint16_t word[6];
+        double value[6];
+        for (int c = 0; c < 6; c++) {
+            word[c] = (uint16_t)(8192.0f + 8000.0f * noise(&seed));
+            value[c] = (word[c] - 8192.0) / 8192.0;
+        }
+        const measurement_state_t st = {{0.125f, -0.25f, 0.0625f}};
+        const measurement_in_t in = {word[0], word[1], word[2], word[3], word[4], word[5]};
+        const measurement_out_t out = step(&paper_params, &st, in);
+        const double i_u = 25.0 * value[0] - 0.125;
+        const double i_v = 25.0 * value[1] + 0.25;
+        const double i_w = 25.0 * value[2] - 0.0625;
+        ASSERT_NEAR(1e-5, i_u + 0.125, out.i_raw_A.u);
+        ASSERT_NEAR(1e-5, i_v - 0.25, out.i_raw_A.v);
+        ASSERT_NEAR(1e-5, i_w + 0.0625, out.i_raw_A.w);
+        ASSERT_NEAR(1e-5, i_u, out.i_A.u);
+        ASSERT_NEAR(1e-5, i_v, out.i_A.v);
+        ASSERT_NEAR(1e-5, i_w, out.i_A.w);
+        ASSERT_NEAR(1e-5, sqrt(2.0 / 3.0) * (i_u - 0.5 * (i_v + i_w)), out.i_s_A.alpha);
+        ASSERT_NEAR(1e-5, sqrt(0.5) * (i_v - i_w), out.i_s_A.beta);
+        /* u_u - (u_v + u_w)/2 = u_uv + u_vw/2 */
+        const double u_uv = 400.0 * value[3];
+        const double u_vw = 400.0 * value[4];
+        ASSERT_NEAR(1e-4, sqrt(2.0 / 3.0) * (u_uv + 0.5 * u_vw), out.u_line_V.alpha);
+        ASSERT_NEAR(1e-4, sqrt(0.5) * u_vw, out.u_line_V.beta);
+        ASSERT_NEAR(1e-4, 400.0 * word[5] / 16384.0, out.u_dc_V);
+    }
+}
+
+static double complex complex_of(ab_t x)
+{
+    return (double)x.alpha + I * (double)x.beta;
+}
+
+static void test_next_phase_is_120_degrees_ahead(void)
+{
+    const measurement_in_t in = {9000u, 8500u, 7076u, 8192u, 8192u, 100u};
+    const measurement_in_t moved = {7076u, 9000u, 8500u, 8192u, 8192u, 100u};
+    const double complex before = complex_of(step(&paper_params, &no_offset, in).i_s_A);
+    const double complex after = complex_of(step(&paper_params, &no_offset, moved).i_s_A);
+    ASSERT_NEAR(1e-6, 0.0, cabs(after - before * cexp(I * 2.0943951023931953)));
+}
+
+static void test_double_full_scale_doubles_the_values(void)
+{
+    const measurement_in_t in = {9000u, 8500u, 7076u, 8300u, 8000u, 100u};
+    measurement_params_t twice = paper_params;
+    twice.current_full_scale_A *= 2.0f;
+    twice.line_voltage_full_scale_V *= 2.0f;
+    twice.dc_link_full_scale_V *= 2.0f;
+    const measurement_out_t one = step(&paper_params, &no_offset, in);
+    const measurement_out_t two = step(&twice, &no_offset, in);
+    ASSERT_SAME_FLOAT(2.0f * one.i_s_A.alpha, two.i_s_A.alpha);
+    ASSERT_SAME_FLOAT(2.0f * one.i_s_A.beta, two.i_s_A.beta);
+    ASSERT_SAME_FLOAT(2.0f * one.u_line_V.alpha, two.u_line_V.alpha);
+    ASSERT_SAME_FLOAT(2.0f * one.u_line_V.beta, two.u_line_V.beta);
+    ASSERT_SAME_FLOAT(2.0f * one.u_dc_V, two.u_dc_V);
+}
+
+/* Motor wired u-w-v: the inverter's leg v feeds the motor's phase w. Phase voltages of the motor
+ * u 70, v -30, w -40 V; currents u 10, v -4, w -6 A. */
+static void test_swapped_wiring_gives_the_motors_own_order(void)
+{
+    const measurement_in_t straight = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
+    const measurement_in_t wired = {8202u, 8186u, 8188u, 8302u, 8182u, 300u};
+    measurement_params_t swapped = exact_params;
+    swapped.swap_vw = true;
+    const measurement_state_t st = {{0.0f, 1.0f, -1.0f}};
+    const measurement_out_t expected = step(&exact_params, &st, straight);
+    const measurement_out_t actual = step(&swapped, &st, wired);
+    ASSERT_SAME_FLOAT(10.0f, expected.i_raw_A.u);
+    ASSERT_SAME_FLOAT(-5.0f, expected.i_A.v);
+    ASSERT_SAME_FLOAT(-5.0f, expected.i_A.w);
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
+}
+
+static uint32_t flags_of(int channel, uint32_t word, uint32_t bits)
+{
+    measurement_params_t params = exact_params;
+    params.adc_bits = bits;
+    params.current_sum_max_A = 1e9f;
+    const uint16_t mid = (uint16_t)(1u << (bits - 1u));
+    measurement_in_t in = {mid, mid, mid, mid, mid, mid};
+    uint16_t *const words[6] = {&in.i_u_counts,  &in.i_v_counts,  &in.i_w_counts,
+                                &in.u_uv_counts, &in.u_vw_counts, &in.u_dc_counts};
+    *words[channel] = (uint16_t)word;
+    return step(&params, &no_offset, in).flags;
+}
+
+static void test_word_at_the_upper_end_is_saturated(void)
+{
+    for (int channel = 0; channel < 6; channel++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, flags_of(channel, 16382u, 14u));
+        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_SATURATED, flags_of(channel, 16383u, 14u));
+        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_SATURATED, flags_of(channel, 65535u, 16u));
+    }
+}
+
+static void test_word_at_the_lower_end_is_saturated(void)
+{
+    for (int channel = 0; channel < 5; channel++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, flags_of(channel, 1u, 14u));
+        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_SATURATED, flags_of(channel, 0u, 14u));
+    }
+}
+
+static void test_dc_link_of_zero_is_not_saturated(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, flags_of(5, 0u, 14u));
+}
+
+static void test_word_above_the_range_did_not_come_from_the_adc(void)
+{
+    for (int channel = 0; channel < 6; channel++) {
+        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_OUT_OF_RANGE, flags_of(channel, 16384u, 14u));
+        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_OUT_OF_RANGE, flags_of(channel, 65535u, 14u));
+    }
+}
+
+static void test_flags_of_several_channels_add_up(void)
+{
+    measurement_in_t in = centre;
+    in.i_u_counts = 0u;
+    in.i_v_counts = 16384u;
+    in.i_w_counts = 0u;
+    const measurement_out_t out = step(&exact_params, &no_offset, in);
+    TEST_ASSERT_EQUAL_UINT32(
+        MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE | MEASUREMENT_CURRENT_SUM, out.flags);
+}
+
+static uint32_t flags_of_currents(uint16_t u, uint16_t v, uint16_t w, measurement_state_t st)
+{
+    measurement_in_t in = centre;
+    in.i_u_counts = u;
+    in.i_v_counts = v;
+    in.i_w_counts = w;
+    return step(&exact_params, &st, in).flags;
+}
+
+static void test_current_sum_at_the_limit_is_allowed(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, flags_of_currents(8202u, 8187u, 8190u, no_offset)); /* 10-5-2 */
+    TEST_ASSERT_EQUAL_UINT32(0u, flags_of_currents(8182u, 8197u, 8194u, no_offset));
+}
+
+static void test_current_sum_beyond_the_limit_is_flagged(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_CURRENT_SUM,
+                             flags_of_currents(8202u, 8187u, 8191u, no_offset)); /* 10-5-1 */
+    TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_CURRENT_SUM,
+                             flags_of_currents(8182u, 8197u, 8193u, no_offset));
+}
+
+static void test_current_sum_is_judged_without_the_offsets(void)
+{
+    const measurement_state_t st = {{1.5f, 1.5f, 1.5f}};
+    TEST_ASSERT_EQUAL_UINT32(0u, flags_of_currents(8194u, 8193u, 8193u, st));
+    TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_CURRENT_SUM, flags_of_currents(8192u, 8192u, 8192u, st));
+}
+
+static void test_nan_offset_is_flagged(void)
+{
+    const measurement_state_t st = {{0.0f, NAN, 0.0f}};
+    TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_CURRENT_SUM, flags_of_currents(8192u, 8192u, 8192u, st));
+}
+
+static void assert_refused(const measurement_params_t *params)
+{
+    measurement_config_t cfg;
+    TEST_ASSERT_FALSE(measurement_init(&cfg, params));
+}
+
+static void test_init_refuses_senseless_word_lengths(void)
+{
+    const uint32_t bad[4] = {0u, 7u, 17u, 0xFFFFFFFFu};
+    for (int k = 0; k < 4; k++) {
+        measurement_params_t params = paper_params;
+        params.adc_bits = bad[k];
+        assert_refused(&params);
+    }
+}
+
+static void assert_scale_judged(float scale, bool accepted)
+{
+    for (int field = 0; field < 3; field++) {
+        measurement_params_t params = paper_params;
+        float *const scales[3] = {&params.current_full_scale_A, &params.line_voltage_full_scale_V,
+                                  &params.dc_link_full_scale_V};
+        *scales[field] = scale;
+        measurement_config_t cfg;
+        TEST_ASSERT_EQUAL(accepted, measurement_init(&cfg, &params));
+    }
+}
+
+static void test_init_refuses_senseless_full_scales(void)
+{
+    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
+        assert_scale_judged(not_positive(k), false);
+    }
+    assert_scale_judged(0.999e-3f, false);
+    assert_scale_judged(1e-3f, true);
+    assert_scale_judged(1e6f, true);
+    assert_scale_judged(1.001e6f, false);
+}
+
+static void test_init_refuses_a_senseless_current_sum_limit(void)
+{
+    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
+        measurement_params_t params = paper_params;
+        params.current_sum_max_A = not_positive(k);
+        assert_refused(&params);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_centre_words_are_zero);
+    RUN_TEST(test_every_word_length_spans_the_full_scale);
+    RUN_TEST(test_step_is_the_scaling_in_double_precision);
+    RUN_TEST(test_next_phase_is_120_degrees_ahead);
+    RUN_TEST(test_double_full_scale_doubles_the_values);
+    RUN_TEST(test_swapped_wiring_gives_the_motors_own_order);
+    RUN_TEST(test_word_at_the_upper_end_is_saturated);
+    RUN_TEST(test_word_at_the_lower_end_is_saturated);
+    RUN_TEST(test_dc_link_of_zero_is_not_saturated);
+    RUN_TEST(test_word_above_the_range_did_not_come_from_the_adc);
+    RUN_TEST(test_flags_of_several_channels_add_up);
+    RUN_TEST(test_current_sum_at_the_limit_is_allowed);
+    RUN_TEST(test_current_sum_beyond_the_limit_is_flagged);
+    RUN_TEST(test_current_sum_is_judged_without_the_offsets);
+    RUN_TEST(test_nan_offset_is_flagged);
+    RUN_TEST(test_init_refuses_senseless_word_lengths);
+    RUN_TEST(test_init_refuses_senseless_full_scales);
+    RUN_TEST(test_init_refuses_a_senseless_current_sum_limit);
+    return UNITY_END();
+}
