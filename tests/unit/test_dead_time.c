@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "exact.h"
 #include "unity.h"
 
 #define PERIOD_S 0.0002f
@@ -47,8 +48,8 @@ static void expected_V(double i_alpha_A, double i_beta_A, double out[2])
 static void test_init_derives_the_compensated_share(void)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.01125f, cfg.k);
-    TEST_ASSERT_EQUAL_FLOAT(1.125f, cfg.drop_V);
-    TEST_ASSERT_EQUAL_FLOAT(4.0f, cfg.inv_i_threshold_per_A);
+    ASSERT_SAME_FLOAT(1.125f, cfg.drop_V);
+    ASSERT_SAME_FLOAT(4.0f, cfg.inv_i_threshold_per_A);
 }
 
 #define ASSERT_REFUSED(field, value)                                                               \
@@ -60,7 +61,6 @@ static void test_init_derives_the_compensated_share(void)
 
 static void test_init_refuses_every_bad_number_and_leaves_the_config(void)
 {
-    const float bad_period[] = {0.0f, -1.0f, NAN, INFINITY};
     dead_time_config_t untouched = {.k = 77.0f};
 
     ASSERT_REFUSED(fraction, -0.01f);
@@ -78,10 +78,10 @@ static void test_init_refuses_every_bad_number_and_leaves_the_config(void)
     ASSERT_REFUSED(i_threshold_A, NAN);
     ASSERT_REFUSED(i_threshold_A, INFINITY);
     ASSERT_REFUSED(i_threshold_A, 1e-39f); /* its inverse is infinite */
-    for (unsigned i = 0; i < 4u; i++) {
-        TEST_ASSERT_FALSE(dead_time_init(&untouched, &good, bad_period[i]));
+    for (int i = 0; i < NOT_POSITIVE_COUNT; i++) {
+        TEST_ASSERT_FALSE(dead_time_init(&untouched, &good, not_positive(i)));
     }
-    TEST_ASSERT_EQUAL_FLOAT(77.0f, untouched.k);
+    ASSERT_SAME_FLOAT(77.0f, untouched.k);
 }
 
 static void test_init_accepts_the_ends_of_the_ranges(void)

@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "exact.h"
 #include "unity.h"
 
 static const monitor_config_t cfg = {.i_trip_A = 20.0f,
@@ -130,10 +131,9 @@ static void test_a_value_that_is_no_number_trips_wherever_it_stands(void)
                             &meas.u_line_V.alpha,      &meas.u_line_V.beta,
                             &in.i_s_hat_A.alpha,       &in.i_s_hat_A.beta,
                             &in.lambda_r_hat_Wb.alpha, &in.lambda_r_hat_Wb.beta};
-    const float bad[] = {NAN, INFINITY, -INFINITY};
     for (unsigned i = 0; i < sizeof value / sizeof value[0]; i++) {
-        for (unsigned j = 0; j < 3u; j++) {
-            TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(value[i], bad[j]));
+        for (int j = 0; j < NOT_FINITE_COUNT; j++) {
+            TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(value[i], not_finite(j)));
         }
         TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
     }

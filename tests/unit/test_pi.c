@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "exact.h"
 #include "unity.h"
 
 #define PERIOD_S 0.0002f
@@ -22,28 +23,27 @@ static void test_init_derives_the_coefficients(void)
 {
     pi_config_t cfg = {0};
     TEST_ASSERT_TRUE(pi_init(&cfg, 4.0f, 32.0f, 15.0f, 0.0078125f));
-    TEST_ASSERT_EQUAL_FLOAT(4.0f, cfg.kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, cfg.ki_T);
-    TEST_ASSERT_EQUAL_FLOAT(0.0625f, cfg.tracking);
-    TEST_ASSERT_EQUAL_FLOAT(15.0f, cfg.x_max);
+    ASSERT_SAME_FLOAT(4.0f, cfg.kp);
+    ASSERT_SAME_FLOAT(0.25f, cfg.ki_T);
+    ASSERT_SAME_FLOAT(0.0625f, cfg.tracking);
+    ASSERT_SAME_FLOAT(15.0f, cfg.x_max);
 }
 
 static void test_init_refuses_every_bad_number_and_leaves_the_config(void)
 {
-    const float not_positive[] = {0.0f, -1.0f, NAN, INFINITY, -INFINITY};
     pi_config_t cfg = {.kp = 77.0f};
 
-    for (unsigned i = 0; i < sizeof not_positive / sizeof not_positive[0]; i++) {
-        TEST_ASSERT_FALSE_MESSAGE(pi_init(&cfg, not_positive[i], 1.0f, 1.0f, PERIOD_S), "kp");
-        TEST_ASSERT_FALSE_MESSAGE(pi_init(&cfg, 1.0f, 1.0f, not_positive[i], PERIOD_S), "x_max");
-        TEST_ASSERT_FALSE_MESSAGE(pi_init(&cfg, 1.0f, 1.0f, 1.0f, not_positive[i]), "period");
+    for (int i = 0; i < NOT_POSITIVE_COUNT; i++) {
+        TEST_ASSERT_FALSE_MESSAGE(pi_init(&cfg, not_positive(i), 1.0f, 1.0f, PERIOD_S), "kp");
+        TEST_ASSERT_FALSE_MESSAGE(pi_init(&cfg, 1.0f, 1.0f, not_positive(i), PERIOD_S), "x_max");
+        TEST_ASSERT_FALSE_MESSAGE(pi_init(&cfg, 1.0f, 1.0f, 1.0f, not_positive(i)), "period");
     }
     TEST_ASSERT_FALSE(pi_init(&cfg, 1.0f, -1.0f, 1.0f, PERIOD_S));
     TEST_ASSERT_FALSE(pi_init(&cfg, 1.0f, NAN, 1.0f, PERIOD_S));
     TEST_ASSERT_FALSE(pi_init(&cfg, 1.0f, INFINITY, 1.0f, PERIOD_S));
     /* Finite factors, infinite product. */
     TEST_ASSERT_FALSE(pi_init(&cfg, 1.0f, FLT_MAX, 1.0f, 2.0f));
-    TEST_ASSERT_EQUAL_FLOAT(77.0f, cfg.kp);
+    ASSERT_SAME_FLOAT(77.0f, cfg.kp);
 }
 
 static void test_init_accepts_a_controller_without_integral_action(void)
@@ -52,34 +52,34 @@ static void test_init_accepts_a_controller_without_integral_action(void)
     pi_state_t st = {.x = 0.5f};
     TEST_ASSERT_TRUE(pi_init(&cfg, 2.0f, 0.0f, 1.0f, PERIOD_S));
     pi_update(&cfg, &st, 3.0f, -4.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, st.x);
+    ASSERT_SAME_FLOAT(0.5f, st.x);
 }
 
 static void test_output_adds_the_integrator_to_the_proportional_part(void)
 {
     const pi_state_t st = {.x = 0.5f};
-    TEST_ASSERT_EQUAL_FLOAT(-5.5f, pi_output(&simple, &st, -2.0f));
+    ASSERT_SAME_FLOAT(-5.5f, pi_output(&simple, &st, -2.0f));
 }
 
 static void test_update_holds_without_error_and_without_limit(void)
 {
     pi_state_t st = {.x = 1.75f};
     pi_update(&simple, &st, 0.0f, 0.0f);
-    TEST_ASSERT_EQUAL_FLOAT(1.75f, st.x);
+    ASSERT_SAME_FLOAT(1.75f, st.x);
 }
 
 static void test_update_integrates_the_error(void)
 {
     pi_state_t st = {.x = 1.0f};
     pi_update(&simple, &st, 2.0f, 0.0f);
-    TEST_ASSERT_EQUAL_FLOAT(1.5f, st.x);
+    ASSERT_SAME_FLOAT(1.5f, st.x);
 }
 
 static void test_update_follows_what_was_realised(void)
 {
     pi_state_t st = {.x = 1.0f};
     pi_update(&simple, &st, 0.0f, -4.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, st.x);
+    ASSERT_SAME_FLOAT(0.5f, st.x);
 }
 
 static void test_update_agrees_with_double_arithmetic(void)
@@ -99,26 +99,25 @@ static void test_update_is_odd(void)
     pi_state_t minus = {.x = -1.1f};
     pi_update(&simple, &plus, 0.7f, -0.3f);
     pi_update(&simple, &minus, -0.7f, 0.3f);
-    TEST_ASSERT_EQUAL_FLOAT(-plus.x, minus.x);
+    ASSERT_SAME_FLOAT(-plus.x, minus.x);
 }
 
 static void test_update_holds_the_integrator_inside_its_bound_on_both_sides(void)
 {
     pi_state_t st = {.x = 9.5f};
     pi_update(&simple, &st, 100.0f, 0.0f);
-    TEST_ASSERT_EQUAL_FLOAT(10.0f, st.x);
+    ASSERT_SAME_FLOAT(10.0f, st.x);
     pi_update(&simple, &st, -1000.0f, 0.0f);
-    TEST_ASSERT_EQUAL_FLOAT(-10.0f, st.x);
+    ASSERT_SAME_FLOAT(-10.0f, st.x);
 }
 
 static void test_update_keeps_no_nan_and_no_infinity(void)
 {
-    const float bad[] = {NAN, INFINITY, -INFINITY};
-    for (unsigned i = 0; i < 3u; i++) {
+    for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         pi_state_t st = {.x = 1.0f};
-        pi_update(&simple, &st, bad[i], 0.0f);
+        pi_update(&simple, &st, not_finite(i), 0.0f);
         TEST_ASSERT_TRUE(fabsf(st.x) <= 10.0f);
-        pi_update(&simple, &st, 0.0f, bad[i]);
+        pi_update(&simple, &st, 0.0f, not_finite(i));
         TEST_ASSERT_TRUE(fabsf(st.x) <= 10.0f);
     }
 }
@@ -129,12 +128,12 @@ static void test_tracking_does_not_chatter_when_the_integral_is_faster_than_the_
     pi_state_t st = {0};
     /* T Ki/Kp = 3: used as it is, the integrator would swing about the limit and grow. */
     TEST_ASSERT_TRUE(pi_init(&cfg, 1.0f, 3.0f, 100.0f, 1.0f));
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, cfg.tracking);
+    ASSERT_SAME_FLOAT(1.0f, cfg.tracking);
     for (int k = 0; k < 20; k++) {
         const float asked = pi_output(&cfg, &st, 2.0f);
         pi_update(&cfg, &st, 2.0f, fminf(asked, 1.0f) - asked);
         /* x = limit - Kp e + T Ki e, at once and for good. */
-        TEST_ASSERT_EQUAL_FLOAT(5.0f, st.x);
+        ASSERT_SAME_FLOAT(5.0f, st.x);
     }
 }
 
@@ -171,8 +170,8 @@ static void test_two_controllers_share_a_config_and_nothing_else(void)
     pi_state_t a = {0};
     pi_state_t b = {0};
     pi_update(&simple, &a, 4.0f, 0.0f);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, a.x);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, b.x);
+    ASSERT_SAME_FLOAT(1.0f, a.x);
+    ASSERT_SAME_FLOAT(0.0f, b.x);
 }
 
 int main(void)

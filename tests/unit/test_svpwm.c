@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "exact.h"
 #include "unity.h"
 
 #define PERIOD_S 0.0002f
@@ -60,11 +61,11 @@ static void assert_voltage_of_duty(uvw_t duty, double u_dc_V, ab_t u_V)
 
 static void assert_neutral(svpwm_out_t out)
 {
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.u);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.v);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.w);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.u_realised_V.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.u_realised_V.beta);
+    ASSERT_SAME_FLOAT(0.5f, out.duty.u);
+    ASSERT_SAME_FLOAT(0.5f, out.duty.v);
+    ASSERT_SAME_FLOAT(0.5f, out.duty.w);
+    ASSERT_SAME_FLOAT(0.0f, out.u_realised_V.alpha);
+    ASSERT_SAME_FLOAT(0.0f, out.u_realised_V.beta);
 }
 
 static void test_init_derives_the_shortest_duty(void)
@@ -73,7 +74,7 @@ static void test_init_derives_the_shortest_duty(void)
     svpwm_config_t cfg = {0};
     TEST_ASSERT_TRUE(svpwm_init(&cfg, &params, PERIOD_S));
     TEST_ASSERT_FLOAT_WITHIN(1e-8f, 0.025f, cfg.min_duty);
-    TEST_ASSERT_EQUAL_FLOAT(40.0f, cfg.u_dc_min_V);
+    ASSERT_SAME_FLOAT(40.0f, cfg.u_dc_min_V);
     TEST_ASSERT_TRUE(cfg.swap_vw);
 }
 
@@ -87,7 +88,6 @@ static void test_init_derives_the_shortest_duty(void)
 static void test_init_refuses_every_bad_number_and_leaves_the_config(void)
 {
     const svpwm_params_t good = {.min_pulse_s = 5e-6f, .u_dc_min_V = 40.0f};
-    const float bad_period[] = {0.0f, -1.0f, NAN, INFINITY};
     svpwm_config_t untouched = {.min_duty = 77.0f};
 
     ASSERT_REFUSED(min_pulse_s, -1e-9f);
@@ -98,10 +98,10 @@ static void test_init_refuses_every_bad_number_and_leaves_the_config(void)
     ASSERT_REFUSED(u_dc_min_V, -40.0f);
     ASSERT_REFUSED(u_dc_min_V, NAN);
     ASSERT_REFUSED(u_dc_min_V, INFINITY);
-    for (unsigned i = 0; i < 4u; i++) {
-        TEST_ASSERT_FALSE(svpwm_init(&untouched, &good, bad_period[i]));
+    for (int i = 0; i < NOT_POSITIVE_COUNT; i++) {
+        TEST_ASSERT_FALSE(svpwm_init(&untouched, &good, not_positive(i)));
     }
-    TEST_ASSERT_EQUAL_FLOAT(77.0f, untouched.min_duty);
+    ASSERT_SAME_FLOAT(77.0f, untouched.min_duty);
 }
 
 static void test_init_accepts_the_ends_of_the_ranges(void)
@@ -109,7 +109,7 @@ static void test_init_accepts_the_ends_of_the_ranges(void)
     svpwm_params_t params = {.min_pulse_s = 0.0f, .u_dc_min_V = 1.0f};
     svpwm_config_t cfg = {0};
     TEST_ASSERT_TRUE(svpwm_init(&cfg, &params, PERIOD_S));
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, cfg.min_duty);
+    ASSERT_SAME_FLOAT(0.0f, cfg.min_duty);
     params.min_pulse_s = 0.499f * PERIOD_S;
     TEST_ASSERT_TRUE(svpwm_init(&cfg, &params, PERIOD_S));
 }
@@ -220,9 +220,9 @@ static void test_the_mirrored_vector_exchanges_v_and_w(void)
 {
     const svpwm_out_t a = svpwm_step(&plain, (ab_t){80.0f, 60.0f}, U_DC_V);
     const svpwm_out_t b = svpwm_step(&plain, (ab_t){80.0f, -60.0f}, U_DC_V);
-    TEST_ASSERT_EQUAL_FLOAT(a.duty.u, b.duty.u);
-    TEST_ASSERT_EQUAL_FLOAT(a.duty.v, b.duty.w);
-    TEST_ASSERT_EQUAL_FLOAT(a.duty.w, b.duty.v);
+    ASSERT_SAME_FLOAT(a.duty.u, b.duty.u);
+    ASSERT_SAME_FLOAT(a.duty.v, b.duty.w);
+    ASSERT_SAME_FLOAT(a.duty.w, b.duty.v);
 }
 
 static void test_the_opposite_vector_exchanges_on_and_off(void)
@@ -239,8 +239,8 @@ static void test_twice_the_voltage_on_twice_the_dc_link_is_the_same_duty(void)
     const svpwm_out_t a = svpwm_step(&plain, (ab_t){80.0f, 60.0f}, U_DC_V);
     const svpwm_out_t b = svpwm_step(&plain, (ab_t){160.0f, 120.0f}, 2.0f * U_DC_V);
     TEST_ASSERT_EQUAL_MEMORY(&a.duty, &b.duty, sizeof a.duty);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f * a.u_realised_V.alpha, b.u_realised_V.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f * a.u_realised_V.beta, b.u_realised_V.beta);
+    ASSERT_SAME_FLOAT(2.0f * a.u_realised_V.alpha, b.u_realised_V.alpha);
+    ASSERT_SAME_FLOAT(2.0f * a.u_realised_V.beta, b.u_realised_V.beta);
 }
 
 static void test_swapped_legs_leave_the_motor_its_voltage(void)
@@ -249,9 +249,9 @@ static void test_swapped_legs_leave_the_motor_its_voltage(void)
     swapped.swap_vw = true;
     const svpwm_out_t a = svpwm_step(&plain, (ab_t){80.0f, 60.0f}, U_DC_V);
     const svpwm_out_t b = svpwm_step(&swapped, (ab_t){80.0f, 60.0f}, U_DC_V);
-    TEST_ASSERT_EQUAL_FLOAT(a.duty.u, b.duty.u);
-    TEST_ASSERT_EQUAL_FLOAT(a.duty.v, b.duty.w);
-    TEST_ASSERT_EQUAL_FLOAT(a.duty.w, b.duty.v);
+    ASSERT_SAME_FLOAT(a.duty.u, b.duty.u);
+    ASSERT_SAME_FLOAT(a.duty.v, b.duty.w);
+    ASSERT_SAME_FLOAT(a.duty.w, b.duty.v);
     TEST_ASSERT_TRUE(a.duty.v > a.duty.w + 0.1f);
     TEST_ASSERT_EQUAL_MEMORY(&a.u_realised_V, &b.u_realised_V, sizeof a.u_realised_V);
 }
@@ -300,14 +300,14 @@ static void test_half_of_the_shortest_pulse_is_lengthened_and_not_dropped(void)
     svpwm_config_t cfg = plain;
 
     cfg.min_duty = 2.0f * free.duty.v;
-    TEST_ASSERT_EQUAL_FLOAT(cfg.min_duty, svpwm_step(&cfg, u_V, U_DC_V).duty.v);
+    ASSERT_SAME_FLOAT(cfg.min_duty, svpwm_step(&cfg, u_V, U_DC_V).duty.v);
     cfg.min_duty = nextafterf(cfg.min_duty, 1.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, svpwm_step(&cfg, u_V, U_DC_V).duty.v);
+    ASSERT_SAME_FLOAT(0.0f, svpwm_step(&cfg, u_V, U_DC_V).duty.v);
 
     cfg.min_duty = 2.0f * (1.0f - free.duty.u);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f - cfg.min_duty, svpwm_step(&cfg, u_V, U_DC_V).duty.u);
+    ASSERT_SAME_FLOAT(1.0f - cfg.min_duty, svpwm_step(&cfg, u_V, U_DC_V).duty.u);
     cfg.min_duty = nextafterf(cfg.min_duty, 1.0f);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, svpwm_step(&cfg, u_V, U_DC_V).duty.u);
+    ASSERT_SAME_FLOAT(1.0f, svpwm_step(&cfg, u_V, U_DC_V).duty.u);
 }
 
 static void test_a_leg_that_does_not_switch_needs_no_pulse(void)
@@ -315,9 +315,9 @@ static void test_a_leg_that_does_not_switch_needs_no_pulse(void)
     svpwm_config_t cfg = plain;
     cfg.min_duty = 0.02f;
     const svpwm_out_t out = svpwm_step(&cfg, (ab_t){1000.0f, 0.0f}, U_DC_V);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, out.duty.u);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.duty.v);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.duty.w);
+    ASSERT_SAME_FLOAT(1.0f, out.duty.u);
+    ASSERT_SAME_FLOAT(0.0f, out.duty.v);
+    ASSERT_SAME_FLOAT(0.0f, out.duty.w);
 }
 
 static void test_no_pulse_is_ever_shorter_than_the_shortest(void)
