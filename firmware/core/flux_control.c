@@ -17,10 +17,9 @@ bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *
     if ((params->mode != FLUX_CONTROL_CONSTANT) && (params->mode != FLUX_CONTROL_PI)) {
         return false;
     }
-    /* Two negative factors would make a positive gain: each is looked at. */
+    /* A negative M and bandwidth would make a positive gain. */
     if (!positivef(params->i_d_A) || !(params->i_d_A <= params->i_d_max_A) ||
-        !positivef(motor->M_H) || !positivef(motor->tau_per_s) ||
-        !pi_init(&c.pi, kp, ki_per_s, params->i_d_max_A, period_s)) {
+        !positivef(motor->M_H) || !pi_init(&c.pi, kp, ki_per_s, params->i_d_max_A, period_s)) {
         return false;
     }
     *cfg = c;
