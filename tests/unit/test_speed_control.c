@@ -1,0 +1,354 @@
+#include "speed_control.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "exact.h"
+#include "reference_machine.h"
+#include "unity.h"
+
+#define PERIOD_S 0.0002f
+
+static const speed_control_params_t good = {.bandwidth_rad_s = 31.0f,
+                                            .ki_factor = 0.25f,
+                                            .J_kg_m2 = 0.015f,
+                                            .lambda_Wb = 0.5f,
+                                            .i_q_max_A = 15.0f,
+                                            .i_max_A = 15.8f,
+                                            .filter_s = 0.003f,
+                                            .slew_rad_s2 = 1000.0f};
+
+/* Coefficients of short binary fractions: expected results are exact. */
+static const speed_control_config_t simple = {
+    .pi = {.kp = 0.5f, .ki_T = 0.125f, .tracking = 0.25f, .x_max = 15.0f},
+    .i_q_max_A = 15.0f,
+    .i_max2_A2 = 289.0f, /* 17^2 = 8^2 + 15^2 */
+    .filter_gain = 0.5f,
+    .slew_step_rad_s = 2.0f};
+
+static motor_model_t table1;
+
+void setUp(void)
+{
+    table1 = reference_derived(0);
+}
+
+void tearDown(void)
+{
+}
+
+static void test_init_derives_the_gains_of_both_machines(void)
+{
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_t *motor = &reference_machine[m];
+        const motor_model_t model = reference_derived(m);
+        const double kr = (double)motor->M_H / (double)motor->Lr_H;
+        const double kp = 0.015 * 31.0 / (4.0 * kr * 0.5);
+        speed_control_config_t cfg = {0};
+
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &model, PERIOD_S));
+        ASSERT_NEAR(1e-6 * kp, kp, cfg.pi.kp);
+        ASSERT_NEAR(1e-6, 0.25 * 31.0 * kp * 2e-4, cfg.pi.ki_T);
+        ASSERT_NEAR(1e-9, 0.25 * 31.0 * 2e-4, cfg.pi.tracking);
+        ASSERT_SAME_FLOAT(15.0f, cfg.pi.x_max);
+        ASSERT_SAME_FLOAT(15.0f, cfg.i_q_max_A);
+        ASSERT_NEAR(1e-4, 15.8 * 15.8, cfg.i_max2_A2);
+        ASSERT_NEAR(1e-8, 0.2 / 3.2, cfg.filter_gain);
+        ASSERT_NEAR(1e-7, 0.2, cfg.slew_step_rad_s);
+    }
+}
+
+static void test_init_takes_the_square_of_the_pole_pairs(void)
+{
+    speed_control_config_t two = {0};
+    speed_control_config_t three = {0};
+    TEST_ASSERT_TRUE(speed_control_init(&two, &good, &table1, PERIOD_S));
+    table1.pole_pairs = 3.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&three, &good, &table1, PERIOD_S));
+    ASSERT_NEAR(1e-6, 4.0 / 9.0, three.pi.kp / two.pi.kp);
+}
+
+#define ASSERT_REFUSED(field, value)                                                               \
+    do {                                                                                           \
+        speed_control_params_t bad = good;                                                         \
+        bad.field = (value);                                                                       \
+        TEST_ASSERT_FALSE_MESSAGE(speed_control_init(&untouched, &bad, &table1, PERIOD_S),         \
+                                  #field);                                                         \
+    } while (0)
+
+static void test_init_refuses_every_bad_number_and_leaves_the_config(void)
+{
+    speed_control_config_t untouched = {.i_q_max_A = 77.0f};
+
+    for (int i = 0; i < NOT_POSITIVE_COUNT; i++) {
+        motor_model_t bad_motor = table1;
+        const float x = not_positive(i);
+        ASSERT_REFUSED(bandwidth_rad_s, x);
+        ASSERT_REFUSED(J_kg_m2, x);
+        ASSERT_REFUSED(lambda_Wb, x);
+        ASSERT_REFUSED(i_q_max_A, x);
+        ASSERT_REFUSED(i_max_A, x);
+        ASSERT_REFUSED(slew_rad_s2, x);
+        TEST_ASSERT_FALSE(speed_control_init(&untouched, &good, &table1, x));
+        bad_motor.pole_pairs = x;
+        TEST_ASSERT_FALSE(speed_control_init(&untouched, &good, &bad_motor, PERIOD_S));
+        bad_motor = table1;
+        bad_motor.kr = x;
+        TEST_ASSERT_FALSE(speed_control_init(&untouched, &good, &bad_motor, PERIOD_S));
+    }
+    for (int i = 0; i < NOT_FINITE_COUNT; i++) {
+        ASSERT_REFUSED(ki_factor, not_finite(i));
+        ASSERT_REFUSED(filter_s, not_finite(i));
+    }
+    ASSERT_REFUSED(ki_factor, -0.1f);
+    ASSERT_REFUSED(filter_s, -0.00001f);
+    ASSERT_REFUSED(i_max_A, 1e20f);  /* its square is infinite */
+    ASSERT_REFUSED(i_max_A, 1e-30f); /* its square is zero */
+    ASSERT_SAME_FLOAT(77.0f, untouched.i_q_max_A);
+}
+
+static void test_init_refuses_wrong_signs_that_cancel(void)
+{
+    speed_control_config_t untouched = {0};
+    table1.kr = -table1.kr;
+    ASSERT_REFUSED(J_kg_m2, -0.015f);
+    ASSERT_REFUSED(lambda_Wb, -0.5f);
+
+    speed_control_params_t bad = good;
+    bad.bandwidth_rad_s = -31.0f;
+    bad.ki_factor = 0.0f;
+    TEST_ASSERT_FALSE(speed_control_init(&untouched, &bad, &table1, PERIOD_S));
+}
+
+static void test_init_accepts_no_integral_action_and_no_filter(void)
+{
+    speed_control_params_t p = good;
+    speed_control_config_t cfg = {0};
+    p.ki_factor = 0.0f;
+    p.filter_s = 0.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    ASSERT_SAME_FLOAT(1.0f, cfg.filter_gain);
+    ASSERT_SAME_FLOAT(0.0f, cfg.pi.ki_T);
+}
+
+static void test_step_holds_the_load_at_the_reference(void)
+{
+    const speed_control_in_t in = {
+        .omega_ref_rad_s = 60.0f, .omega_hat_rad_s = 60.0f, .i_d_ref_A = 5.0f};
+    speed_control_state_t st = {
+        .pi = {.x = 7.25f}, .omega_filtered_rad_s = 60.0f, .omega_ref_rad_s = 60.0f};
+    const speed_control_state_t before = st;
+    ASSERT_SAME_FLOAT(7.25f, speed_control_step(&simple, &st, &in));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
+}
+
+static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
+{
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        const double kp =
+            0.015 * 31.0 / (4.0 * (double)model.M_H / (double)reference_machine[m].Lr_H * 0.5);
+        const speed_control_in_t in = {
+            .omega_ref_rad_s = 41.0f, .omega_hat_rad_s = 37.5f, .i_d_ref_A = 5.0f};
+        speed_control_state_t st = {
+            .pi = {.x = -1.5f}, .omega_filtered_rad_s = 36.0f, .omega_ref_rad_s = 40.9f};
+        speed_control_config_t cfg;
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &model, PERIOD_S));
+
+        const double filtered = 36.0 + 0.2 / 3.2 * (37.5 - 36.0);
+        const double error = 41.0 - filtered; /* 40.9 + .1 is within the slew step of .2 */
+        const float i_q_A = speed_control_step(&cfg, &st, &in);
+        /* 40 rad/s carries 4e-6 of rounding into the error. */
+        ASSERT_NEAR(1e-5, filtered, st.omega_filtered_rad_s);
+        ASSERT_NEAR(1e-5, 41.0, st.omega_ref_rad_s);
+        ASSERT_NEAR(1e-5, kp * error - 1.5, i_q_A);
+        ASSERT_NEAR(1e-6, -1.5 + 0.25 * 31.0 * kp * 2e-4 * error, st.pi.x);
+    }
+}
+
+static void test_step_is_odd(void)
+{
+    speed_control_state_t plus = {
+        .pi = {.x = 1.5f}, .omega_filtered_rad_s = 30.0f, .omega_ref_rad_s = 33.0f};
+    speed_control_state_t minus = {
+        .pi = {.x = -1.5f}, .omega_filtered_rad_s = -30.0f, .omega_ref_rad_s = -33.0f};
+    speed_control_in_t in = {.omega_ref_rad_s = 90.0f, .omega_hat_rad_s = 30.5f, .i_d_ref_A = 5.0f};
+    const float forward_A = speed_control_step(&simple, &plus, &in);
+    in = (speed_control_in_t){
+        .omega_ref_rad_s = -90.0f, .omega_hat_rad_s = -30.5f, .i_d_ref_A = 5.0f};
+    ASSERT_SAME_FLOAT(-forward_A, speed_control_step(&simple, &minus, &in));
+    ASSERT_SAME_FLOAT(-plus.pi.x, minus.pi.x);
+    ASSERT_SAME_FLOAT(-plus.omega_ref_rad_s, minus.omega_ref_rad_s);
+}
+
+static void test_the_reference_moves_by_the_slew_step_both_ways(void)
+{
+    speed_control_state_t st = {0};
+    speed_control_in_t in = {.omega_ref_rad_s = 5.0f};
+    const float up_rad_s[] = {2.0f, 4.0f, 5.0f, 5.0f};
+    const float down_rad_s[] = {3.0f, 1.0f, -1.0f, -3.0f, -3.5f, -3.5f};
+    for (unsigned k = 0; k < 4u; k++) {
+        (void)speed_control_step(&simple, &st, &in);
+        ASSERT_SAME_FLOAT(up_rad_s[k], st.omega_ref_rad_s);
+    }
+    in.omega_ref_rad_s = -3.5f;
+    for (unsigned k = 0; k < 6u; k++) {
+        (void)speed_control_step(&simple, &st, &in);
+        ASSERT_SAME_FLOAT(down_rad_s[k], st.omega_ref_rad_s);
+    }
+}
+
+static void test_the_estimate_passes_a_first_order_filter(void)
+{
+    speed_control_config_t cfg;
+    speed_control_state_t st = {0};
+    const speed_control_in_t in = {.omega_hat_rad_s = 10.0f};
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &table1, PERIOD_S));
+    for (int k = 0; k < 15; k++) {
+        (void)speed_control_step(&cfg, &st, &in);
+    }
+    /* 15 periods are one time constant of 3 ms, stepped implicitly. */
+    ASSERT_NEAR(1e-5, 10.0 * (1.0 - pow(3.0 / 3.2, 15.0)), st.omega_filtered_rad_s);
+}
+
+/* Torque current for an error that asks for more than there is. */
+static float limited_A(float i_d_ref_A, float omega_ref_rad_s)
+{
+    speed_control_state_t st = {.omega_ref_rad_s = omega_ref_rad_s};
+    const speed_control_in_t in = {.omega_ref_rad_s = omega_ref_rad_s, .i_d_ref_A = i_d_ref_A};
+    return speed_control_step(&simple, &st, &in);
+}
+
+static void test_the_torque_current_has_its_own_limit(void)
+{
+    ASSERT_SAME_FLOAT(15.0f, limited_A(0.0f, 1000.0f));
+    ASSERT_SAME_FLOAT(-15.0f, limited_A(0.0f, -1000.0f));
+    ASSERT_SAME_FLOAT(15.0f, limited_A(8.0f, 1000.0f));
+}
+
+static void test_the_flux_current_has_priority(void)
+{
+    ASSERT_SAME_FLOAT(8.0f, limited_A(15.0f, 1000.0f));
+    ASSERT_SAME_FLOAT(-8.0f, limited_A(15.0f, -1000.0f));
+    ASSERT_SAME_FLOAT(8.0f, limited_A(-15.0f, 1000.0f));
+}
+
+static void test_no_torque_current_is_left_when_the_flux_takes_it_all(void)
+{
+    ASSERT_NEAR(0.0, 0.0, limited_A(17.0f, 1000.0f));
+    ASSERT_NEAR(0.0, 0.0, limited_A(18.0f, 1000.0f));
+    ASSERT_NEAR(0.0, 0.0, limited_A(NAN, 1000.0f));
+    ASSERT_NEAR(0.0, 0.0, limited_A(INFINITY, -1000.0f));
+}
+
+static void test_the_integrator_is_told_the_limited_current(void)
+{
+    speed_control_state_t st = {.pi = {.x = 2.0f}, .omega_ref_rad_s = 40.0f};
+    const speed_control_in_t in = {.omega_ref_rad_s = 40.0f};
+    /* Asked 22 A, realised 15: 2 + 40/8 - 7/4. */
+    ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(5.25f, st.pi.x);
+}
+
+/* dw_e/dt = (p^2 kr lambda/J) i_q on the reference machine, current at once; peak and final speed.
+ */
+static void run_up(int machine, const speed_control_config_t *cfg, float target_rad_s, int periods,
+                   double *peak_rad_s, double *last_rad_s)
+{
+    const double kr =
+        (double)reference_machine[machine].M_H / (double)reference_machine[machine].Lr_H;
+    const double p = (double)reference_machine[machine].pole_pairs;
+    speed_control_state_t st = {0};
+    double omega_rad_s = 0.0;
+
+    *peak_rad_s = 0.0;
+    for (int k = 0; k < periods; k++) {
+        const speed_control_in_t in = {.omega_ref_rad_s = target_rad_s,
+                                       .omega_hat_rad_s = (float)omega_rad_s,
+                                       .i_d_ref_A = 5.0f};
+        const float i_q_A = speed_control_step(cfg, &st, &in);
+        omega_rad_s += (double)PERIOD_S * p * p * kr * 0.5 / 0.015 * (double)i_q_A;
+        *peak_rad_s = fmax(*peak_rad_s, omega_rad_s);
+    }
+    *last_rad_s = omega_rad_s;
+}
+
+static void test_the_loop_has_the_bandwidth_on_both_machines(void)
+{
+    speed_control_params_t p = good;
+    p.ki_factor = 0.0f;
+    p.filter_s = 0.0f;
+    p.slew_rad_s2 = 1e6f;
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        speed_control_config_t cfg;
+        double peak_rad_s, last_rad_s;
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
+        /* 161 periods = .998 time constants; first-order lag sampled at 200 us. */
+        run_up(m, &cfg, 10.0f, 161, &peak_rad_s, &last_rad_s);
+        ASSERT_NEAR(1e-3, 10.0 * (1.0 - pow(1.0 - 31.0 * 2e-4, 161.0)), last_rad_s);
+    }
+}
+
+static void test_a_limited_run_up_overshoots_less_when_told(void)
+{
+    speed_control_params_t p = good;
+    p.slew_rad_s2 = 1e6f;
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        speed_control_config_t told;
+        double told_peak_rad_s, untold_peak_rad_s, last_rad_s;
+        TEST_ASSERT_TRUE(speed_control_init(&told, &p, &model, PERIOD_S));
+        speed_control_config_t untold = told;
+        untold.pi.tracking = 0.0f;
+        run_up(m, &told, 300.0f, 10000, &told_peak_rad_s, &last_rad_s);
+        ASSERT_NEAR(0.1, 300.0, last_rad_s);
+        run_up(m, &untold, 300.0f, 10000, &untold_peak_rad_s, &last_rad_s);
+        TEST_ASSERT_TRUE(told_peak_rad_s - 300.0 < 0.75 * (untold_peak_rad_s - 300.0));
+    }
+}
+
+static void test_an_input_that_is_no_number_leaves_the_last_one_in_force(void)
+{
+    for (int i = 0; i < NOT_FINITE_COUNT; i++) {
+        speed_control_state_t st = {.omega_filtered_rad_s = 58.0f, .omega_ref_rad_s = 60.0f};
+        const speed_control_in_t in = {.omega_ref_rad_s = not_finite(i),
+                                       .omega_hat_rad_s = not_finite(i)};
+        ASSERT_SAME_FLOAT(1.0f, speed_control_step(&simple, &st, &in));
+        ASSERT_SAME_FLOAT(60.0f, st.omega_ref_rad_s);
+        ASSERT_SAME_FLOAT(58.0f, st.omega_filtered_rad_s);
+    }
+}
+
+static void test_two_controllers_share_a_config_and_nothing_else(void)
+{
+    speed_control_state_t a = {0};
+    speed_control_state_t b = {0};
+    const speed_control_in_t in = {.omega_ref_rad_s = 1.0f};
+    const float first_A = speed_control_step(&simple, &a, &in);
+    ASSERT_SAME_FLOAT(first_A, speed_control_step(&simple, &b, &in));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_derives_the_gains_of_both_machines);
+    RUN_TEST(test_init_takes_the_square_of_the_pole_pairs);
+    RUN_TEST(test_init_refuses_every_bad_number_and_leaves_the_config);
+    RUN_TEST(test_init_refuses_wrong_signs_that_cancel);
+    RUN_TEST(test_init_accepts_no_integral_action_and_no_filter);
+    RUN_TEST(test_step_holds_the_load_at_the_reference);
+    RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
+    RUN_TEST(test_step_is_odd);
+    RUN_TEST(test_the_reference_moves_by_the_slew_step_both_ways);
+    RUN_TEST(test_the_estimate_passes_a_first_order_filter);
+    RUN_TEST(test_the_torque_current_has_its_own_limit);
+    RUN_TEST(test_the_flux_current_has_priority);
+    RUN_TEST(test_no_torque_current_is_left_when_the_flux_takes_it_all);
+    RUN_TEST(test_the_integrator_is_told_the_limited_current);
+    RUN_TEST(test_the_loop_has_the_bandwidth_on_both_machines);
+    RUN_TEST(test_a_limited_run_up_overshoots_less_when_told);
+    RUN_TEST(test_an_input_that_is_no_number_leaves_the_last_one_in_force);
+    RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
+    return UNITY_END();
+}
