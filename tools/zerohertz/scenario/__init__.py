@@ -1,0 +1,1 @@
+"""The paper's thirteen experiments: predicates, figures, identification of the rig."""

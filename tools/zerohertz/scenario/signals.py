@@ -1,0 +1,115 @@
+"""What a figure is judged by: signals of one run, and numbers measured from them.
+
+Speeds in mechanical min^-1, currents power invariant in A, as PAPER_OUTCOMES.md has them. Pure
+functions of arrays: no firmware, no plant, no files.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter1d
+from scipy.signal import butter, sosfilt, sosfilt_zi
+
+Array = NDArray[np.float64]
+
+RATED_TORQUE_NM = 8.4
+RIPPLE_CUTOFF_HZ = 0.5
+
+# i_q* is "at its limit" within 1 % of it: the speed controller's clamp is exact, the telemetry is
+# float32, and i_d's priority may take a hair off the 15 A.
+AT_LIMIT_PU = 0.99
+
+
+@dataclass(frozen=True)
+class Signals:
+    """One run. event_s is t0 of protocol S, the start of the ramp of protocol R."""
+
+    event_s: float
+    i_q_limit_A: float
+    t_s: Array
+    speed_ref_rpm: Array
+    speed_rpm: Array
+    speed_hat_rpm: Array
+    i_q_ref_A: Array
+    i_q_A: Array
+    load_Nm: Array
+    f_s_Hz: Array
+    i_abs_A: Array
+    faults: Array
+
+    @property
+    def step_s(self) -> float:
+        return float(self.t_s[1] - self.t_s[0])
+
+    def window(self, start_s: float, end_s: float) -> slice:
+        """Samples with event + start <= t <= event + end; half a sample of rounding either way."""
+        edges = np.array([start_s - 0.5 * self.step_s, end_s + 0.5 * self.step_s]) + self.event_s
+        first, last = np.searchsorted(self.t_s, edges)
+        return slice(int(first), int(last))
+
+    @property
+    def error_rpm(self) -> Array:
+        return np.abs(self.speed_rpm - self.speed_ref_rpm)
+
+    @property
+    def at_limit(self) -> NDArray[np.bool_]:
+        return np.abs(self.i_q_ref_A) >= AT_LIMIT_PU * self.i_q_limit_A
+
+
+def ripple(signals: Signals, values: Array) -> float:
+    """rms over t0+8 s .. t0+30 s after a causal second-order 0.5 Hz Butterworth high-pass.
+
+    The filter starts at t0, settled at the value there: the step of 300 min^-1 has decayed by
+    exp(-2.2 * 8) when the window opens.
+    """
+    sos = butter(2, RIPPLE_CUTOFF_HZ, "highpass", fs=1.0 / signals.step_s, output="sos")
+    after = values[signals.window(0.0, 30.0)]
+    filtered, _ = sosfilt(sos, after, zi=sosfilt_zi(sos) * after[0])
+    kept = signals.window(8.0, 30.0)
+    return float(np.sqrt(np.mean(np.square(filtered[kept.start - kept.stop :]))))
+
+
+def sustained(values: Array, duration_s: float, step_s: float) -> float:
+    """The largest level that `values` stay above for duration_s on end."""
+    n = int(np.ceil(duration_s / step_s - 1e-9)) + 1
+    if len(values) < n:
+        return 0.0
+    lowest = minimum_filter1d(values, n, mode="nearest")
+    half = n // 2
+    return float(np.max(lowest[half : len(values) - (n - 1 - half)]))
+
+
+def worst_share(flags: NDArray[np.bool_], duration_s: float, step_s: float) -> float:
+    """Largest share of true flags in any window of duration_s."""
+    n = max(1, round(duration_s / step_s))
+    total = np.concatenate(([0], np.cumsum(flags)))
+    if len(flags) < n:
+        return float(np.mean(flags)) if len(flags) else 0.0
+    return float(np.max(total[n:] - total[:-n]) / n)
+
+
+def lost_at_s(signals: Signals, error_rpm: float, limit_s: float) -> float:
+    """Seconds from the start of the ramp to LOST; infinity when it never is.
+
+    The first |w - w*| > error_rpm, or i_q* at its limit for limit_s on end (the end of that time).
+    """
+    part = signals.window(0.0, 80.0)
+    t_s = signals.t_s[part] - signals.event_s
+    far = np.flatnonzero(signals.error_rpm[part] > error_rpm)
+    far_s = float(t_s[far[0]]) if len(far) else np.inf
+    n = int(np.ceil(limit_s / signals.step_s - 1e-9)) + 1
+    total = np.concatenate(([0], np.cumsum(signals.at_limit[part])))
+    full = np.flatnonzero(total[n:] - total[:-n] == n) if len(total) > n else np.array([])
+    limit_end_s = float(t_s[full[0] + n - 1]) if len(full) else np.inf
+    return min(far_s, limit_end_s)
+
+
+def load_pu_at(signals: Signals, since_ramp_s: float) -> float:
+    """Magnitude of the load over T_N at a time after the start of the ramp."""
+    if not np.isfinite(since_ramp_s):
+        return np.inf
+    at_s = signals.event_s + since_ramp_s
+    return float(abs(np.interp(at_s, signals.t_s, signals.load_Nm)) / RATED_TORQUE_NM)
