@@ -1,0 +1,332 @@
+"""PAPER_OUTCOMES.md in code: records of the thirteen runs -> verdicts with margins.
+
+Every clause compares one measured number with one threshold. `tight` = 0.02 tightens all
+thresholds at once by 2 % in the direction that makes the match harder; a match must survive it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from zerohertz.scenario.signals import (
+    Signals,
+    load_pu_at,
+    lost_at_s,
+    ripple,
+    sustained,
+    worst_share,
+)
+
+TIGHT = 0.02
+FIGURES = tuple(range(6, 19))
+STEP_FIGURES = tuple(range(6, 17))
+
+# What each figure is compared with.
+NEEDS: Mapping[int, tuple[int, ...]] = {7: (6,), 11: (10,), 12: (11,), 18: (17,)}
+
+TEXT: Mapping[int, str] = {
+    6: "STABLE, ripple w >= 3, w_hat >= 3, i_q >= .25",
+    7: "STABLE, ripple w <= 1.5, w_hat <= 2.5, w and i_q <= half of Fig. 6's",
+    8: "UNSTABLE",
+    9: "UNSTABLE",
+    10: "STABLE",
+    11: "STABLE, ripple i_q < .9 of Fig. 10's, mean |w_hat - w| >= 8 in pre",
+    12: "STABLE, mean |w_hat - w| in pre <= 5 and <= half of Fig. 11's",
+    13: "UNSTABLE",
+    14: "UNSTABLE",
+    15: "UNSTABLE",
+    16: "STABLE",
+    17: "LOST with 25..98 % T_N",
+    18: "not LOST before 98 % T_N, |f_s| <= .5 Hz at the end of the ramp, LOST within the 40 s "
+    "dwell, 3 s or 5 % T_N later than Fig. 17",
+}
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One comparison. margin >= 0 where it holds, relative to the threshold."""
+
+    text: str
+    value: float
+    threshold: float
+    margin: float
+
+    @property
+    def holds(self) -> bool:
+        return self.margin >= 0.0
+
+    def __str__(self) -> str:
+        return f"{self.text}: {self.value:.3g} (threshold {self.threshold:.3g})"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A figure of one run: does it match, why not, and how far from the edge."""
+
+    clauses: tuple[Clause, ...]
+    measured: Mapping[str, float | bool | None] = field(default_factory=dict)
+
+    @property
+    def match(self) -> bool:
+        return all(c.holds for c in self.clauses)
+
+    @property
+    def margin(self) -> float:
+        return min(c.margin for c in self.clauses)
+
+    @property
+    def failing(self) -> tuple[Clause, ...]:
+        return tuple(c for c in self.clauses if not c.holds)
+
+
+def at_most(text: str, value: float, threshold: float, tight: float) -> Clause:
+    limit = threshold - tight * abs(threshold)
+    return _clause(text, value, limit, limit - value)
+
+
+def at_least(text: str, value: float, threshold: float, tight: float) -> Clause:
+    limit = threshold + tight * abs(threshold)
+    return _clause(text, value, limit, value - limit)
+
+
+def either(first: Clause, *others: Clause) -> Clause:
+    """The alternative that is nearest to holding stands for all."""
+    return max((first, *others), key=lambda c: c.margin)
+
+
+def _clause(text: str, value: float, threshold: float, slack: float) -> Clause:
+    # A number that cannot be compared (NaN of a diverged run) does not hold.
+    margin = slack / max(abs(threshold), 1e-9)
+    return Clause(text, value, threshold, margin if np.isfinite(value) or margin > 0 else -1e3)
+
+
+# ---- protocol S -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class StepMeasures:
+    """Numbers of one run of protocol S; `tight` is in the durations that a clause asks for."""
+
+    faulted: bool
+    peak_speed_rpm: float
+    peak_current_A: float
+    pre_error_rpm: float
+    pre_estimate_error_rpm: float
+    swing_low_rpm: float
+    swing_high_rpm: float
+    hold_error_rpm: float
+    hold_limit_share: float
+    ripple_w_rpm: float
+    ripple_w_hat_rpm: float
+    ripple_i_q_A: float
+    sustained_error_rpm: float
+    sustained_error_tight_rpm: float
+    worst_second_limit_share: float
+
+    def as_dict(self) -> dict[str, float | bool | None]:
+        kept = {k: v for k, v in vars(self).items() if not k.endswith("_tight_rpm")}
+        return {k: v if isinstance(v, bool) else _number(v) for k, v in kept.items()}
+
+
+def measure_step(s: Signals) -> StepMeasures:
+    pre, hold = s.window(-1.0, -s.step_s), s.window(3.0, 30.0)
+    swing = s.window(0.0, 3.0)
+    # The first second after t0 is the step itself, not an instability.
+    late = s.window(1.0, 30.0)
+    late_error = s.error_rpm[late]
+    return StepMeasures(
+        faulted=bool(np.any(s.faults != 0)),
+        peak_speed_rpm=float(np.max(np.abs(s.speed_rpm))),
+        peak_current_A=float(np.max(s.i_abs_A)),
+        pre_error_rpm=float(np.max(s.error_rpm[pre])),
+        pre_estimate_error_rpm=float(np.mean(np.abs(s.speed_hat_rpm - s.speed_rpm)[pre])),
+        swing_low_rpm=float(np.min(s.speed_rpm[swing])),
+        swing_high_rpm=float(np.max(s.speed_rpm[swing])),
+        hold_error_rpm=float(np.max(s.error_rpm[hold])),
+        hold_limit_share=float(np.mean(s.at_limit[hold])),
+        ripple_w_rpm=ripple(s, s.speed_rpm),
+        ripple_w_hat_rpm=ripple(s, s.speed_hat_rpm),
+        ripple_i_q_A=ripple(s, s.i_q_A),
+        sustained_error_rpm=sustained(late_error, 0.5, s.step_s),
+        sustained_error_tight_rpm=sustained(late_error, 0.5 * (1.0 + TIGHT), s.step_s),
+        worst_second_limit_share=worst_share(s.at_limit[late], 1.0, s.step_s),
+    )
+
+
+def _started(m: StepMeasures, tight: float) -> Clause:
+    return at_most("|w - w*| before the step", m.pre_error_rpm, 60.0, tight)
+
+
+def stable(m: StepMeasures, tight: float) -> tuple[Clause, ...]:
+    return (
+        at_most("firmware faults", float(m.faulted), 0.5, 0.0),
+        at_most("largest |w|", m.peak_speed_rpm, 3000.0, tight),
+        at_most("largest |i|", m.peak_current_A, 60.0, tight),
+        _started(m, tight),
+        at_least("lowest w in t0..t0+3 s", m.swing_low_rpm, -150.0, tight),
+        at_most("highest w in t0..t0+3 s", m.swing_high_rpm, 350.0, tight),
+        at_most("|w - w*| in hold", m.hold_error_rpm, 60.0, tight),
+        at_most("share of hold with i_q* at its limit", m.hold_limit_share, 0.05, tight),
+        at_most("ripple of w_hat", m.ripple_w_hat_rpm, 60.0, tight),
+        at_most("ripple of i_q", m.ripple_i_q_A, 2.0, tight),
+    )
+
+
+def unstable(m: StepMeasures, tight: float) -> tuple[Clause, ...]:
+    error_rpm = m.sustained_error_tight_rpm if tight > 0.0 else m.sustained_error_rpm
+    lost = either(
+        at_least("|w - w*| for 0.5 s after the step", error_rpm, 100.0, tight),
+        at_least(
+            "share of a second with i_q* at its limit", m.worst_second_limit_share, 0.5, tight
+        ),
+        at_least("firmware faults", float(m.faulted), 0.5, 0.0),
+        at_least("largest |w|", m.peak_speed_rpm, 3000.0, tight),
+        at_least("largest |i|", m.peak_current_A, 60.0, tight),
+    )
+    return (_started(m, tight), lost)
+
+
+def _figure_6(m: Mapping[int, StepMeasures], tight: float) -> tuple[Clause, ...]:
+    return (
+        *stable(m[6], tight),
+        at_least("ripple of w", m[6].ripple_w_rpm, 3.0, tight),
+        at_least("ripple of w_hat", m[6].ripple_w_hat_rpm, 3.0, tight),
+        at_least("ripple of i_q", m[6].ripple_i_q_A, 0.25, tight),
+    )
+
+
+def _figure_7(m: Mapping[int, StepMeasures], tight: float) -> tuple[Clause, ...]:
+    half_w, half_i = 0.5 * m[6].ripple_w_rpm, 0.5 * m[6].ripple_i_q_A
+    return (
+        *stable(m[7], tight),
+        at_most("ripple of w", m[7].ripple_w_rpm, 1.5, tight),
+        at_most("ripple of w_hat", m[7].ripple_w_hat_rpm, 2.5, tight),
+        at_most("ripple of w against half of Fig. 6's", m[7].ripple_w_rpm, half_w, tight),
+        at_most("ripple of i_q against half of Fig. 6's", m[7].ripple_i_q_A, half_i, tight),
+    )
+
+
+def _figure_11(m: Mapping[int, StepMeasures], tight: float) -> tuple[Clause, ...]:
+    return (
+        *stable(m[11], tight),
+        at_most(
+            "ripple of i_q against Fig. 10's", m[11].ripple_i_q_A, 0.9 * m[10].ripple_i_q_A, tight
+        ),
+        at_least("mean |w_hat - w| before the step", m[11].pre_estimate_error_rpm, 8.0, tight),
+    )
+
+
+def _figure_12(m: Mapping[int, StepMeasures], tight: float) -> tuple[Clause, ...]:
+    mean_rpm, half_rpm = m[12].pre_estimate_error_rpm, 0.5 * m[11].pre_estimate_error_rpm
+    return (
+        *stable(m[12], tight),
+        at_most("mean |w_hat - w| before the step", mean_rpm, 5.0, tight),
+        at_most("mean |w_hat - w| against half of Fig. 11's", mean_rpm, half_rpm, tight),
+    )
+
+
+_STEP_RULES: Mapping[int, Callable[[Mapping[int, StepMeasures], float], tuple[Clause, ...]]] = (
+    {
+        6: _figure_6,
+        7: _figure_7,
+        11: _figure_11,
+        12: _figure_12,
+    }
+    | {n: (lambda m, tight, n=n: unstable(m[n], tight)) for n in (8, 9, 13, 14, 15)}
+    | {n: (lambda m, tight, n=n: stable(m[n], tight)) for n in (10, 16)}
+)
+
+
+# ---- protocol R -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class RampMeasures:
+    """Numbers of one run of protocol R. Times from the start of the ramp.
+
+    early/late: LOST by thresholds 2 % lower/higher, for clauses that want it late/soon.
+    """
+
+    lost_s: float
+    lost_early_s: float
+    lost_late_s: float
+    lost_pu: float
+    lost_early_pu: float
+    lost_late_pu: float
+    f_s_end_Hz: float
+
+    def as_dict(self) -> dict[str, float | bool | None]:
+        names = ("lost_s", "lost_pu", "f_s_end_Hz")
+        return {k: _number(getattr(self, k)) for k in names}
+
+
+def measure_ramp(s: Signals) -> RampMeasures:
+    lost = [lost_at_s(s, 100.0 * k, 0.3 * k) for k in (1.0, 1.0 - TIGHT, 1.0 + TIGHT)]
+    # The stator frequency is a derivative of an angle: its mean over the ramp's last half second.
+    end = s.window(39.5, 40.0)
+    return RampMeasures(*lost, *(load_pu_at(s, t) for t in lost), float(np.mean(s.f_s_Hz[end])))
+
+
+def _figure_17(m: RampMeasures, tight: float) -> tuple[Clause, ...]:
+    soon_pu = m.lost_early_pu if tight > 0.0 else m.lost_pu
+    late_pu = m.lost_late_pu if tight > 0.0 else m.lost_pu
+    return (
+        at_least("load when lost, T_N", soon_pu, 0.25, tight),
+        at_most("load when lost, T_N", late_pu, 0.98, tight),
+    )
+
+
+def _figure_18(m: RampMeasures, other: RampMeasures, tight: float) -> tuple[Clause, ...]:
+    soon_s, soon_pu, late_s = m.lost_s, m.lost_pu, m.lost_s
+    other_s, other_pu = other.lost_s, other.lost_pu
+    if tight > 0.0:
+        soon_s, soon_pu, late_s = m.lost_early_s, m.lost_early_pu, m.lost_late_s
+        other_s, other_pu = other.lost_late_s, other.lost_late_pu
+    # Never lost in Fig. 17: nothing can be later.
+    later_s = soon_s - other_s if np.isfinite(other_s) else -np.inf
+    later_pu = soon_pu - other_pu if np.isfinite(other_pu) else -np.inf
+    return (
+        at_least("load when lost, T_N", soon_pu, 0.98, tight),
+        at_most("|f_s| at the end of the ramp", abs(m.f_s_end_Hz), 0.5, tight),
+        at_least("lost in the dwell, s of it", soon_s - 40.0, 0.0, tight),
+        at_most("lost in the dwell, s of it", late_s - 40.0, 40.0, tight),
+        either(
+            at_least("later than Fig. 17, s", later_s, 3.0, tight),
+            at_least("later than Fig. 17, T_N", later_pu, 0.05, tight),
+        ),
+    )
+
+
+# ---- all --------------------------------------------------------------------------------------
+
+
+def measure(figure: int, s: Signals) -> StepMeasures | RampMeasures:
+    return measure_step(s) if figure in STEP_FIGURES else measure_ramp(s)
+
+
+def clauses(
+    figure: int, measures: Mapping[int, StepMeasures | RampMeasures], tight: float
+) -> tuple[Clause, ...]:
+    """All clauses of a figure; `measures` holds the figure and those it is compared with."""
+    if figure == 17:
+        return _figure_17(measures[17], tight)
+    if figure == 18:
+        return _figure_18(measures[18], measures[17], tight)
+    return _STEP_RULES[figure](measures, tight)
+
+
+def judge(figure: int, measures: Mapping[int, StepMeasures | RampMeasures]) -> Judgement:
+    """Nominal and tightened at once: the clauses reported are the tightened ones.
+
+    Tightening only ever makes a clause harder, so the tightened ones imply the nominal ones; a
+    test holds this over random runs.
+    """
+    return Judgement(clauses(figure, measures, TIGHT), measures[figure].as_dict())
+
+
+def _number(value: float) -> float | None:
+    """JSON has no infinity and no NaN."""
+    return round(float(value), 6) if np.isfinite(value) else None
