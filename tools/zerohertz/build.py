@@ -50,6 +50,11 @@ def ensure_built(*targets: str) -> Built:
     return Built(folder, folder / "host_sim" / f"lib{SIL_TARGET}.so")
 
 
+def configure_tests() -> None:
+    """Configure preset `host` with its tests, for who needs their compile commands."""
+    _run("cmake", "--preset", PRESET, "-DZH_BUILD_TESTS=ON")
+
+
 def _run(*command: str) -> None:
     try:
         done = subprocess.run(

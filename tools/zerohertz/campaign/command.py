@@ -1,0 +1,40 @@
+"""`zh campaign`: long runs over everything, of which `zh test` takes samples."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh campaign` and its runs."""
+    campaign = typer.Typer(help="Long campaigns; zh test takes samples of them.")
+    app.add_typer(campaign, name="campaign")
+
+    @campaign.callback()
+    def group() -> None:
+        """Long campaigns; zh test takes samples of them."""
+
+    @campaign.command("mutation")
+    def mutation(
+        folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware/core",
+        sample: Annotated[int, typer.Option(help="How many mutants; 0: all.")] = 0,
+        seed: Annotated[int, typer.Option(help="Of the sample.")] = 2005,
+        minimum: Annotated[float, typer.Option(help="Score to reach.")] = 0.95,
+        as_json: Annotated[
+            bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+        ] = False,
+        output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
+    ) -> None:
+        """Do the unit tests notice every small, wrong change of the control law?"""
+        request = Request(folder=folder, sample=sample, seed=seed, minimum=minimum)
+        result, good = run_and_show(request, output, sys.stderr if as_json else sys.stdout)
+        if as_json:
+            print(json.dumps(as_dict(request, result), indent=2))
+        raise typer.Exit(0 if good else 1)
