@@ -22,12 +22,6 @@ double checked_leakage(const MotorParameters &m)
 
 } // namespace
 
-struct InductionMotor::Derivative {
-    Vec psi_s_V;
-    Vec psi_r_V;
-    double omega_m_rad_s2;
-};
-
 InductionMotor::InductionMotor(const MotorParameters &parameters)
     : parameters_(parameters), saturated_(parameters.saturation.flux_knee_Wb > 0.0),
       Rs_ohm_(parameters.Rs_ohm), p_(parameters.pole_pairs),
@@ -68,30 +62,27 @@ double InductionMotor::inverse_M(double flux_squared) const
     return inv_M_ * (1.0 + power);
 }
 
-// Eliminating i_r leaves psi_m (1 + leakage_ratio + leak_r / M(psi_m)) = weighted flux: a scalar
-// equation in the magnitude, convex and increasing, so that Newton from above cannot miss.
+// Eliminating i_r leaves psi_m (1 + leakage_ratio + leak_r / M(psi_m)) = weighted flux. Both have
+// one direction; their ratio r solves r (base + leak_r / M(r)) = 1, increasing and convex in r, so
+// that Newton from above cannot miss. No square root: the even exponent takes magnitudes squared.
 Vec InductionMotor::main_flux(Vec weighted_flux_Wb, double leakage_ratio) const
 {
     const double base = 1.0 + leakage_ratio;
     if (!(leak_r_H_ > 0.0)) {
         return (1.0 / base) * weighted_flux_Wb;
     }
-    const double target = magnitude(weighted_flux_Wb);
-    if (!(target > 0.0)) {
-        return {};
-    }
+    const double flux_squared = dot(weighted_flux_Wb, weighted_flux_Wb);
     const double n = parameters_.saturation.exponent;
-    double flux = target / (base + leak_r_H_ * inv_M_);
+    double r = 1.0 / (base + leak_r_H_ * inv_M_);
     for (int iteration = 0; iteration < 30; ++iteration) {
-        const double inverse = inverse_M(flux * flux);
-        const double excess = flux * (base + leak_r_H_ * inverse) - target;
-        const double slope = base + leak_r_H_ * (inverse + n * (inverse - inv_M_));
-        flux -= excess / slope;
-        if (!(excess > 1e-13 * target)) {
+        const double inverse = inverse_M(r * r * flux_squared);
+        const double excess = r * (base + leak_r_H_ * inverse) - 1.0;
+        r -= excess / (base + leak_r_H_ * (inverse + n * (inverse - inv_M_)));
+        if (!(excess > 1e-9)) { // quadratic: the correction just made leaves about its square
             break;
         }
     }
-    return (flux / target) * weighted_flux_Wb;
+    return r * weighted_flux_Wb;
 }
 
 MotorCurrents InductionMotor::currents(const MotorState &x) const
@@ -108,14 +99,9 @@ MotorCurrents InductionMotor::currents(const MotorState &x) const
     return {i_s, i_m - i_s, psi_m};
 }
 
-Vec InductionMotor::stator_current(const MotorState &x) const
-{
-    return saturated_ ? currents(x).i_s_A : y_ss_ * x.psi_s_Wb - y_sr_ * x.psi_r_Wb;
-}
-
 double InductionMotor::torque_Nm(const MotorState &x) const
 {
-    return p_ * cross(x.psi_s_Wb, stator_current(x));
+    return torque_Nm(x, stator_current(x));
 }
 
 Vec InductionMotor::stator_flux(Vec psi_r_Wb, Vec i_s_A) const
@@ -142,44 +128,61 @@ Vec InductionMotor::transient_emf(const MotorState &x) const
            (stator_flux(x.psi_r_Wb + dt_s * psi_r_V, i.i_s_A) - stator_flux(x.psi_r_Wb, i.i_s_A));
 }
 
-template <bool saturated>
-inline InductionMotor::Derivative InductionMotor::derivative(const MotorState &x, Vec u_s_V,
-                                                             const ShaftDrive &shaft) const
-{
-    Vec i_s;
-    Vec i_r;
-    if constexpr (saturated) {
-        const MotorCurrents i = currents(x);
-        i_s = i.i_s_A;
-        i_r = i.i_r_A;
-    } else {
-        i_s = y_ss_ * x.psi_s_Wb - y_sr_ * x.psi_r_Wb;
-        i_r = y_rr_ * x.psi_r_Wb - y_sr_ * x.psi_s_Wb;
+// h times the derivative. Linear magnetics are written with the currents eliminated and h in the
+// coefficients, which shortens the chain of dependent operations: this is the plant's inner loop.
+template <bool saturated> struct InductionMotor::Increment {
+    const InductionMotor &motor;
+    Vec h_u;
+    double h_Rs, h_Rr, h_p, h_inv_J;
+    double ss, sr, rs, rr; // h R times inverse inductance
+    double torque_per_cross, torque, viscous;
+
+    Increment(const InductionMotor &m, Vec u_s_V, const ShaftDrive &shaft, double h_s)
+        : motor(m), h_u(h_s * u_s_V), h_Rs(h_s * m.Rs_ohm_), h_Rr(h_s * m.parameters_.Rr_ohm),
+          h_p(h_s * m.p_), h_inv_J(h_s * shaft.inv_J_per_kg_m2), ss(h_Rs * m.y_ss_),
+          sr(h_Rs * m.y_sr_), rs(h_Rr * m.y_sr_), rr(h_Rr * m.y_rr_),
+          torque_per_cross(h_inv_J * m.p_ * m.y_sr_), torque(h_inv_J * shaft.torque_Nm),
+          viscous(h_inv_J * shaft.viscous_Nms)
+    {
     }
-    const double torque_Nm = p_ * cross(x.psi_s_Wb, i_s);
-    return {u_s_V - Rs_ohm_ * i_s,
-            (p_ * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) - parameters_.Rr_ohm * i_r,
-            (torque_Nm + shaft.torque_Nm - shaft.viscous_Nms * x.omega_m_rad_s) *
-                shaft.inv_J_per_kg_m2};
-}
+
+    MotorState operator()(const MotorState &x) const
+    {
+        const Vec rotation = (h_p * x.omega_m_rad_s) * turned_90(x.psi_r_Wb);
+        const double drag = torque - viscous * x.omega_m_rad_s;
+        if constexpr (saturated) {
+            const MotorCurrents i = motor.currents(x);
+            return {h_u - h_Rs * i.i_s_A, rotation - h_Rr * i.i_r_A,
+                    h_inv_J * motor.p_ * cross(x.psi_s_Wb, i.i_s_A) + drag};
+        } else {
+            // p Im(conj(psi_s) i_s) = p y_sr Im(conj(psi_r) psi_s)
+            return {(h_u - ss * x.psi_s_Wb) + sr * x.psi_r_Wb,
+                    (rs * x.psi_s_Wb - rr * x.psi_r_Wb) + rotation,
+                    torque_per_cross * cross(x.psi_r_Wb, x.psi_s_Wb) + drag};
+        }
+    }
+};
 
 template <bool saturated>
 void InductionMotor::runge_kutta(MotorState &x, Vec u_s_V, const ShaftDrive &shaft,
                                  double h_s) const
 {
-    const auto along = [&x](const Derivative &k, double h) {
-        return MotorState{x.psi_s_Wb + h * k.psi_s_V, x.psi_r_Wb + h * k.psi_r_V,
-                          x.omega_m_rad_s + h * k.omega_m_rad_s2};
+    const Increment<saturated> increment(*this, u_s_V, shaft, h_s);
+    const MotorState y = x;
+    const auto along = [&y](double share, const MotorState &k) {
+        return MotorState{y.psi_s_Wb + share * k.psi_s_Wb, y.psi_r_Wb + share * k.psi_r_Wb,
+                          y.omega_m_rad_s + share * k.omega_m_rad_s};
     };
-    const Derivative k1 = derivative<saturated>(x, u_s_V, shaft);
-    const Derivative k2 = derivative<saturated>(along(k1, 0.5 * h_s), u_s_V, shaft);
-    const Derivative k3 = derivative<saturated>(along(k2, 0.5 * h_s), u_s_V, shaft);
-    const Derivative k4 = derivative<saturated>(along(k3, h_s), u_s_V, shaft);
-    const double w = h_s / 6.0;
-    x.psi_s_Wb = x.psi_s_Wb + w * (k1.psi_s_V + 2.0 * (k2.psi_s_V + k3.psi_s_V) + k4.psi_s_V);
-    x.psi_r_Wb = x.psi_r_Wb + w * (k1.psi_r_V + 2.0 * (k2.psi_r_V + k3.psi_r_V) + k4.psi_r_V);
-    x.omega_m_rad_s +=
-        w * (k1.omega_m_rad_s2 + 2.0 * (k2.omega_m_rad_s2 + k3.omega_m_rad_s2) + k4.omega_m_rad_s2);
+    const MotorState k1 = increment(y);
+    const MotorState k2 = increment(along(0.5, k1));
+    const MotorState k3 = increment(along(0.5, k2));
+    const MotorState k4 = increment(along(1.0, k3));
+    constexpr double w = 1.0 / 6.0;
+    x.psi_s_Wb = y.psi_s_Wb + w * (k1.psi_s_Wb + 2.0 * (k2.psi_s_Wb + k3.psi_s_Wb) + k4.psi_s_Wb);
+    x.psi_r_Wb = y.psi_r_Wb + w * (k1.psi_r_Wb + 2.0 * (k2.psi_r_Wb + k3.psi_r_Wb) + k4.psi_r_Wb);
+    x.omega_m_rad_s =
+        y.omega_m_rad_s +
+        w * (k1.omega_m_rad_s + 2.0 * (k2.omega_m_rad_s + k3.omega_m_rad_s) + k4.omega_m_rad_s);
 }
 
 void InductionMotor::step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const

@@ -58,8 +58,15 @@ public:
     void set_stator_resistance_factor(double factor);
 
     MotorCurrents currents(const MotorState &x) const;
-    Vec stator_current(const MotorState &x) const;
+    Vec stator_current(const MotorState &x) const
+    {
+        return saturated_ ? currents(x).i_s_A : y_ss_ * x.psi_s_Wb - y_sr_ * x.psi_r_Wb;
+    }
     double torque_Nm(const MotorState &x) const;
+    double torque_Nm(const MotorState &x, Vec i_s_A) const
+    {
+        return p_ * cross(x.psi_s_Wb, i_s_A);
+    }
     // Stator flux that belongs to a stator current at the present rotor flux.
     Vec stator_flux(Vec psi_r_Wb, Vec i_s_A) const;
     // Voltage behind the transient inductance: u_s at which i_s would stand still but for Rs i_s.
@@ -71,9 +78,7 @@ public:
     void step_open(MotorState &x, const ShaftDrive &shaft, double h_s) const;
 
 private:
-    struct Derivative;
-    template <bool saturated>
-    Derivative derivative(const MotorState &x, Vec u_s_V, const ShaftDrive &shaft) const;
+    template <bool saturated> struct Increment;
     template <bool saturated>
     void runge_kutta(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
     double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m

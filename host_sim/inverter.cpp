@@ -6,7 +6,8 @@ namespace zh {
 
 Inverter::Inverter(const InverterParameters &parameters)
     : parameters_(parameters), period_s_(1.0 / parameters.carrier_Hz),
-      inv_threshold_(1.0 / parameters.i_threshold_A)
+      inv_threshold_(1.0 / parameters.i_threshold_A),
+      dead_share_(parameters.dead_time_s * parameters.carrier_Hz)
 {
     const bool sensible = parameters.carrier_Hz > 0.0 && parameters.i_threshold_A > 0.0 &&
                           parameters.dead_time_s >= 0.0 &&
@@ -28,29 +29,14 @@ void Inverter::block()
 
 std::span<const Segment> Inverter::schedule(const Duty &duty)
 {
-    const Duty bounded{clamp01(duty[0]), clamp01(duty[1]), clamp01(duty[2])};
     if (parameters_.model == InverterModel::averaged) {
-        schedule_averaged(bounded);
+        segments_[0] = averaged_half(duty);
+        segments_[1] = segments_[0];
+        segment_count_ = 2;
     } else {
-        schedule_switched(bounded);
+        schedule_switched({clamp01(duty[0]), clamp01(duty[1]), clamp01(duty[2])});
     }
     return {segments_.data(), segment_count_};
-}
-
-// Two halves, so that the current deciding the error is looked at as often as a leg switches.
-void Inverter::schedule_averaged(const Duty &duty)
-{
-    const double delta = parameters_.dead_time_s * parameters_.carrier_Hz;
-    Segment half;
-    half.h_s = 0.5 * period_s_;
-    half.level = duty;
-    for (std::size_t x = 0; x < 3; ++x) {
-        const bool switches = duty[x] > 0.0 && duty[x] < 1.0;
-        half.dead[x] = switches ? delta : 0.0;
-    }
-    segments_[0] = half;
-    segments_[1] = half;
-    segment_count_ = 2;
 }
 
 void Inverter::add_event(const Event &event)

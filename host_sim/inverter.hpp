@@ -51,6 +51,18 @@ public:
     {
         return parameters_;
     }
+    // The averaged model's segment: half a period, to be passed twice, so that the current deciding
+    // the error is looked at as often as a leg switches. A duty of 0 or 1 switches nothing.
+    Segment averaged_half(const Duty &duty) const
+    {
+        Segment half;
+        half.h_s = 0.5 * period_s_;
+        for (std::size_t x = 0; x < 3; ++x) {
+            half.level[x] = clamp01(duty[x]);
+            half.dead[x] = half.level[x] > 0.0 && half.level[x] < 1.0 ? dead_share_ : 0.0;
+        }
+        return half;
+    }
     // The segments of the coming carrier period, in order, their lengths summing to it. The view is
     // valid until the next call. A duty outside 0..1 (or NaN) counts as the nearest bound.
     std::span<const Segment> schedule(const Duty &duty);
@@ -87,14 +99,15 @@ private:
 
     static double clamp01(double x)
     {
-        return x > 0.0 ? (x < 1.0 ? x : 1.0) : 0.0;
+        const double raised = x > 0.0 ? x : 0.0; // NaN becomes 0; one instruction each
+        return raised < 1.0 ? raised : 1.0;
     }
     double current_sign(double i_A) const
     {
         const double s = i_A * inv_threshold_;
-        return s > -1.0 ? (s < 1.0 ? s : 1.0) : -1.0;
+        const double raised = s > -1.0 ? s : -1.0;
+        return raised < 1.0 ? raised : 1.0;
     }
-    void schedule_averaged(const Duty &duty);
     void schedule_switched(const Duty &duty);
     void plan_leg(std::size_t leg, double duty, Segment &start);
     void command(std::size_t leg, bool high, double t_s, double next_s);
@@ -103,6 +116,7 @@ private:
     InverterParameters parameters_;
     double period_s_;
     double inv_threshold_;
+    double dead_share_; // dead time over carrier period
     std::array<Leg, 3> legs_{};
     // Three legs, at most three commands each (a crest edge, on, off), each ending in two states,
     // plus the end of the last period's dead time.

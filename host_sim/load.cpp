@@ -1,6 +1,5 @@
 #include "load.hpp"
 
-#include <cmath>
 #include <stdexcept>
 
 namespace zh {
@@ -15,21 +14,12 @@ Shaft::Shaft(const Mechanics &mechanics) : mechanics_(mechanics), inv_J_(1.0 / m
     }
 }
 
-ShaftDrive Shaft::begin(double omega_m_rad_s, double motor_torque_Nm, double load_torque_Nm)
+// At standstill: sets the direction in which it starts, if it does.
+bool Shaft::breaks_away(double net_Nm)
 {
-    if (std::abs(omega_m_rad_s) > 0.0) {
-        direction_ = omega_m_rad_s > 0.0 ? 1.0 : -1.0;
-    } else {
-        const double net_Nm = motor_torque_Nm - load_torque_Nm;
-        stuck_ = std::abs(net_Nm) <= mechanics_.static_Nm;
-        if (stuck_) {
-            direction_ = 0.0;
-            return {0.0, 0.0, 0.0};
-        }
-        direction_ = net_Nm > 0.0 ? 1.0 : -1.0;
-    }
-    stuck_ = false;
-    return {-load_torque_Nm - direction_ * mechanics_.coulomb_Nm, mechanics_.viscous_Nms, inv_J_};
+    stuck_ = std::abs(net_Nm) <= mechanics_.static_Nm;
+    direction_ = stuck_ ? 0.0 : (net_Nm > 0.0 ? 1.0 : -1.0);
+    return !stuck_;
 }
 
 double Shaft::settle(double omega_before_rad_s, double omega_after_rad_s, double motor_torque_Nm,

@@ -6,6 +6,8 @@
 #ifndef ZH_LOAD_HPP
 #define ZH_LOAD_HPP
 
+#include <cmath>
+
 #include "induction_motor.hpp"
 
 namespace zh {
@@ -23,7 +25,17 @@ public:
     explicit Shaft(const Mechanics &mechanics);
 
     // Before an integration step: the torque the shaft adds, or a held shaft.
-    ShaftDrive begin(double omega_m_rad_s, double motor_torque_Nm, double load_torque_Nm);
+    ShaftDrive begin(double omega_m_rad_s, double motor_torque_Nm, double load_torque_Nm)
+    {
+        if (std::abs(omega_m_rad_s) > 0.0) {
+            stuck_ = false;
+            direction_ = omega_m_rad_s > 0.0 ? 1.0 : -1.0;
+        } else if (!breaks_away(motor_torque_Nm - load_torque_Nm)) {
+            return {0.0, 0.0, 0.0};
+        }
+        return {-load_torque_Nm - direction_ * mechanics_.coulomb_Nm, mechanics_.viscous_Nms,
+                inv_J_};
+    }
     // After it: whether the speed has passed through zero, and then the speed it really has.
     bool reversed(double omega_after_rad_s) const
     {
@@ -42,6 +54,8 @@ public:
     }
 
 private:
+    bool breaks_away(double net_Nm);
+
     Mechanics mechanics_;
     double inv_J_;
     double direction_ = 0.0; // of rotation during the present step; 0: stuck

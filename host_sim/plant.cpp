@@ -91,69 +91,56 @@ void Plant::follow_disturbances()
 
 void Plant::advance(const Duty &duty, bool gates_on)
 {
-    if (diverged_) {
-        ++steps_;
-        return;
-    }
-    follow_disturbances();
-    u_s_V_s_ = {};
-    if (gates_on) {
-        blocked_ = false;
-        const bool averaged = inverter_.parameters().model == InverterModel::averaged;
-        for (Segment segment : inverter_.schedule(duty)) {
-            if (averaged) {
-                integrate(segment, half_period_);
-                continue;
-            }
-            const int parts = segment.h_s > 0.51 * period_s_ ? 2 : 1;
-            segment.h_s /= parts;
-            const Transition transition = filter_.transition(segment.h_s);
-            for (int part = 0; part < parts; ++part) {
-                integrate(segment, transition);
-            }
+    if (!diverged_) {
+        follow_disturbances();
+        u_s_V_s_ = {};
+        if (!gates_on) {
+            advance_blocked();
+        } else if (inverter_.parameters().model == InverterModel::averaged) {
+            blocked_ = false;
+            const Segment half = inverter_.averaged_half(duty);
+            integrate(half, half.h_s, half_period_);
+            integrate(half, half.h_s, half_period_);
+        } else {
+            blocked_ = false;
+            advance_switched(duty);
         }
-    } else {
-        enter_blocked();
-        const double h_s = period_s_ / blocked_steps;
-        for (int n = 0; n < blocked_steps; ++n) {
-            const bool all_open = open_[0] && open_[1] && open_[2];
-            const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
-            const auto [lowest, highest] = std::minmax_element(emf_V.begin(), emf_V.end());
-            if (n == 0 && all_open && *highest - *lowest < 0.9 * (u_dc_V_ + 2.0 * drop_V_)) {
-                step_open(0.5 * period_s_);
-                step_open(0.5 * period_s_);
-                break;
-            }
-            step_blocked(h_s);
-        }
+        // Generous bounds in Wb and rad/s; the comparison is false for NaN as well.
+        const double size = dot(x_.psi_s_Wb, x_.psi_s_Wb) + dot(x_.psi_r_Wb, x_.psi_r_Wb) +
+                            1e-6 * x_.omega_m_rad_s * x_.omega_m_rad_s;
+        diverged_ = !(size < 1e6);
     }
     ++steps_;
-    // Generous bounds in Wb and rad/s; the comparison is false for NaN as well.
-    const double size = dot(x_.psi_s_Wb, x_.psi_s_Wb) + dot(x_.psi_r_Wb, x_.psi_r_Wb) +
-                        1e-6 * x_.omega_m_rad_s * x_.omega_m_rad_s;
-    diverged_ = !(size < 1e6);
 }
 
-void Plant::integrate(const Segment &segment, const Transition &transition)
+void Plant::advance_switched(const Duty &duty)
 {
-    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
-    const Phases v = inverter_.leg_voltages(segment, i_A, u_dc_V_);
-    apply(vec_from_phases(v), segment.h_s);
+    for (const Segment &segment : inverter_.schedule(duty)) {
+        const int parts = segment.h_s > 0.51 * period_s_ ? 2 : 1;
+        const double h_s = segment.h_s / parts;
+        const Transition transition = filter_.transition(h_s);
+        for (int part = 0; part < parts; ++part) {
+            integrate(segment, h_s, transition);
+        }
+    }
+}
+
+void Plant::integrate(const Segment &segment, double h_s, const Transition &transition)
+{
+    const Vec i_s = motor_.stator_current(x_);
+    const Phases v = inverter_.leg_voltages(segment, phases_from_vec(i_s), u_dc_V_);
+    apply(vec_from_phases(v), i_s, h_s);
     filter_.advance(transition, v[0] - v[1], v[1] - v[2]);
 }
 
-void Plant::apply(Vec u_s_V, double h_s)
+void Plant::apply(Vec u_s_V, Vec i_s_A, double h_s)
 {
     const double omega_before = x_.omega_m_rad_s;
-    const ShaftDrive shaft = begin_shaft();
+    const ShaftDrive shaft =
+        shaft_.begin(omega_before, motor_.torque_Nm(x_, i_s_A), load_torque_Nm_);
     motor_.step(x_, u_s_V, shaft, h_s);
     settle_shaft(omega_before, h_s);
     u_s_V_s_ = u_s_V_s_ + h_s * u_s_V;
-}
-
-ShaftDrive Plant::begin_shaft()
-{
-    return shaft_.begin(x_.omega_m_rad_s, motor_.torque_Nm(x_), load_torque_Nm_);
 }
 
 void Plant::settle_shaft(double omega_before_rad_s, double h_s)
@@ -161,6 +148,23 @@ void Plant::settle_shaft(double omega_before_rad_s, double h_s)
     if (shaft_.reversed(x_.omega_m_rad_s)) {
         x_.omega_m_rad_s = shaft_.settle(omega_before_rad_s, x_.omega_m_rad_s, motor_.torque_Nm(x_),
                                          load_torque_Nm_, h_s);
+    }
+}
+
+void Plant::advance_blocked()
+{
+    enter_blocked();
+    const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
+    const auto [lowest, highest] = std::minmax_element(emf_V.begin(), emf_V.end());
+    const bool all_open = open_[0] && open_[1] && open_[2];
+    // The margin is far more than the EMF can grow in one period.
+    if (all_open && *highest - *lowest < 0.9 * (u_dc_V_ + 2.0 * drop_V_)) {
+        step_open(0.5 * period_s_);
+        step_open(0.5 * period_s_);
+        return;
+    }
+    for (int n = 0; n < blocked_steps; ++n) {
+        step_blocked(period_s_ / blocked_steps);
     }
 }
 
@@ -229,8 +233,9 @@ Phases Plant::blocked_voltages(const Phases &i_A, Phases &sign) const
 void Plant::step_blocked(double h_s)
 {
     Phases sign{};
-    const Phases u = blocked_voltages(phases_from_vec(motor_.stator_current(x_)), sign);
-    apply(vec_from_phases(u), h_s);
+    const Vec i_before = motor_.stator_current(x_);
+    const Phases u = blocked_voltages(phases_from_vec(i_before), sign);
+    apply(vec_from_phases(u), i_before, h_s);
     filter_.advance(blocked_step_, u[0] - u[1], u[1] - u[2]);
     const Phases i_A = phases_from_vec(motor_.stator_current(x_));
     for (std::size_t x = 0; x < 3; ++x) {
@@ -264,7 +269,7 @@ void Plant::step_open(double h_s)
 {
     const double omega_before = x_.omega_m_rad_s;
     const Vec flux_before = x_.psi_s_Wb;
-    motor_.step_open(x_, begin_shaft(), h_s);
+    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, load_torque_Nm_), h_s);
     settle_shaft(omega_before, h_s);
     const Vec flux_change = x_.psi_s_Wb - flux_before;
     const Phases u = phases_from_vec((1.0 / h_s) * flux_change);

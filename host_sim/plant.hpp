@@ -90,9 +90,10 @@ private:
     using Transition = LineVoltageFilter::Transition;
 
     void follow_disturbances();
-    void integrate(const Segment &segment, const Transition &transition);
-    void apply(Vec u_s_V, double h_s);
-    ShaftDrive begin_shaft();
+    void advance_switched(const Duty &duty);
+    void advance_blocked();
+    void integrate(const Segment &segment, double h_s, const Transition &transition);
+    void apply(Vec u_s_V, Vec i_s_A, double h_s);
     void settle_shaft(double omega_before_rad_s, double h_s);
     void enter_blocked();
     void step_blocked(double h_s);

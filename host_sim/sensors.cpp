@@ -44,49 +44,42 @@ LineVoltageFilter::Transition LineVoltageFilter::transition(double h_s) const
     return e;
 }
 
-Sensors::Sensors(const SensorParameters &parameters, const Board &board, std::uint64_t seed)
-    : parameters_(parameters), noise_(seed)
+Sensors::Sensors(const SensorParameters &p, const Board &board, std::uint64_t seed) : noise_(seed)
 {
     const double codes = static_cast<double>(1U << static_cast<unsigned>(board.adc_bits));
-    zero_code_ = 0.5 * codes;
+    const double middle = 0.5 * codes;
+    const auto channel = [](double per_unit, double gain, double offset, double noise,
+                            double zero_code) {
+        return Channel{gain * per_unit, offset * per_unit + zero_code + 0.5, noise * per_unit};
+    };
+    const double per_A = middle / board.current_full_scale_A;
+    const double per_V = middle / board.line_voltage_full_scale_V;
+    const double per_dc_V = codes / board.dc_link_full_scale_V;
+    for (std::size_t x = 0; x < 3; ++x) {
+        channels_[x] =
+            channel(per_A, p.current_gain[x], p.current_offset_A[x], p.current_noise_A, middle);
+    }
+    for (std::size_t x = 0; x < 2; ++x) {
+        channels_[3 + x] =
+            channel(per_V, p.voltage_gain[x], p.voltage_offset_V[x], p.voltage_noise_V, middle);
+    }
+    channels_[5] = channel(per_dc_V, p.dc_gain, p.dc_offset_V, p.dc_noise_V, 0.0);
     top_code_ = codes - 1.0;
-    inv_current_lsb_A_ = zero_code_ / board.current_full_scale_A;
-    inv_line_lsb_V_ = zero_code_ / board.line_voltage_full_scale_V;
-    inv_dc_lsb_V_ = codes / board.dc_link_full_scale_V;
-    noisy_ = parameters.current_noise_A > 0.0 || parameters.voltage_noise_V > 0.0 ||
-             parameters.dc_noise_V > 0.0;
-}
-
-// Rounds to the nearest code; NaN reads 0, like a broken wire.
-std::uint16_t Sensors::code(double lsb) const
-{
-    const double bounded = lsb > 0.0 ? (lsb < top_code_ ? lsb : top_code_) : 0.0;
-    return static_cast<std::uint16_t>(static_cast<int>(bounded + 0.5));
+    noisy_ = p.current_noise_A > 0.0 || p.voltage_noise_V > 0.0 || p.dc_noise_V > 0.0;
 }
 
 Words Sensors::sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V)
 {
     // One draw per channel and sample, whatever its size, so that channels do not shift each other.
-    std::array<double, 6> n{};
+    std::array<double, 6> draw{};
     if (noisy_) {
-        for (double &draw : n) {
-            draw = noise_.gaussian();
+        for (double &value : draw) {
+            value = noise_.gaussian();
         }
     }
-    const SensorParameters &s = parameters_;
-    const auto current = [&](std::size_t x) {
-        const double measured =
-            s.current_gain[x] * i_A[x] + s.current_offset_A[x] + s.current_noise_A * n[x];
-        return code(measured * inv_current_lsb_A_ + zero_code_);
-    };
-    const auto line = [&](std::size_t x, double u_V) {
-        const double measured =
-            s.voltage_gain[x] * u_V + s.voltage_offset_V[x] + s.voltage_noise_V * n[3 + x];
-        return code(measured * inv_line_lsb_V_ + zero_code_);
-    };
-    const double dc_V = s.dc_gain * u_dc_V + s.dc_offset_V + s.dc_noise_V * n[5];
-    return {current(0),      current(1),      current(2),
-            line(0, u_uv_V), line(1, u_vw_V), code(dc_V * inv_dc_lsb_V_)};
+    const std::array<Channel, 6> &c = channels_;
+    return {code(c[0], i_A[0], draw[0]), code(c[1], i_A[1], draw[1]), code(c[2], i_A[2], draw[2]),
+            code(c[3], u_uv_V, draw[3]), code(c[4], u_vw_V, draw[4]), code(c[5], u_dc_V, draw[5])};
 }
 
 } // namespace zh

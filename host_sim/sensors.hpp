@@ -77,11 +77,23 @@ public:
     Words sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V);
 
 private:
-    std::uint16_t code(double lsb) const;
+    // In units of one code: measured = gain x true + offset + noise x draw, rounded and clipped.
+    struct Channel {
+        double gain;
+        double offset; // includes the code of zero and the half that turns truncation into rounding
+        double noise;
+    };
+    std::uint16_t code(const Channel &channel, double value, double draw) const
+    {
+        const double measured = (channel.gain * value + channel.offset) + channel.noise * draw;
+        // NaN reads 0, like a broken wire.
+        const double raised = measured > 0.0 ? measured : 0.0;
+        const double bounded = raised < top_code_ ? raised : top_code_;
+        return static_cast<std::uint16_t>(static_cast<int>(bounded));
+    }
 
-    SensorParameters parameters_;
-    double inv_current_lsb_A_, inv_line_lsb_V_, inv_dc_lsb_V_;
-    double zero_code_, top_code_;
+    std::array<Channel, 6> channels_{}; // in the order of the words
+    double top_code_;
     bool noisy_;
     NoiseSource noise_;
 };

@@ -1,0 +1,74 @@
+// The firmware's C headers, as C++ sees them, and one drive as a value.
+#ifndef ZH_FIRMWARE_HPP
+#define ZH_FIRMWARE_HPP
+
+// Compound literals in the inline functions are C, and an extension here.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+extern "C" {
+#include "crc32c.h"
+#include "host_port.h"
+#include "params.h"
+}
+#pragma GCC diagnostic pop
+
+#include <memory>
+
+#include "gain_file.hpp"
+
+namespace zh {
+
+// Reference at the edge: mechanical min^-1 to rad/s.
+constexpr float rad_s_from_rpm(float speed_rpm)
+{
+    return speed_rpm * (NUM_PI / 30.0F);
+}
+
+// One drive: application, host port and the table it reads. Not copyable: the port points into
+// itself.
+class Firmware {
+public:
+    // Throws ConfigError, with the likeliest reason, when the application refuses the parameters.
+    Firmware(const params_t &params, std::shared_ptr<const GainFile> gain);
+    Firmware(const Firmware &) = delete;
+    Firmware &operator=(const Firmware &) = delete;
+
+    hal_output_t step(const hal_sample_t &sample, float speed_ref_rpm, std::uint32_t command)
+    {
+        const app_command_t posted{command, rad_s_from_rpm(speed_ref_rpm)};
+        hal_output_t output;
+        host_port_period(&port_, &posted, &sample, &output);
+        return output;
+    }
+    // False, and nothing changed, when the application refuses the new set.
+    bool reconfigure(const params_t &params);
+
+    const app_t &app() const
+    {
+        return port_.app;
+    }
+    const params_t &params() const
+    {
+        return params_;
+    }
+    bool gates_on() const
+    {
+        return port_.app.mode != DRIVE_OFF;
+    }
+    app_telemetry_t telemetry() const
+    {
+        app_telemetry_t t;
+        app_telemetry(&port_.app, &t);
+        return t;
+    }
+
+private:
+    params_t params_;
+    std::shared_ptr<const GainFile> gain_;
+    host_port_t port_{};
+};
+
+} // namespace zh
+
+#endif

@@ -1,0 +1,220 @@
+#include "gain_file.hpp"
+
+#include <bit>
+#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+extern "C" {
+#include "crc32c.h"
+}
+
+#include "toml_reader.hpp"
+
+namespace zh {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int schema = 1;
+constexpr float step_rad_s_of_grid = static_cast<float>(2.0 * 2.0 * std::numbers::pi / 60.0);
+constexpr const char *redesign = "; write the file anew with tools/zh design";
+
+static_assert(sizeof(observer_gain_t) == 4 * sizeof(std::uint32_t));
+
+[[noreturn]] void reject(const std::string &path, const std::string &problem)
+{
+    throw ConfigError(path + ": " + problem + redesign);
+}
+
+// A value of the wanted type under the key, or the complaint that names it.
+template <typename T> T take(const std::string &path, const Json &object, const char *key)
+{
+    const auto at = object.is_object() ? object.find(key) : object.end();
+    if (!object.is_object() || at == object.end()) {
+        reject(path, std::string(key) + ": missing");
+    }
+    try {
+        return at->get<T>();
+    } catch (const Json::exception &) {
+        reject(path, std::string(key) + ": has the wrong type (" + at->type_name() + ")");
+    }
+}
+
+std::uint32_t word(const std::string &path, const char *key, const std::string &hex)
+{
+    std::uint32_t value = 0;
+    const char *end = hex.data() + hex.size();
+    const auto parsed = std::from_chars(hex.data(), end, value, 16);
+    if (hex.size() != 8 || parsed.ec != std::errc{} || parsed.ptr != end) {
+        reject(path, std::string(key) + ": \"" + hex + "\" is not a word of eight hex digits");
+    }
+    return value;
+}
+
+Circuit take_circuit(const std::string &path, const Json &root)
+{
+    const Json inputs = take<Json>(path, root, "inputs");
+    const Json circuit = take<Json>(path, inputs, "circuit");
+    return {take<double>(path, circuit, "Rs_ohm"), take<double>(path, circuit, "Rr_ohm"),
+            take<double>(path, circuit, "Ls_H"), take<double>(path, circuit, "Lr_H"),
+            take<double>(path, circuit, "M_H")};
+}
+
+std::vector<observer_gain_t> take_entries(const std::string &path, const Json &root)
+{
+    const auto count = take<std::int64_t>(path, root, "entries");
+    if (count < 1 || count > static_cast<std::int64_t>(GAIN_TABLE_MAX_ENTRIES)) {
+        reject(path, "entries: " + std::to_string(count) + " is outside 1 .. " +
+                         std::to_string(GAIN_TABLE_MAX_ENTRIES));
+    }
+    const auto hex = take<std::vector<std::string>>(path, root, "l_words");
+    const auto wanted = static_cast<std::size_t>(4 * count);
+    if (hex.size() != wanted) {
+        reject(path, "l_words: " + std::to_string(hex.size()) + " words for " +
+                         std::to_string(count) + " entries, which need " + std::to_string(wanted));
+    }
+    std::vector<observer_gain_t> entries(static_cast<std::size_t>(count));
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+        const auto at = [&](std::size_t i) {
+            return std::bit_cast<float>(word(path, "l_words", hex[4 * k + i]));
+        };
+        entries[k] = {at(0), at(1), at(2), at(3)};
+    }
+    return entries;
+}
+
+float take_step(const std::string &path, const Json &root)
+{
+    const double grid = take<double>(path, root, "step_elec_per_min");
+    if (!(grid > 0.0 && grid <= 1000.0)) {
+        reject(path, "step_elec_per_min: is outside 0 .. 1000");
+    }
+    if (root.contains("step_rad_s_word")) {
+        return std::bit_cast<float>(
+            word(path, "step_rad_s_word", take<std::string>(path, root, "step_rad_s_word")));
+    }
+    return static_cast<float>(grid * 2.0 * std::numbers::pi / 60.0);
+}
+
+std::shared_ptr<const GainFile> read(const std::string &path)
+{
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) {
+        throw ConfigError(path + ": cannot be read; give the folder of a motor whose table was "
+                                 "designed (tools/zh design)");
+    }
+    const Json root = Json::parse(stream, nullptr, false);
+    if (root.is_discarded()) {
+        reject(path, "is not valid JSON");
+    }
+    if (take<std::int64_t>(path, root, "schema") != schema) {
+        reject(path, "schema: is not " + std::to_string(schema));
+    }
+    auto gain = std::make_shared<const GainFile>(take<std::string>(path, root, "motor"),
+                                                 take_circuit(path, root), take_entries(path, root),
+                                                 take_step(path, root));
+    const std::uint32_t stored = word(path, "crc32c", take<std::string>(path, root, "crc32c"));
+    if (gain->table().crc32c != stored) {
+        reject(path, "crc32c: does not match l_words, the file was changed or damaged");
+    }
+    if (!gain_table_valid(&gain->table())) {
+        reject(path, "l_words: a gain is not finite, or L at standstill is not real");
+    }
+    return gain;
+}
+
+// What the file looked like when it was read.
+struct Stamp {
+    std::filesystem::file_time_type written;
+    std::uintmax_t size = 0;
+
+    bool operator==(const Stamp &) const = default;
+};
+
+struct Cached {
+    Stamp stamp;
+    std::shared_ptr<const GainFile> gain;
+};
+
+struct Cache {
+    std::mutex mutex;
+    std::map<std::string, Cached> files;
+};
+
+Cache &cache()
+{
+    static Cache instance;
+    return instance;
+}
+
+// A search may go through thousands of folders; the drives hold what they use themselves.
+constexpr std::size_t cache_max_files = 64;
+// A file younger than the file system's clock can tell apart may change under the same stamp.
+constexpr auto racy = std::chrono::milliseconds(50);
+
+} // namespace
+
+GainFile::GainFile(std::string motor_name, const Circuit &designed_for,
+                   std::vector<observer_gain_t> entries, float step_rad_s)
+    : motor(std::move(motor_name)), circuit(designed_for), entries_(std::move(entries)),
+      table_{GAIN_TABLE_MAGIC,
+             GAIN_TABLE_VERSION,
+             0U,
+             static_cast<std::uint32_t>(entries_.size()),
+             crc32c(entries_.data(), entries_.size() * sizeof(observer_gain_t)),
+             step_rad_s,
+             entries_.data()}
+{
+}
+
+std::shared_ptr<const GainFile> load_gain_file(const std::string &path)
+{
+    std::error_code no_file;
+    const Stamp stamp{std::filesystem::last_write_time(path, no_file),
+                      no_file ? 0 : std::filesystem::file_size(path, no_file)};
+    Cache &shared = cache();
+    const std::scoped_lock lock(shared.mutex);
+    const auto at = shared.files.find(path);
+    if (!no_file && at != shared.files.end() && at->second.stamp == stamp) {
+        return at->second.gain;
+    }
+    auto gain = read(path);
+    if (std::filesystem::file_time_type::clock::now() - stamp.written > racy) {
+        if (shared.files.size() >= cache_max_files) {
+            shared.files.clear();
+        }
+        shared.files.insert_or_assign(path, Cached{stamp, gain});
+    }
+    return gain;
+}
+
+std::shared_ptr<const GainFile> gain_from_floats(std::span<const float> words)
+{
+    if (words.empty() || words.size() % 4 != 0 || words.size() / 4 > GAIN_TABLE_MAX_ENTRIES) {
+        throw ConfigError("gain: " + std::to_string(words.size()) +
+                          " floats are no table; give four per entry, at most " +
+                          std::to_string(GAIN_TABLE_MAX_ENTRIES) + " entries");
+    }
+    std::vector<observer_gain_t> entries(words.size() / 4);
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+        entries[k] = {words[4 * k], words[4 * k + 1], words[4 * k + 2], words[4 * k + 3]};
+    }
+    auto gain = std::make_shared<const GainFile>("", Circuit{}, std::move(entries),
+                                                 step_rad_s_of_grid);
+    if (!gain_table_valid(&gain->table())) {
+        throw ConfigError("gain: a gain is not finite, or L at standstill is not real; give "
+                          "finite numbers with l1_im = l2_im = 0 in the first entry");
+    }
+    return gain;
+}
+
+} // namespace zh

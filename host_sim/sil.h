@@ -1,0 +1,190 @@
+/* Software in the loop: the firmware as a shared library, for any plant in any language.
+ *
+ * One handle is one drive. Handles share nothing: many may run at once, each used by one thread at
+ * a time. Timing: step k takes the samples of carrier crest t_k; its duties act on
+ * [t_(k+1), t_(k+2)) (timer preload), and that delay is the caller's to keep; gates_on = 0 acts at
+ * once. Vectors are power invariant; speeds are mechanical, angles and frequencies electrical.
+ */
+#ifndef ZH_SIL_H
+#define ZH_SIL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define ZH_API __attribute__((visibility("default")))
+#else
+#define ZH_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Raised when a struct grows or a meaning changes; structs only ever grow at their end. */
+#define ZH_SIL_VERSION 1u
+
+#define ZH_SIL_RUN         (1u << 0) /* level: run; has to be seen low once after a fault */
+#define ZH_SIL_FAULT_RESET (1u << 1) /* rising edge */
+#define ZH_SIL_TORQUE_OFF  (1u << 2) /* level: gates off, wins over run */
+
+/* state of the drive; numbers are append-only */
+enum {
+    ZH_STATE_BOOT = 0,
+    ZH_STATE_SELF_TEST = 1, /* averages the current offsets */
+    ZH_STATE_READY = 2,
+    ZH_STATE_PREMAGNETISE = 3,
+    ZH_STATE_RUN = 4,
+    ZH_STATE_RAMP_DOWN = 5,
+    ZH_STATE_COAST = 6,
+    ZH_STATE_COMMISSIONING = 7,
+    ZH_STATE_FAULT = 8,
+    ZH_STATE_TORQUE_OFF = 9
+};
+
+/* faults: bits, latched until a fault reset */
+enum {
+    ZH_FAULT_OVER_CURRENT = 1 << 0,
+    ZH_FAULT_DC_OVER_VOLTAGE = 1 << 1,
+    ZH_FAULT_DC_UNDER_VOLTAGE = 1 << 2,
+    ZH_FAULT_NON_FINITE = 1 << 3,
+    ZH_FAULT_ADC_RANGE = 1 << 4,
+    ZH_FAULT_CURRENT_SUM = 1 << 5,
+    ZH_FAULT_OVER_SPEED = 1 << 6,
+    ZH_FAULT_CONFIG = 1 << 7,
+    ZH_FAULT_CURRENT_OFFSET = 1 << 8,
+    ZH_FAULT_TABLE_CRC = 1 << 9
+};
+
+/* What every function with a status returns; 0 is success, text in zh_sil_error(). */
+enum {
+    ZH_OK = 0,
+    ZH_BAD_ARGUMENT = 1, /* NULL pointer, or struct_size below version 1's */
+    ZH_BAD_INPUT = 2,    /* NaN or infinite where a number is needed, unknown mode, bad file */
+    ZH_NO_SUCH_NAME = 3,
+    ZH_OUT_OF_RANGE = 4, /* not finite, outside the limits, a fraction for a whole number */
+    ZH_NOT_NOW = 5,      /* the parameter can only be changed with the gates off */
+    ZH_PROTECTED = 6,    /* the parameter can only be given at open */
+    ZH_REFUSED = 7       /* in range, but not together with the other parameters */
+};
+
+typedef struct zh_sil zh_sil;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_sil_in), set by the caller */
+    /* ADC words, n bits: i = (code - 2^(n-1)) I_fs / 2^(n-1), positive into the motor; line
+     * voltages u_uv = u_u - u_v and u_vw = u_v - u_w likewise, behind the board's filter;
+     * u_dc = code U_fs / 2^n. */
+    uint16_t i_u;
+    uint16_t i_v;
+    uint16_t i_w;
+    uint16_t u_uv;
+    uint16_t u_vw;
+    uint16_t u_dc;
+    float speed_ref_rpm; /* mechanical, min^-1 */
+    float torque_ref_Nm; /* reserved, not read in mode 0 */
+    uint32_t mode;       /* 0: speed; anything else is refused */
+    uint32_t command;    /* ZH_SIL_RUN | ZH_SIL_FAULT_RESET | ZH_SIL_TORQUE_OFF */
+} zh_sil_in;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_sil_out), set by the caller */
+    float duty_u;         /* 0..1 of the upper switch */
+    float duty_v;
+    float duty_w;
+    uint32_t gates_on; /* 0 or 1 */
+    uint32_t state;
+    uint32_t faults;
+    float speed_hat_rpm; /* telemetry from here on; all 0 while the gates are off */
+    float lambda_Wb;     /* rotor flux estimate */
+    float lambda_angle_rad; /* stationary frame */
+    float i_d_A;
+    float i_q_A;
+    float i_q_ref_A;
+    float e1_alpha_A; /* estimated minus measured stator current */
+    float e1_beta_A;
+    float stator_frequency_Hz;
+    float l1_re; /* observer gain L in use; l1 in 1/s */
+    float l1_im;
+    float l2_re; /* l2 in ohm */
+    float l2_im;
+    float x_rad_s; /* state of the speed adaptation's integrator, electrical */
+} zh_sil_out;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_sil_name_info), set by the caller */
+    uint32_t access;      /* 0 any time, 1 with the gates off, 2 at open only */
+    uint32_t whole;       /* 1: whole numbers only */
+    float minimum;
+    float maximum;
+    float initial; /* default of the firmware, before motor, board and overrides */
+    const char *unit;
+    const char *text;
+} zh_sil_name_info;
+
+ZH_API uint32_t zh_sil_version(void);
+
+/* motor_dir holds motor.toml (machine data) and l_gain.json (the gain table, read word for word);
+ * board_toml gives ADC, full scales and period. overrides: NULL or lines "name=value" with the
+ * names below; '#' starts a comment. NULL when anything is refused: see zh_sil_error(). */
+ZH_API zh_sil *zh_sil_open(const char *motor_dir, const char *board_toml, const char *overrides);
+
+/* One control period, and the background function every hundredth call. On any error *out (when it
+ * can be written) has the gates off and duties of one half. A speed_ref_rpm that is no number
+ * makes the firmware trip; an unknown mode is a torque-off for this period. */
+ZH_API int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out);
+
+ZH_API int zh_sil_get(const zh_sil *handle, const char *name, float *value);
+
+/* Takes effect with the next step. */
+ZH_API int zh_sil_set(zh_sil *handle, const char *name, float value);
+
+/* Names of all parameters; NULL beyond the last. */
+ZH_API uint32_t zh_sil_name_count(void);
+ZH_API const char *zh_sil_name(uint32_t index);
+ZH_API int zh_sil_describe(uint32_t index, zh_sil_name_info *info);
+
+/* NULL is allowed. */
+ZH_API void zh_sil_close(zh_sil *handle);
+
+/* What went wrong in the last call that failed on this thread; never NULL. */
+ZH_API const char *zh_sil_error(void);
+
+/* The observer core alone (observer, gain table, speed adaptation), on recorded signals. */
+typedef struct zh_observer zh_observer;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_observer_out), set by the caller */
+    float omega_e_hat_rad_s;
+    float omega_s_hat_rad_s; /* of the rotor flux */
+    float i_hat_alpha_A;
+    float i_hat_beta_A;
+    float lambda_hat_alpha_Wb;
+    float lambda_hat_beta_Wb;
+    float e1_alpha_A;
+    float e1_beta_A;
+    float x_rad_s; /* of the adaptation's integrator */
+} zh_observer_out;
+
+/* Parameters as above; motor data and table from motor_dir, no board. A leak towards the speed
+ * reference (eps1_prior) leaks towards 0 here: a log has no reference. */
+ZH_API zh_observer *zh_observer_open(const char *motor_dir, const char *overrides, float period_s);
+
+/* Starts from this speed instead of 0. */
+ZH_API int zh_observer_set_speed(zh_observer *handle, float omega_e_rad_s);
+
+/* Voltage: mean over the interval that just ended; current: sampled now. Power invariant. */
+ZH_API int zh_observer_step(zh_observer *handle, float u_alpha_V, float u_beta_V, float i_alpha_A,
+                            float i_beta_A, zh_observer_out *out);
+
+/* `count` steps at once: rows of u_alpha u_beta i_alpha i_beta in, rows of the nine floats of
+ * zh_observer_out out. Stops with ZH_BAD_INPUT at the first row that is not finite. */
+ZH_API int zh_observer_run(zh_observer *handle, size_t count, const float *in, float *out);
+
+ZH_API void zh_observer_close(zh_observer *handle);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
