@@ -15,7 +15,8 @@ bool svpwm_init(svpwm_config_t *cfg, const svpwm_params_t *params, float period_
     return true;
 }
 
-/* The nearer of no pulse and the shortest one, for a pulse shorter than that. */
+/* The nearer of no pulse and the shortest one, for a pulse shorter than that. None when a rounding
+ * has made it negative. */
 static float without_short_pulse(float pulse, float shortest)
 {
     if (pulse < 0.5f * shortest) {
@@ -24,11 +25,9 @@ static float without_short_pulse(float pulse, float shortest)
     return maxf(pulse, shortest);
 }
 
-/* The duty the switches can do: the on pulse d, the off pulse 1 - d. */
-static float realisable_duty(float wanted, float min_duty)
+/* The duty the switches can do: the on pulse is d, the off pulse 1 - d. */
+static float realisable_duty(float duty, float min_duty)
 {
-    const float duty = clampf(wanted, 0.0f, 1.0f);
-
     if (duty < 0.5f) {
         return without_short_pulse(duty, min_duty);
     }

@@ -285,6 +285,8 @@ static void test_a_pulse_shorter_than_the_shortest_is_lengthened(void)
 {
     assert_short_pulse(0.0101f, 0.02f, 0.02);
     assert_short_pulse(0.0199f, 0.02f, 0.02);
+    /* However long the shortest is. */
+    assert_short_pulse(0.35f, 0.4f, 0.4);
 }
 
 static void test_a_pulse_longer_than_the_shortest_is_kept(void)
