@@ -221,13 +221,23 @@ static void test_a_lasting_flag_never_wraps_its_count(void)
 
 static void test_faults_of_one_period_are_reported_together(void)
 {
+    const monitor_config_t at_once = {.i_trip_A = 20.0f,
+                                      .u_dc_max_V = 400.0f,
+                                      .u_dc_min_V = 200.0f,
+                                      .omega_max_rad_s = 500.0f,
+                                      .plausibility_periods = 1u};
+    const uint32_t all_but_one = MONITOR_OVER_CURRENT | MONITOR_NON_FINITE | MONITOR_ADC_RANGE |
+                                 MONITOR_CURRENT_SUM | MONITOR_OVER_SPEED;
     meas.i_A.v = 100.0f;
-    meas.u_dc_V = 10.0f;
+    meas.flags = MEASUREMENT_OUT_OF_RANGE | MEASUREMENT_CURRENT_SUM;
     in.duty.w = NAN;
     in.omega_e_hat_rad_s = -900.0f;
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT | MONITOR_DC_UNDER_VOLTAGE | MONITOR_NON_FINITE |
-                                 MONITOR_OVER_SPEED,
-                             monitor_step(&cfg, &st, &in));
+    meas.u_dc_V = 10.0f;
+    TEST_ASSERT_EQUAL_UINT32(all_but_one | MONITOR_DC_UNDER_VOLTAGE,
+                             monitor_step(&at_once, &st, &in));
+    meas.u_dc_V = 500.0f;
+    TEST_ASSERT_EQUAL_UINT32(all_but_one | MONITOR_DC_OVER_VOLTAGE,
+                             monitor_step(&at_once, &st, &in));
 }
 
 static void test_two_monitors_count_apart(void)
