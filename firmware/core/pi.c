@@ -11,7 +11,7 @@ bool pi_init(pi_config_t *cfg, float kp, float ki_per_s, float x_max, float peri
     cfg->kp = kp;
     cfg->ki_T = ki_T;
     /* Above 1 the integrator would jump past the value that ends the saturation, and chatter. */
-    cfg->tracking = clampf(ki_T / kp, 0.0f, 1.0f);
+    cfg->tracking = minf(ki_T / kp, 1.0f);
     cfg->x_max = x_max;
     return true;
 }

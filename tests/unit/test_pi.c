@@ -51,6 +51,7 @@ static void test_init_accepts_a_controller_without_integral_action(void)
     pi_config_t cfg = {0};
     pi_state_t st = {.x = 0.5f};
     TEST_ASSERT_TRUE(pi_init(&cfg, 2.0f, 0.0f, 1.0f, PERIOD_S));
+    ASSERT_SAME_FLOAT(0.0f, cfg.tracking);
     pi_update(&cfg, &st, 3.0f, -4.0f);
     ASSERT_SAME_FLOAT(0.5f, st.x);
 }
