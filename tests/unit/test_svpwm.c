@@ -287,6 +287,7 @@ static void test_a_pulse_shorter_than_the_shortest_is_lengthened(void)
     assert_short_pulse(0.0199f, 0.02f, 0.02);
     /* However long the shortest is. */
     assert_short_pulse(0.35f, 0.4f, 0.4);
+    assert_short_pulse(0.48f, 0.49f, 0.49);
 }
 
 static void test_a_pulse_longer_than_the_shortest_is_kept(void)
