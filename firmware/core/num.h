@@ -11,10 +11,8 @@
 #define NUM_PI       3.14159265358979323846f
 #define NUM_TWO_PI   6.28318530717958647692f
 #define NUM_HALF_PI  1.57079632679489661923f
-#define NUM_SQRT_3   1.73205080756887729353f
 #define NUM_SQRT_1_2 0.70710678118654752440f /* sqrt(1/2) */
 #define NUM_SQRT_2_3 0.81649658092772603273f /* sqrt(2/3): power-invariant Clarke */
-#define NUM_SQRT_1_6 0.40824829046386301637f /* sqrt(1/6) */
 
 /* Every caller has to look at the answer. */
 #if defined(__GNUC__) || defined(__clang__)
