@@ -38,16 +38,18 @@ bool speed_adaptation_init(speed_adaptation_config_t *cfg, const speed_adaptatio
     return true;
 }
 
-/* j conj(D(j w_s)), D(s) = det(sI - A - L C1): the vector at the angle of G1 for w_s > 0. */
+/* A vector at the angle of G1(j w_s) = (j w_s/eps)/D(j w_s): j w_s conj(D), with
+ * D(s) = det(sI - A - L C1). */
 static ab_t g1_direction(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
 {
+    const float omega_s_rad_s = in->omega_s_hat_rad_s;
     const ab_t g = {cfg->tau_per_s, -in->omega_e_hat_rad_s};
     const ab_t first = {cfg->a11_per_s - in->gain.l1_re_per_s,
-                        in->omega_s_hat_rad_s - in->gain.l1_im_per_s};
-    const ab_t second = {g.alpha, in->omega_s_hat_rad_s + g.beta};
+                        omega_s_rad_s - in->gain.l1_im_per_s};
+    const ab_t second = {g.alpha, omega_s_rad_s + g.beta};
     const ab_t lower = {cfg->m_tau_ohm + in->gain.l2_re_ohm, in->gain.l2_im_ohm};
     const ab_t D = ab_sub(ab_mul(first, second), ab_scale(ab_mul(g, lower), cfg->inv_eps_per_H));
-    return (ab_t){D.beta, D.alpha};
+    return (ab_t){omega_s_rad_s * D.beta, omega_s_rad_s * D.alpha};
 }
 
 /* phi = kappa arg G1(j w_s) min(1, |w_s|/ramp).
@@ -57,10 +59,8 @@ static ab_t g1_direction(const speed_adaptation_config_t *cfg, const speed_adapt
  */
 static float projection_angle(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
 {
-    const ab_t ahead = g1_direction(cfg, in);
-    const ab_t g1 = (in->omega_s_hat_rad_s < 0.0f) ? ab_scale(ahead, -1.0f) : ahead;
     const float ramp = minf(absf(in->omega_s_hat_rad_s) * cfg->inv_phi_ramp_s, 1.0f);
-    return cfg->p.phi_factor * ramp * trig_angle(g1);
+    return cfg->p.phi_factor * ramp * trig_angle(g1_direction(cfg, in));
 }
 
 static float adaptation_error(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
