@@ -16,23 +16,23 @@
 #define ONE_OVER_TWO_PI 0.15915494309189533577f
 
 /* Minimax over -pi/4..pi/4: sin r = r + r^3 P(r^2), error 2e-9. */
-#define SIN_3 -0.16666650772094727f
+#define SIN_3 (-0.16666650772094727f)
 #define SIN_5 0.008331977762281895f
-#define SIN_7 -0.00019495567539706826f
+#define SIN_7 (-0.00019495567539706826f)
 
 /* cos r = 1 - r^2/2 + r^4 P(r^2), error 1e-10. */
 #define COS_4 0.04166664555668831f
-#define COS_6 -0.0013887366512790322f
+#define COS_6 (-0.0013887366512790322f)
 #define COS_8 2.4438379114144482e-5f
 
 /* Minimax over 0..1: atan t = t + t^3 P(t^2), error 5e-8. */
-#define ATAN_3  -0.3333165943622589f
+#define ATAN_3  (-0.3333165943622589f)
 #define ATAN_5  0.19962704181671143f
-#define ATAN_7  -0.13976582884788513f
+#define ATAN_7  (-0.13976582884788513f)
 #define ATAN_9  0.09794235229492188f
-#define ATAN_11 -0.05777359753847122f
+#define ATAN_11 (-0.05777359753847122f)
 #define ATAN_13 0.02304014004766941f
-#define ATAN_15 -0.004355406854301691f
+#define ATAN_15 (-0.004355406854301691f)
 
 /* Nearest whole number; |x| below 2^22, or the cast would not be defined. */
 static int32_t round_to_int(float x)
