@@ -1,0 +1,106 @@
+"""`zh certify`: proves the stored gain tables, entry by entry, in exact arithmetic."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from zerohertz.check.certificate import Report, certify
+from zerohertz.check.stored_table import StoredTable, read_stored_table
+from zerohertz.paths import BUILD, ROOT
+
+
+def register(app: typer.Typer) -> None:
+    app.command("certify")(certify_tables)
+
+
+def certify_tables(
+    motor_dirs: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[MOTOR_DIR]...", help="Default: every motor in gain_tables."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    plot: Annotated[
+        bool, typer.Option("--plot", help="Also draw root loci (Fig. 4) and gamma, build/certify.")
+    ] = False,
+) -> None:
+    """Prove every entry of the stored gain tables in exact rational arithmetic.
+
+    The LMIs (14)-(16) at both speed errors, the Euler disc |1 + T s| < 1, the mirror at negative
+    speed, the CRC, and that the table belongs to motor.toml. Exit 1 when an entry of a gamma_pr
+    table is not proven; tables of other methods only have to be stable, and it is said which
+    inequalities hold.
+    """
+    console = Console(stderr=True)
+    reports = []
+    for folder in motor_dirs or _default_motor_dirs():
+        reports.append(_certified(read_stored_table(folder), console))
+        _say(reports[-1], console)
+        if plot:
+            _draw(folder, reports[-1].name, console)
+    if as_json:
+        print(json.dumps({"motors": {report.name: _as_json(report) for report in reports}}))
+    if not all(report.passed for report in reports):
+        raise typer.Exit(1)
+
+
+def _default_motor_dirs() -> list[Path]:
+    return sorted(path.parent for path in (ROOT / "gain_tables").glob("*/motor.toml"))
+
+
+def _certified(table: StoredTable, console: Console) -> Report:
+    with Progress(console=console, transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task(f"{table.name}: proving", total=len(table.gain))
+        return certify(table, lambda done: bar.update(task, completed=done))
+
+
+def _say(report: Report, console: Console) -> None:
+    lines = [
+        f"{report.name} ({report.method}): {'passed' if report.passed else 'FAILED'}, "
+        f"{report.proven} of {report.entries} entries proven, one X for all inequalities",
+        f"  largest gamma {_number(report.max_gamma, '.4g')}, field orientation within "
+        f"{_number(report.max_angle_deg, '.1f')} deg",
+        f"  largest |1 + T s| {report.max_euler_radius:.6f}, adaptation gain negative at most over "
+        f"{report.max_negative_gain_band_rad_s:.3g} rad/s of stator frequency",
+    ]
+    if report.proven != report.entries:
+        held = ", ".join(f"{name} {count}" for name, count in report.holds.items())
+        lines.append(f"  entries for which each holds: {held}")
+    lines += [f"  {text}" for text in (*report.faults, *report.failures)]
+    for line in lines:
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
+
+
+def _number(value: float | None, form: str) -> str:
+    return "unbounded" if value is None else format(value, form)
+
+
+def _as_json(report: Report) -> dict[str, Any]:
+    return {
+        "entries": report.entries,
+        "proven": report.proven,
+        "max_gamma": report.max_gamma,
+        "max_angle_deg": report.max_angle_deg,
+        "max_euler_radius": report.max_euler_radius,
+        "max_negative_gain_band_rad_s": report.max_negative_gain_band_rad_s,
+        "method": report.method,
+        "holds": report.holds,
+        "passed": report.passed,
+        "faults": list(report.faults),
+        "failures": list(report.failures),
+    }
+
+
+def _draw(folder: Path, name: str, console: Console) -> None:
+    from zerohertz.check.plots import figure_4, figure_gamma  # matplotlib takes half a second
+
+    for draw, kind in ((figure_4, "fig04"), (figure_gamma, "gamma")):
+        path = BUILD / "certify" / f"{name}_{kind}.png"
+        draw(folder / "l_gain.json", path)
+        console.print(f"  {path}", highlight=False, soft_wrap=True)

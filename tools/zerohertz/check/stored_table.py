@@ -1,0 +1,204 @@
+"""motor.toml and l_gain.json as exact data, and every contradiction in or between them."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+import struct
+import tomllib
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from zerohertz.check.inequalities import Machine
+from zerohertz.errors import UserError
+
+ELEC_PER_MIN_PER_STEP = 2
+_CIRCUIT = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H")
+_DESIGN = ("dw0_rad_s", "radius_per_s", "decay_per_s", "period_s")
+
+
+@dataclasses.dataclass(frozen=True)
+class StoredTable:
+    """What was read, exact; `faults` are contradictions that no entry can be blamed for."""
+
+    name: str
+    method: str
+    machine: Machine
+    step_rad_s: Fraction  # the float32 by which the firmware finds its entry
+    gain: tuple[tuple[Fraction, Fraction, Fraction, Fraction], ...]
+    gamma: tuple[Fraction | None, ...]
+    X: tuple[tuple[Fraction, Fraction, Fraction, Fraction] | None, ...]
+    poles: tuple[tuple[float, float, float, float], ...]
+    faults: tuple[str, ...]
+
+
+def read_stored_table(folder: Path) -> StoredTable:
+    """UserError when a file cannot be read as what it should be; contradictions become faults."""
+    motor_path, path = folder / "motor.toml", folder / "l_gain.json"
+    motor = _read_toml(motor_path)
+    machine = _machine(motor, motor_path)
+    table = _read_json(path)
+    try:
+        return _stored_table(motor, machine, table)
+    except KeyError as error:
+        raise UserError(f"{path}: {error.args[0]}: key is missing; run zh design") from None
+    except (TypeError, ValueError, AttributeError, struct.error, OverflowError) as error:
+        raise UserError(f"{path}: cannot be read as a gain table: {error}; run zh design") from None
+
+
+def _stored_table(
+    motor: Mapping[str, Any], machine: Machine, table: Mapping[str, Any]
+) -> StoredTable:
+    entries, words = table["entries"], table["l_words"]
+    for key, length in (("l_words", 4 * entries), ("gamma", entries), ("X", entries)):
+        if len(table[key]) != length:
+            raise ValueError(f"{key} has {len(table[key])} values, not {length}")
+    values = [_float32(word) for word in words]
+    return StoredTable(
+        name=table["motor"],
+        method=table["method"],
+        machine=machine,
+        step_rad_s=_float32(table["step_rad_s_word"]),
+        gain=tuple(tuple(values[4 * k : 4 * k + 4]) for k in range(entries)),
+        gamma=tuple(None if g is None else Fraction(g) for g in table["gamma"]),
+        X=tuple(None if X is None else _four(X) for X in table["X"]),
+        poles=tuple(tuple(float(p) for p in poles) for poles in table["poles"]),
+        faults=tuple(_faults(motor, table, values)),
+    )
+
+
+def _faults(
+    motor: Mapping[str, Any], table: Mapping[str, Any], values: list[Fraction]
+) -> list[str]:
+    """Contradictions between the two files, and inside the json."""
+    faults, inputs = [], table["inputs"]
+    for section in sorted({*motor, *inputs}):
+        ours, theirs = motor.get(section, {}), inputs.get(section, {})
+        faults += [
+            f"inputs.{section}.{key}: {_shown(theirs.get(key))} in l_gain.json, "
+            f"{_shown(ours.get(key))} in motor.toml"
+            for key in sorted({*ours, *theirs})
+            if ours.get(key) != theirs.get(key)
+        ]
+    crc = f"{_crc32c(bytes.fromhex(''.join(map(_little_endian, table['l_words'])))):08x}"
+    machine = {key: inputs[key] for key in ("circuit", "nameplate")}
+    end = inputs["design"]["table_end_elec_per_min"]
+    expected = {
+        "schema": 1,
+        "motor": inputs["motor"]["name"],
+        "method": inputs["design"]["method"],
+        "inputs_sha256": hashlib.sha256(_canonical(inputs)).hexdigest(),
+        "motor_id": f"{_crc32c(_canonical(machine)):08x}",
+        "step_elec_per_min": ELEC_PER_MIN_PER_STEP,
+        "entries": end // ELEC_PER_MIN_PER_STEP + 1,
+        "crc32c": crc,
+    }
+    faults += [
+        f"{key}: {table[key]} is stored, {value} is right"
+        for key, value in expected.items()
+        if table[key] != value
+    ]
+    nominal_rad_s = ELEC_PER_MIN_PER_STEP * 2 * math.pi / 60
+    step_rad_s = float(_float32(table["step_rad_s_word"]))
+    if not math.isclose(step_rad_s, nominal_rad_s, rel_tol=2**-24):
+        faults.append(f"step_rad_s_word: {step_rad_s} rad/s is not the float32 next to pi/15")
+    if values[1] != 0 or values[3] != 0:
+        faults.append("l_words: L(0) is not real, so L(-w) = conj L(w) fails at standstill")
+    return faults
+
+
+def _machine(motor: Mapping[str, Any], path: Path) -> Machine:
+    """Only what the proof needs is looked at; UserError unless it makes a machine."""
+    values = {
+        key: _number(motor, section, key, path)
+        for section, keys in (("circuit", _CIRCUIT), ("design", _DESIGN))
+        for key in keys
+    }
+    machine = Machine(**values)
+    if machine.M_H**2 >= machine.Ls_H * machine.Lr_H:
+        raise UserError(f"{path}: circuit.M_H: leaves no leakage (M^2 >= Ls Lr); lower it")
+    return machine
+
+
+def _number(motor: Mapping[str, Any], section: str, key: str, path: Path) -> Fraction:
+    content = motor.get(section)
+    value = content.get(key) if isinstance(content, Mapping) else None
+    if isinstance(value, bool) or not isinstance(value, (Fraction, int)):
+        shown = "missing" if value is None else repr(value)
+        raise UserError(f"{path}: {section}.{key}: is {shown}; a finite number is needed")
+    if value < 0 or (value == 0 and key != "decay_per_s"):
+        raise UserError(f"{path}: {section}.{key}: is {float(value)}; it must be positive")
+    return Fraction(value)
+
+
+def _exact_or_text(text: str) -> Fraction | str:
+    """TOML's nan and inf stay text, which no key accepts."""
+    try:
+        return Fraction(text.replace("_", ""))
+    except ValueError:
+        return text
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"), parse_float=_exact_or_text)
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such file; name a folder of gain_tables") from None
+    except (tomllib.TOMLDecodeError, ValueError) as error:
+        raise UserError(f"{path}: not valid TOML: {error}; correct the syntax") from None
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    def no_constant(name: str) -> None:
+        raise ValueError(f"{name} is not a number")
+
+    try:
+        text = path.read_text(encoding="utf-8")
+        content = json.loads(text, parse_float=Fraction, parse_constant=no_constant)
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such file; run zh design") from None
+    except ValueError as error:
+        raise UserError(f"{path}: not valid JSON: {error}; run zh design") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{path}: is not a JSON object; run zh design")
+    return content
+
+
+def _float32(word: str) -> Fraction:
+    (value,) = struct.unpack(">f", bytes.fromhex(word))
+    if not math.isfinite(value):
+        raise ValueError(f"word {word} is not a finite float32")
+    return Fraction(value)
+
+
+def _little_endian(word: str) -> str:
+    return bytes.fromhex(word)[::-1].hex()
+
+
+def _four(values: list[Any]) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+    x11, x12_re, x12_im, x22 = (Fraction(value) for value in values)
+    return (x11, x12_re, x12_im, x22)
+
+
+def _canonical(content: Any) -> bytes:
+    """JSON with sorted keys, no spaces, decimals as the shortest text of the double."""
+    plain = json.dumps(content, sort_keys=True, separators=(",", ":"), default=float)
+    return plain.encode()
+
+
+def _shown(value: Any) -> str:
+    return str(float(value)) if isinstance(value, Fraction) else repr(value)
+
+
+def _crc32c(data: bytes) -> int:
+    """CRC-32C bit by bit: slow, and like nothing that computed the stored one."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ (0x82F63B78 & -(crc & 1))
+    return crc ^ 0xFFFFFFFF
