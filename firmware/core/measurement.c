@@ -34,25 +34,23 @@ bool measurement_init(measurement_config_t *cfg, const measurement_params_t *par
     return true;
 }
 
-static uint32_t flags_above(uint32_t max_counts, uint32_t word_counts)
+/* Zero wraps round, so one comparison finds both ends of a channel centred at mid. */
+static bool at_an_end(uint32_t max_counts, uint32_t word_counts)
 {
-    if (word_counts > max_counts) {
-        return MEASUREMENT_OUT_OF_RANGE;
-    }
-    return (word_counts == max_counts) ? MEASUREMENT_SATURATED : 0u;
-}
-
-/* A channel centred at mid saturates at both ends. */
-static uint32_t flags_bipolar(uint32_t max_counts, uint32_t word_counts)
-{
-    return (word_counts == 0u) ? MEASUREMENT_SATURATED : flags_above(max_counts, word_counts);
+    return (word_counts - 1u) >= (max_counts - 1u);
 }
 
 static uint32_t adc_flags(uint32_t max_counts, const measurement_in_t *in)
 {
-    return flags_bipolar(max_counts, in->i_u_counts) | flags_bipolar(max_counts, in->i_v_counts) |
-           flags_bipolar(max_counts, in->i_w_counts) | flags_bipolar(max_counts, in->u_uv_counts) |
-           flags_bipolar(max_counts, in->u_vw_counts) | flags_above(max_counts, in->u_dc_counts);
+    /* max_counts is all ones: a word above it shows in the union of all bits. */
+    const uint32_t bits = (uint32_t)in->i_u_counts | in->i_v_counts | in->i_w_counts |
+                          in->u_uv_counts | in->u_vw_counts | in->u_dc_counts;
+    const bool saturated =
+        at_an_end(max_counts, in->i_u_counts) || at_an_end(max_counts, in->i_v_counts) ||
+        at_an_end(max_counts, in->i_w_counts) || at_an_end(max_counts, in->u_uv_counts) ||
+        at_an_end(max_counts, in->u_vw_counts) || (in->u_dc_counts >= max_counts);
+    return (saturated ? MEASUREMENT_SATURATED : 0u) |
+           ((bits > max_counts) ? MEASUREMENT_OUT_OF_RANGE : 0u);
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,

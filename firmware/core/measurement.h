@@ -11,7 +11,7 @@
 
 #include "frames.h"
 
-#define MEASUREMENT_SATURATED    1u /* a word at an end of its range; a dc link of 0 is none */
+#define MEASUREMENT_SATURATED    1u /* a word at an end of its range or beyond; dc link: upper end */
 #define MEASUREMENT_OUT_OF_RANGE 2u /* a word above 2^bits - 1: it did not come from this ADC */
 #define MEASUREMENT_CURRENT_SUM  4u /* i_u + i_v + i_w beyond current_sum_max_A */
 

@@ -195,8 +195,9 @@ static void test_dc_link_of_zero_is_not_saturated(void)
 static void test_word_above_the_range_did_not_come_from_the_adc(void)
 {
     for (int channel = 0; channel < 6; channel++) {
-        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_OUT_OF_RANGE, flags_of(channel, 16384u, 14u));
-        TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_OUT_OF_RANGE, flags_of(channel, 65535u, 14u));
+        const uint32_t both = MEASUREMENT_OUT_OF_RANGE | MEASUREMENT_SATURATED;
+        TEST_ASSERT_EQUAL_UINT32(both, flags_of(channel, 16384u, 14u));
+        TEST_ASSERT_EQUAL_UINT32(both, flags_of(channel, 65535u, 14u));
     }
 }
 
