@@ -43,7 +43,7 @@ def all_stages() -> list[Stage]:
             quick=True,
         ),
         Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
-        Stage("coverage", "line and branch coverage of the core", _coverage, needs=("build",)),
+        Stage("coverage", "line and branch coverage of the core", _coverage),
         Stage("tidy-cpp", "clang-tidy on the plant", _tidy(".cpp"), needs=("clang",)),
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
         Stage("generated", "gain tables fresh, equal and proven", _generated),
@@ -118,15 +118,13 @@ def _coverage(log: Log) -> Outcome:
     if tested.failed:
         return tested
     summary = LOGS / "coverage.json"
+    summary.unlink(missing_ok=True)
     html = folder / "report"
     html.mkdir(exist_ok=True)
+    core = ("--root", ROOT, "--filter", ROOT / "firmware" / "core", folder)
     log.run(
-        *("gcovr", "--root", ROOT, "--filter", ROOT / "firmware" / "core", folder),
-        *("--json-summary", summary, "--html-details", html / "index.html", "--txt", "-"),
-        *("--gcov-ignore-parse-errors", "--exclude-unreachable-branches"),
-    )
-    log.run(
-        *("gcovr", "--root", ROOT, "--filter", ROOT / "firmware" / "core", folder, "--branches")
+        *("gcovr", *core, "--exclude-unreachable-branches", "--branches", "--txt", "-"),
+        *("--json-summary", summary, "--html-details", html / "index.html"),
     )
     return coverage_outcome(json.loads(summary.read_text()))
 
