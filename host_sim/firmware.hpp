@@ -1,23 +1,18 @@
-// The firmware's C headers, as C++ sees them, and one drive as a value.
+// One drive of the firmware, as a C++ object.
 #ifndef ZH_FIRMWARE_HPP
 #define ZH_FIRMWARE_HPP
 
-// Compound literals in the inline functions are C, and an extension here.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-extern "C" {
-#include "crc32c.h"
-#include "host_port.h"
-#include "params.h"
-}
-#pragma GCC diagnostic pop
-
+#include <cstdint>
 #include <memory>
 
+#include "firmware_headers.hpp"
 #include "gain_file.hpp"
 
 namespace zh {
+
+// Periods between two background calls. Its running check of the table costs more than a control
+// period: every hundredth (20 ms) is often enough to find a changed word within a second.
+inline constexpr std::uint32_t background_every = 100;
 
 // Reference at the edge: mechanical min^-1 to rad/s.
 constexpr float rad_s_from_rpm(float speed_rpm)

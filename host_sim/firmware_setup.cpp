@@ -240,34 +240,13 @@ std::string refusal_reason(const params_t &p)
     if (p.u_dc_min_V >= p.u_dc_max_V) {
         return "u_dc_min_V: is not below u_dc_max_V; lower it";
     }
-    if (p.i_q_max_A > p.i_max_A) {
-        return "i_q_max_A: is above i_max_A; lower it or raise i_max_A";
+    if (p.i_d_A > p.i_d_max_A) {
+        return "i_d_A: is above i_d_max_A; lower it";
     }
-    if (p.i_d_A > p.i_max_A || p.i_d_A > p.i_d_max_A) {
-        return "i_d_A: is above i_max_A or i_d_max_A; lower it";
+    if (p.current_bandwidth_rad_s * p.period_s >= 1.0F) {
+        return "current_bandwidth_rad_s: is not below 1 / period_s; lower it";
     }
     return "parameters: the firmware refuses them together; change one at a time to find which";
-}
-
-Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
-    : params_(params), gain_(std::move(gain))
-{
-    if (!host_port_init(&port_, &params_, &gain_->table())) {
-        throw ConfigError("overrides: " + refusal_reason(params_));
-    }
-    // On the host a run is bounded by the table's running CRC when the background runs as often as
-    // on a target.
-    port_.background_every = background_every;
-    port_.until_background = background_every;
-}
-
-bool Firmware::reconfigure(const params_t &params)
-{
-    if (!app_reconfigure(&port_.app, &params)) {
-        return false;
-    }
-    params_ = params;
-    return true;
 }
 
 } // namespace zh

@@ -13,10 +13,6 @@
 
 #include <nlohmann/json.hpp>
 
-extern "C" {
-#include "crc32c.h"
-}
-
 #include "toml_reader.hpp"
 
 namespace zh {
@@ -165,14 +161,15 @@ constexpr auto racy = std::chrono::milliseconds(50);
 
 GainFile::GainFile(std::string motor_name, const Circuit &designed_for,
                    std::vector<observer_gain_t> entries, float step_rad_s)
-    : motor(std::move(motor_name)), circuit(designed_for), entries_(std::move(entries)),
-      table_{GAIN_TABLE_MAGIC,
-             GAIN_TABLE_VERSION,
-             0U,
-             static_cast<std::uint32_t>(entries_.size()),
-             crc32c(entries_.data(), entries_.size() * sizeof(observer_gain_t)),
-             step_rad_s,
-             entries_.data()}
+    : motor(std::move(motor_name)), circuit(designed_for),
+      entries_(std::move(entries)), table_{GAIN_TABLE_MAGIC,
+                                           GAIN_TABLE_VERSION,
+                                           0U,
+                                           static_cast<std::uint32_t>(entries_.size()),
+                                           crc32c(entries_.data(),
+                                                  entries_.size() * sizeof(observer_gain_t)),
+                                           step_rad_s,
+                                           entries_.data()}
 {
 }
 
@@ -208,8 +205,8 @@ std::shared_ptr<const GainFile> gain_from_floats(std::span<const float> words)
     for (std::size_t k = 0; k < entries.size(); ++k) {
         entries[k] = {words[4 * k], words[4 * k + 1], words[4 * k + 2], words[4 * k + 3]};
     }
-    auto gain = std::make_shared<const GainFile>("", Circuit{}, std::move(entries),
-                                                 step_rad_s_of_grid);
+    auto gain =
+        std::make_shared<const GainFile>("", Circuit{}, std::move(entries), step_rad_s_of_grid);
     if (!gain_table_valid(&gain->table())) {
         throw ConfigError("gain: a gain is not finite, or L at standstill is not real; give "
                           "finite numbers with l1_im = l2_im = 0 in the first entry");

@@ -7,12 +7,7 @@
 #include <string>
 #include <vector>
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"
-extern "C" {
-#include "gain_table.h"
-}
-#pragma GCC diagnostic pop
+#include "firmware_headers.hpp"
 
 namespace zh {
 
