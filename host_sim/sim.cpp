@@ -1,0 +1,156 @@
+#include "sim.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "c_boundary.hpp"
+#include "experiment.hpp"
+#include "firmware_setup.hpp"
+#include "simulate.hpp"
+
+namespace {
+
+using zh::fail;
+
+// A path, or the text itself when it has more than one line.
+zh::TomlDocument document(const char *source, const char *what)
+{
+    if (source == nullptr || *source == '\0') {
+        throw zh::ConfigError(std::string("zh_sim_run: ") + what + ": missing; give a path");
+    }
+    const std::string_view text = source;
+    return text.find('\n') != std::string_view::npos ? zh::TomlDocument::from_text(text, what)
+                                                     : zh::TomlDocument::from_file(source);
+}
+
+// One assignment per line; a '#' may stand in a quoted value, so only a leading one is a comment.
+void override_document(zh::TomlDocument &document, const char *lines)
+{
+    std::string_view rest = lines != nullptr ? lines : "";
+    while (!rest.empty()) {
+        const std::size_t end = std::min(rest.find('\n'), rest.size());
+        std::string_view line = rest.substr(0, end);
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+        line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+        if (!line.empty() && line.front() != '#') {
+            document.set(line);
+        }
+    }
+}
+
+zh::TomlDocument read(const char *source, const char *overrides, const char *what)
+{
+    zh::TomlDocument d = document(source, what);
+    override_document(d, overrides);
+    return d;
+}
+
+void scale(params_t &params, const char *name, double factor)
+{
+    const double value = factor * static_cast<double>(params_get(&params, params_find(name)));
+    zh::set_param(params, name, static_cast<float>(value), "scenario: controller_motor");
+}
+
+params_t firmware_params(const zh_sim_job &job, const zh::MotorDir &dir, const zh::Run &run)
+{
+    params_t params = zh::nominal_params(dir.motor, run.board);
+    const auto text = [](const char *lines) { return lines != nullptr ? lines : ""; };
+    zh::apply_overrides(params, text(job.firmware_config), "firmware_config");
+    for (const auto &[name, value] : run.scenario.firmware) {
+        zh::set_param_text(params, name, value, run.scenario.name + ": firmware");
+    }
+    zh::apply_overrides(params, text(job.firmware), "firmware");
+    const zh::ControllerMotor &factor = run.scenario.controller_motor;
+    scale(params, "Rs_ohm", factor.Rs_factor);
+    scale(params, "Rr_ohm", factor.Rr_factor);
+    scale(params, "Ls_H", factor.Ls_factor);
+    scale(params, "Lr_H", factor.Lr_factor);
+    scale(params, "M_H", factor.M_factor);
+    return params;
+}
+
+zh::Run run_of(const zh_sim_job &job)
+{
+    if (job.motor_dir == nullptr) {
+        throw zh::ConfigError("zh_sim_run: motor_dir: missing; give the folder of a motor");
+    }
+    zh::Run run;
+    run.scenario = zh::read_scenario(read(job.scenario, job.scenario_overrides, "scenario"));
+    run.rig = zh::read_rig(read(job.rig, job.rig_overrides, "rig"));
+    run.board = zh::read_board(read(job.board, job.board_overrides, "board"));
+    const zh::MotorDir dir = zh::MotorDir::load(job.motor_dir);
+    run.gain = job.gain != nullptr && job.gain_entries > 0
+                   ? zh::gain_from_floats({job.gain, 4 * std::size_t{job.gain_entries}})
+                   : dir.gain;
+    run.params = firmware_params(job, dir, run);
+    run.seed = job.seed != 0 ? job.seed : run.scenario.noise_seed;
+    run.decimate = std::max<std::uint32_t>(job.decimate, 1);
+    run.steps =
+        static_cast<std::uint64_t>(std::ceil(run.scenario.duration_s / run.board.period_s - 1e-6));
+    if (job.max_steps != 0) {
+        run.steps = std::min(run.steps, job.max_steps);
+    }
+    run.stop_at_trip = (job.flags & ZH_SIM_STOP_AT_TRIP) != 0;
+    run.time_split = (job.flags & ZH_SIM_TIME_SPLIT) != 0;
+    return run;
+}
+
+} // namespace
+
+int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)
+{
+    if (job == nullptr || job->struct_size < sizeof(zh_sim_job) || result == nullptr ||
+        result->struct_size < sizeof(zh_sim_result)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_sim_run: job or result: is NULL or its struct_size too "
+                                     "small; set it to the size of the struct");
+    }
+    *result = zh_sim_result{};
+    result->struct_size = sizeof(zh_sim_result);
+    return zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        auto out = std::make_unique<zh::Outcome>(zh::simulate(run_of(*job)));
+        result->columns = static_cast<std::uint32_t>(zh::column_count());
+        result->rows = out->rows;
+        result->stride = out->stride;
+        result->data = out->data.data();
+        result->steps = out->steps;
+        result->period_s = out->period_s;
+        result->trip = out->trip;
+        result->trip_s = out->trip_s;
+        result->first_fault = out->first_fault;
+        result->first_fault_s = out->first_fault_s;
+        result->loop_ns_per_step = out->loop_ns_per_step;
+        result->controller_ns_per_step = out->controller_ns_per_step;
+        result->plant_ns_per_step = out->plant_ns_per_step;
+        result->owner = out.release();
+        return int{ZH_OK};
+    });
+}
+
+void zh_sim_free(zh_sim_result *result)
+{
+    if (result == nullptr) {
+        return;
+    }
+    delete static_cast<zh::Outcome *>(result->owner);
+    result->owner = nullptr;
+    result->data = nullptr;
+    result->rows = 0;
+}
+
+std::uint32_t zh_sim_column_count(void)
+{
+    return static_cast<std::uint32_t>(zh::column_count());
+}
+
+const char *zh_sim_column_name(std::uint32_t index)
+{
+    return index < zh::column_count() ? zh::column(index).name : nullptr;
+}
+
+const char *zh_sim_column_text(std::uint32_t index)
+{
+    return index < zh::column_count() ? zh::column(index).text : nullptr;
+}

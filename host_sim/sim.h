@@ -1,0 +1,84 @@
+/* Closed-loop runs: the firmware on the simulated rig, one call per run.
+ *
+ * Part of the SIL library. Runs share nothing and may go on in any number of threads.
+ */
+#ifndef ZH_SIM_H
+#define ZH_SIM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "sil.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define ZH_SIM_STOP_AT_TRIP (1u << 0) /* end the run at the first trip of any kind */
+#define ZH_SIM_TIME_SPLIT   (1u << 1) /* afterwards time firmware and plant, each alone */
+
+/* Bits of trip. The run goes on (but for DIVERGED) unless ZH_SIM_STOP_AT_TRIP is set. */
+#define ZH_TRIP_FIRMWARE (1u << 0) /* any fault of the firmware */
+#define ZH_TRIP_SPEED    (1u << 1) /* true |w| > 3000 min^-1 */
+#define ZH_TRIP_CURRENT  (1u << 2) /* true |i_s| > 60 A, power invariant */
+#define ZH_TRIP_DIVERGED (1u << 3) /* the plant's numbers: the run ends */
+
+typedef struct {
+    uint32_t struct_size;  /* sizeof(zh_sim_job), set by the caller */
+    uint32_t flags;        /* ZH_SIM_* */
+    uint32_t decimate;     /* record every n-th step; 0: every one */
+    uint32_t gain_entries; /* entries of `gain`; 0: none */
+    uint64_t seed;         /* of the noise; 0: the scenario's own */
+    uint64_t max_steps;    /* 0: all of the scenario */
+
+    /* Files; a text with a line break is taken for the content itself. */
+    const char *scenario;
+    const char *rig;
+    const char *board;
+    const char *motor_dir;
+
+    /* NULL or lines. Scenario, rig and board: "section.key=value". Firmware: "name=value"; the
+     * configuration first, then the scenario's [firmware], then `firmware`; last of all the
+     * factors of [controller_motor] scale the motor data that came out of that. */
+    const char *scenario_overrides;
+    const char *rig_overrides;
+    const char *board_overrides;
+    const char *firmware_config;
+    const char *firmware;
+
+    /* NULL, or a gain table instead of the motor's: 4 floats per entry as in l_gain.json. */
+    const float *gain;
+} zh_sim_job;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_sim_result), set by the caller */
+    uint32_t columns;
+    uint64_t rows;
+    uint64_t stride;   /* column c, row r: data[c * stride + r]; stride >= rows */
+    const float *data; /* belongs to the library until zh_sim_free */
+    uint64_t steps;    /* control periods simulated */
+    double period_s;
+    uint32_t trip;                 /* ZH_TRIP_* */
+    uint32_t first_fault;          /* bits of the firmware's first fault, 0: none */
+    double trip_s;                 /* time of the first trip, negative: none */
+    double first_fault_s;          /* negative: none */
+    double loop_ns_per_step;       /* CPU time of the whole loop, recording included */
+    double controller_ns_per_step; /* with ZH_SIM_TIME_SPLIT, else 0 */
+    double plant_ns_per_step;
+    void *owner; /* the library's; NULL after zh_sim_free */
+} zh_sim_result;
+
+/* A status of sil.h; text in zh_sil_error(). */
+ZH_API int zh_sim_run(const zh_sim_job *job, zh_sim_result *result);
+ZH_API void zh_sim_free(zh_sim_result *result);
+
+/* The columns of every record, in order; NULL beyond the last. */
+ZH_API uint32_t zh_sim_column_count(void);
+ZH_API const char *zh_sim_column_name(uint32_t index);
+ZH_API const char *zh_sim_column_text(uint32_t index);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,59 @@
+// The closed loop: firmware and rig, crest by crest, with a record of named columns.
+#ifndef ZH_SIMULATE_HPP
+#define ZH_SIMULATE_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "board.hpp"
+#include "firmware.hpp"
+#include "rig.hpp"
+#include "scenario.hpp"
+
+namespace zh {
+
+// Everything a run depends on: data, no files.
+struct Run {
+    Scenario scenario;
+    Rig rig;
+    Board board;
+    params_t params{};
+    std::shared_ptr<const GainFile> gain;
+    std::uint64_t seed = 1;
+    std::uint64_t steps = 0;
+    std::uint32_t decimate = 1;
+    bool stop_at_trip = false;
+    bool time_split = false;
+};
+
+struct Column {
+    const char *name;
+    const char *text;
+};
+std::size_t column_count();
+Column column(std::size_t index); // index < column_count()
+
+struct Outcome {
+    std::vector<float> data; // column-major, stride rows per column
+    std::uint64_t stride = 0;
+    std::uint64_t rows = 0;
+    std::uint64_t steps = 0;
+    double period_s = 0.0;
+    std::uint32_t trip = 0; // ZH_TRIP_*
+    double trip_s = -1.0;
+    std::uint32_t first_fault = 0;
+    double first_fault_s = -1.0;
+    double loop_ns_per_step = 0.0;
+    double controller_ns_per_step = 0.0;
+    double plant_ns_per_step = 0.0;
+};
+
+// Throws ConfigError when firmware or plant refuse what they are given.
+Outcome simulate(const Run &run);
+
+} // namespace zh
+
+#endif
