@@ -1,0 +1,394 @@
+"""The firmware from Python: binding of host_sim/sil.h.
+
+    with Drive("gain_tables/hasegawa2005", "host_sim/boards/paper.toml") as drive:
+        out = drive.step(8192, 8192, 8192, 8192, 8192, 11592, speed_ref_rpm=60.0, run=True)
+
+A Drive is one control period per call, on ADC words; the plant and its clock are the caller's.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import math
+import os
+from collections.abc import Iterator, Mapping
+from ctypes import POINTER, Structure, byref, c_char_p, c_float, c_int, c_size_t, c_uint16, c_uint32
+from ctypes import c_void_p as Handle
+from dataclasses import dataclass, fields
+from enum import IntEnum, IntFlag
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from zerohertz.build import ensure_built
+from zerohertz.errors import UserError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+VERSION = 1
+StrPath = str | os.PathLike[str]
+
+_RUN, _FAULT_RESET, _TORQUE_OFF = 1, 2, 4
+
+
+class State(IntEnum):
+    """States of the drive, numbers as in sil.h."""
+
+    BOOT = 0
+    SELF_TEST = 1
+    READY = 2
+    PREMAGNETISE = 3
+    RUN = 4
+    RAMP_DOWN = 5
+    COAST = 6
+    COMMISSIONING = 7
+    FAULT = 8
+    TORQUE_OFF = 9
+
+
+class Fault(IntFlag):
+    """Fault bits, as in sil.h."""
+
+    OVER_CURRENT = 1
+    DC_OVER_VOLTAGE = 2
+    DC_UNDER_VOLTAGE = 4
+    NON_FINITE = 8
+    ADC_RANGE = 16
+    CURRENT_SUM = 32
+    OVER_SPEED = 64
+    CONFIG = 128
+    CURRENT_OFFSET = 256
+    TABLE_CRC = 512
+
+
+class Access(IntEnum):
+    """When a parameter may change."""
+
+    ANY_TIME = 0
+    GATES_OFF = 1
+    AT_OPEN = 2
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of the firmware (param_list.def)."""
+
+    name: str
+    unit: str
+    text: str
+    minimum: float
+    maximum: float
+    initial: float
+    access: Access
+    whole: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """Duties, state and telemetry of one control period; vectors power invariant."""
+
+    duty_u: float
+    duty_v: float
+    duty_w: float
+    gates_on: bool
+    state: int
+    faults: int
+    speed_hat_rpm: float
+    lambda_Wb: float
+    lambda_angle_rad: float
+    i_d_A: float
+    i_q_A: float
+    i_q_ref_A: float
+    e1_alpha_A: float
+    e1_beta_A: float
+    stator_frequency_Hz: float
+    l1_re: float  # 1/s
+    l1_im: float
+    l2_re: float  # ohm
+    l2_im: float
+    x_rad_s: float
+
+
+class _In(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        *((name, c_uint16) for name in ("i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc")),
+        ("speed_ref_rpm", c_float),
+        ("torque_ref_Nm", c_float),
+        ("mode", c_uint32),
+        ("command", c_uint32),
+    )
+
+
+_WHOLE = ("gates_on", "state", "faults")
+
+
+class _Out(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        *((f.name, c_uint32 if f.name in _WHOLE else c_float) for f in fields(Output)),
+    )
+
+
+class _NameInfo(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("access", c_uint32),
+        ("whole", c_uint32),
+        ("minimum", c_float),
+        ("maximum", c_float),
+        ("initial", c_float),
+        ("unit", c_char_p),
+        ("text", c_char_p),
+    )
+
+
+_PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "zh_sil_version": (c_uint32, ()),
+    "zh_sil_error": (c_char_p, ()),
+    "zh_sil_open": (Handle, (c_char_p, c_char_p, c_char_p)),
+    "zh_sil_close": (None, (Handle,)),
+    "zh_sil_step": (c_int, (Handle, POINTER(_In), POINTER(_Out))),
+    "zh_sil_get": (c_int, (Handle, c_char_p, POINTER(c_float))),
+    "zh_sil_set": (c_int, (Handle, c_char_p, c_float)),
+    "zh_sil_name_count": (c_uint32, ()),
+    "zh_sil_name": (c_char_p, (c_uint32,)),
+    "zh_sil_describe": (c_int, (c_uint32, POINTER(_NameInfo))),
+    "zh_observer_open": (Handle, (c_char_p, c_char_p, c_float)),
+    "zh_observer_close": (None, (Handle,)),
+    "zh_observer_set_speed": (c_int, (Handle, c_float)),
+    "zh_observer_run": (c_int, (Handle, c_size_t, POINTER(c_float), POINTER(c_float))),
+}
+
+
+@functools.cache
+def library() -> ctypes.CDLL:
+    """The SIL library, built when out of date (ZEROHERTZ_SIL names another one)."""
+    path = ensure_built().sil_library
+    try:
+        lib = ctypes.CDLL(os.fspath(path))
+        for name, (result, arguments) in _PROTOTYPES.items():
+            function = getattr(lib, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:
+        raise UserError(f"{path}: cannot be loaded ({error}); build it anew") from None
+    if lib.zh_sil_version() != VERSION:
+        raise UserError(f"{path}: is version {lib.zh_sil_version()}, not {VERSION}; build it anew")
+    return lib
+
+
+def raise_last_error() -> None:
+    """The text the library left for its last failure on this thread."""
+    raise UserError(library().zh_sil_error().decode(errors="replace"))
+
+
+def check(status: int) -> None:
+    if status != 0:
+        raise_last_error()
+
+
+def override_lines(values: Mapping[str, Any]) -> bytes:
+    """name=value lines; a list of numbers or points is written as TOML knows it."""
+    return "\n".join(f"{name}={_value_text(value)}" for name, value in values.items()).encode()
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value_text(item) for item in value) + "]"
+    return repr(float(value))
+
+
+def parameters() -> tuple[Parameter, ...]:
+    """Every parameter the firmware has."""
+    lib = library()
+    found = []
+    for index in range(lib.zh_sil_name_count()):
+        info = _NameInfo(struct_size=ctypes.sizeof(_NameInfo))
+        check(lib.zh_sil_describe(index, byref(info)))
+        found.append(
+            Parameter(
+                name=lib.zh_sil_name(index).decode(),
+                unit=info.unit.decode(),
+                text=info.text.decode(),
+                minimum=info.minimum,
+                maximum=info.maximum,
+                initial=info.initial,
+                access=Access(info.access),
+                whole=bool(info.whole),
+            )
+        )
+    return tuple(found)
+
+
+class Drive:
+    """One drive. Not for two threads at a time; any number of drives side by side."""
+
+    def __init__(
+        self,
+        motor_dir: StrPath,
+        board: StrPath,
+        overrides: Mapping[str, float] | None = None,
+    ) -> None:
+        """UserError, with the file and the key at fault, when anything is refused."""
+        self._handle: int | None = None
+        self._lib = library()
+        self._in = _In(struct_size=ctypes.sizeof(_In))
+        self._out = _Out(struct_size=ctypes.sizeof(_Out))
+        lines = override_lines(overrides or {})
+        self._handle = self._lib.zh_sil_open(os.fsencode(motor_dir), os.fsencode(board), lines)
+        if not self._handle:
+            raise_last_error()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if self._handle:
+            self._lib.zh_sil_close(self._handle)
+            self._handle = None
+
+    def step(
+        self,
+        i_u: int,
+        i_v: int,
+        i_w: int,
+        u_uv: int,
+        u_vw: int,
+        u_dc: int,
+        *,
+        speed_ref_rpm: float,
+        run: bool = False,
+        fault_reset: bool = False,
+        torque_off: bool = False,
+    ) -> Output:
+        """One control period on the words of this carrier crest.
+
+        The duties returned act from the next crest to the one after; gates_on False acts at once.
+        UserError for a reference that is no number: the drive has tripped then.
+        """
+        words = (i_u, i_v, i_w, u_uv, u_vw, u_dc)
+        if min(words) < 0 or max(words) > 0xFFFF:
+            raise UserError(f"Drive.step: {words} are not six words of 0 .. 65535; clip them")
+        command = _RUN * run | _FAULT_RESET * fault_reset | _TORQUE_OFF * torque_off
+        raw = self._in
+        raw.i_u, raw.i_v, raw.i_w, raw.u_uv, raw.u_vw, raw.u_dc = words
+        raw.speed_ref_rpm, raw.command = speed_ref_rpm, command
+        check(self._lib.zh_sil_step(self._open_handle(), byref(raw), byref(self._out)))
+        out = self._out
+        return Output(
+            *(bool(out.gates_on) if n == "gates_on" else getattr(out, n) for n in _OUTPUT_NAMES)
+        )
+
+    def __getitem__(self, name: str) -> float:
+        value = c_float()
+        check(self._lib.zh_sil_get(self._open_handle(), name.encode(), byref(value)))
+        return value.value
+
+    def __setitem__(self, name: str, value: float) -> None:
+        check(self._lib.zh_sil_set(self._open_handle(), name.encode(), value))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(p.name for p in parameters())
+
+    def _open_handle(self) -> int:
+        if not self._handle:
+            raise UserError("Drive: is closed; open another one")
+        return self._handle
+
+
+_OUTPUT_NAMES = tuple(f.name for f in fields(Output))
+
+
+class Observer:
+    """The observer core alone (observer, gain table, speed adaptation) on recorded signals."""
+
+    COLUMNS = (
+        "omega_e_hat_rad_s",
+        "omega_s_hat_rad_s",
+        "i_hat_alpha_A",
+        "i_hat_beta_A",
+        "lambda_hat_alpha_Wb",
+        "lambda_hat_beta_Wb",
+        "e1_alpha_A",
+        "e1_beta_A",
+        "x_rad_s",
+    )
+
+    def __init__(
+        self,
+        motor_dir: StrPath,
+        overrides: Mapping[str, float] | None = None,
+        *,
+        period_s: float,
+        omega_e_rad_s: float = 0.0,
+    ) -> None:
+        self._handle: int | None = None
+        self._lib = library()
+        lines = override_lines(overrides or {})
+        self._handle = self._lib.zh_observer_open(os.fsencode(motor_dir), lines, period_s)
+        if not self._handle:
+            raise_last_error()
+        if not math.isclose(omega_e_rad_s, 0.0):
+            check(self._lib.zh_observer_set_speed(self._handle, omega_e_rad_s))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if self._handle:
+            self._lib.zh_observer_close(self._handle)
+            self._handle = None
+
+    def run(
+        self,
+        u_alpha_V: npt.ArrayLike,
+        u_beta_V: npt.ArrayLike,
+        i_alpha_A: npt.ArrayLike,
+        i_beta_A: npt.ArrayLike,
+    ) -> dict[str, npt.NDArray[np.float32]]:
+        """One step per sample; state is kept between calls.
+
+        Voltage: mean over the interval that ended at the sample. Power invariant. Keys: COLUMNS.
+        """
+        import numpy as np
+
+        if not self._handle:
+            raise UserError("Observer: is closed; open another one")
+        columns = (u_alpha_V, u_beta_V, i_alpha_A, i_beta_A)
+        rows = np.ascontiguousarray(np.stack(columns, axis=1), dtype=np.float32)
+        out = np.empty((len(rows), len(self.COLUMNS)), dtype=np.float32)
+        pointer = POINTER(c_float)
+        check(
+            self._lib.zh_observer_run(
+                self._handle,
+                len(rows),
+                rows.ctypes.data_as(pointer),
+                out.ctypes.data_as(pointer),
+            )
+        )
+        return {name: out[:, k].copy() for k, name in enumerate(self.COLUMNS)}
+
+
+def board_path(name: str) -> Path:
+    """A board of the project by its name."""
+    from zerohertz.paths import ROOT
+
+    return ROOT / "host_sim" / "boards" / f"{name}.toml"

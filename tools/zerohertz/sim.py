@@ -1,0 +1,225 @@
+"""Closed-loop runs from Python: binding of host_sim/sim.h. A run is record = run(job).
+
+The library works without the interpreter's lock: runs in threads go on side by side.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+from collections.abc import Mapping
+from ctypes import (
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_double,
+    c_float,
+    c_int,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from dataclasses import dataclass, field
+from enum import IntFlag
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from zerohertz.drive import check, library, override_lines
+from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
+
+HOST_SIM = ROOT / "host_sim"
+
+_STOP_AT_TRIP, _TIME_SPLIT = 1, 2
+
+
+class Trip(IntFlag):
+    """What ended the experiment, had it been a real one."""
+
+    FIRMWARE = 1  # a fault of the firmware
+    SPEED = 2  # true |w| > 3000 min^-1
+    CURRENT = 4  # true |i_s| > 60 A, power invariant
+    DIVERGED = 8  # the plant's numbers
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run. Files by path, or their text (anything with a line break).
+
+    Firmware parameters, later wins: firmware_config, the scenario's [firmware], firmware.
+    """
+
+    scenario: str | os.PathLike[str] = HOST_SIM / "scenarios" / "smoke.toml"
+    rig: str | os.PathLike[str] = HOST_SIM / "rigs" / "ideal.toml"
+    board: str | os.PathLike[str] = HOST_SIM / "boards" / "paper.toml"
+    motor_dir: str | os.PathLike[str] = ROOT / "gain_tables" / "hasegawa2005"
+    firmware: Mapping[str, float] = field(default_factory=dict)
+    firmware_config: Mapping[str, float] = field(default_factory=dict)
+    rig_overrides: Mapping[str, Any] = field(default_factory=dict)
+    scenario_overrides: Mapping[str, Any] = field(default_factory=dict)
+    board_overrides: Mapping[str, Any] = field(default_factory=dict)
+    gain: npt.NDArray[np.float32] | None = None  # (N, 4) instead of the motor's table
+    seed: int | None = None  # None: the scenario's
+    decimate: int = 1
+    max_steps: int | None = None
+    stop_at_trip: bool = False
+    time_split: bool = False
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a run left: named columns, one row per recorded control period."""
+
+    columns: dict[str, npt.NDArray[np.float32]]
+    steps: int
+    period_s: float
+    trip: Trip
+    trip_s: float | None
+    first_fault: int  # fault bits, 0: none
+    first_fault_s: float | None
+    loop_ns_per_step: float  # CPU time, recording included
+    controller_ns_per_step: float  # with Job.time_split, else 0
+    plant_ns_per_step: float
+
+    def __getitem__(self, name: str) -> npt.NDArray[np.float32]:
+        return self.columns[name]
+
+    @property
+    def t_s(self) -> npt.NDArray[np.float32]:
+        return self.columns["t_s"]
+
+
+class _Job(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("decimate", c_uint32),
+        ("gain_entries", c_uint32),
+        ("seed", c_uint64),
+        ("max_steps", c_uint64),
+        ("scenario", c_char_p),
+        ("rig", c_char_p),
+        ("board", c_char_p),
+        ("motor_dir", c_char_p),
+        ("scenario_overrides", c_char_p),
+        ("rig_overrides", c_char_p),
+        ("board_overrides", c_char_p),
+        ("firmware_config", c_char_p),
+        ("firmware", c_char_p),
+        ("gain", POINTER(c_float)),
+    )
+
+
+class _Result(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("columns", c_uint32),
+        ("rows", c_uint64),
+        ("stride", c_uint64),
+        ("data", POINTER(c_float)),
+        ("steps", c_uint64),
+        ("period_s", c_double),
+        ("trip", c_uint32),
+        ("first_fault", c_uint32),
+        ("trip_s", c_double),
+        ("first_fault_s", c_double),
+        ("loop_ns_per_step", c_double),
+        ("controller_ns_per_step", c_double),
+        ("plant_ns_per_step", c_double),
+        ("owner", c_void_p),
+    )
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    lib = library()
+    lib.zh_sim_run.restype, lib.zh_sim_run.argtypes = c_int, (POINTER(_Job), POINTER(_Result))
+    lib.zh_sim_free.restype, lib.zh_sim_free.argtypes = None, (POINTER(_Result),)
+    lib.zh_sim_column_count.restype, lib.zh_sim_column_count.argtypes = c_uint32, ()
+    for name in ("zh_sim_column_name", "zh_sim_column_text"):
+        function = getattr(lib, name)
+        function.restype, function.argtypes = c_char_p, (c_uint32,)
+    return lib
+
+
+def column_texts() -> dict[str, str]:
+    """The columns of every record and what they mean; the unit ends the name."""
+    lib = _library()
+    return {
+        lib.zh_sim_column_name(k).decode(): lib.zh_sim_column_text(k).decode()
+        for k in range(lib.zh_sim_column_count())
+    }
+
+
+def run(job: Job) -> Record:
+    """Simulate; UserError, with the file and the key at fault, for anything senseless."""
+    lib = _library()
+    raw, keep = _raw_job(job)
+    result = _Result(struct_size=ctypes.sizeof(_Result))
+    check(lib.zh_sim_run(byref(raw), byref(result)))
+    del keep  # the table has to live as long as the call
+    try:
+        return _record(lib, result)
+    finally:
+        lib.zh_sim_free(byref(result))
+
+
+def _record(lib: ctypes.CDLL, result: _Result) -> Record:
+    shape = (result.columns, result.stride)
+    data = np.ctypeslib.as_array(result.data, shape=shape)[:, : result.rows].copy()
+    return Record(
+        columns={name: data[k] for k, name in enumerate(column_texts())},
+        steps=result.steps,
+        period_s=result.period_s,
+        trip=Trip(result.trip),
+        trip_s=result.trip_s if result.trip_s >= 0.0 else None,
+        first_fault=result.first_fault,
+        first_fault_s=result.first_fault_s if result.first_fault_s >= 0.0 else None,
+        loop_ns_per_step=result.loop_ns_per_step,
+        controller_ns_per_step=result.controller_ns_per_step,
+        plant_ns_per_step=result.plant_ns_per_step,
+    )
+
+
+def _raw_job(job: Job) -> tuple[_Job, Any]:
+    for name in ("decimate", "max_steps"):
+        value = getattr(job, name)
+        if value is not None and value < 1:
+            raise UserError(f"Job: {name}: {value} is not at least 1; give 1 or more")
+    if job.seed is not None and not 0 < job.seed < 2**64:
+        raise UserError(f"Job: seed: {job.seed} is outside 1 .. 2^64 - 1")
+    raw = _Job(
+        struct_size=ctypes.sizeof(_Job),
+        flags=_STOP_AT_TRIP * job.stop_at_trip | _TIME_SPLIT * job.time_split,
+        decimate=job.decimate,
+        seed=job.seed or 0,
+        max_steps=job.max_steps or 0,
+        scenario=_source(job.scenario),
+        rig=_source(job.rig),
+        board=_source(job.board),
+        motor_dir=os.fsencode(job.motor_dir),
+        scenario_overrides=override_lines(job.scenario_overrides),
+        rig_overrides=override_lines(job.rig_overrides),
+        board_overrides=override_lines(job.board_overrides),
+        firmware_config=override_lines(job.firmware_config),
+        firmware=override_lines(job.firmware),
+    )
+    gain = None
+    if job.gain is not None:
+        gain = np.ascontiguousarray(job.gain, dtype=np.float32)
+        if gain.ndim != 2 or gain.shape[1] != 4:
+            raise UserError(f"Job: gain: has shape {gain.shape}; give (entries, 4)")
+        raw.gain = gain.ctypes.data_as(POINTER(c_float))
+        raw.gain_entries = len(gain)
+    return raw, gain
+
+
+def _source(source: str | os.PathLike[str]) -> bytes:
+    if isinstance(source, Path):
+        return os.fsencode(source)
+    return source.encode() if isinstance(source, str) else os.fsencode(source)
