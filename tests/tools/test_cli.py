@@ -1,0 +1,103 @@
+"""The command line: help, errors on one line, exit codes; the launcher."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from zerohertz import __version__, build, cli
+from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
+
+LAUNCHER = ROOT / "tools" / "zh"
+
+
+def zh(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "zerohertz", *words],
+        cwd=ROOT / "tools",
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+def test_help_names_the_commands():
+    done = zh("--help")
+    assert done.returncode == 0
+    for command in ("design", "certify", "test", "campaign"):
+        assert f" {command} " in done.stdout
+
+
+def test_no_command_shows_the_help():
+    assert "Usage" in zh().stdout
+
+
+def test_version_is_the_package_version():
+    assert zh("--version").stdout == f"zerohertz {__version__}\n"
+
+
+@pytest.mark.parametrize("words", [("nonsense",), ("--nonsense",), ("test", "--only", "nonsense")])
+def test_bad_usage_is_one_line_and_exit_code_2(words):
+    done = zh(*words)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert "nonsense" in done.stderr
+
+
+def test_an_error_of_the_user_shows_no_traceback(monkeypatch, capsys):
+    def failing_app():
+        def run(**_):
+            raise UserError("motor.toml: circuit.Rs_ohm: is\nnegative; give a resistance")
+
+        return run
+
+    monkeypatch.setattr(cli, "make_app", failing_app)
+    monkeypatch.setattr(sys, "argv", ["zh", "design"])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 2
+    expected = "error: motor.toml: circuit.Rs_ohm: is negative; give a resistance\n"
+    assert capsys.readouterr().err == expected
+
+
+def test_a_foreign_library_is_taken_and_must_exist(monkeypatch, tmp_path):
+    library = tmp_path / "libother.so"
+    monkeypatch.setenv("ZEROHERTZ_SIL", str(library))
+    with pytest.raises(UserError, match="ZEROHERTZ_SIL"):
+        build.ensure_built()
+    library.write_bytes(b"")
+    assert build.ensure_built().sil_library == library
+
+
+def test_the_launcher_is_plain_shell():
+    for script in (LAUNCHER, ROOT / "tools" / "fetch_unity.sh"):
+        assert script.read_text().startswith("#!/bin/sh\n")
+        subprocess.run(["sh", "-n", script], check=True)
+
+
+def test_the_launcher_asks_for_packages_where_it_cannot_install(tmp_path):
+    (tmp_path / "tools").mkdir()
+    copy = tmp_path / "tools" / "zh"
+    copy.write_text(LAUNCHER.read_text())
+    # A machine with the programs of every Unix, but neither dpkg nor apt.
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for name in ("sh", "readlink", "dirname", "mkdir", "flock", "sha256sum", "cat", "id"):
+        found = subprocess.run(["which", name], capture_output=True, text=True).stdout.strip()
+        (programs / name).symlink_to(found)
+    done = subprocess.run(
+        ["sh", str(copy), "demo"],
+        env={"PATH": str(programs)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert "error: this is not a Debian system" in done.stderr
+    assert "libeigen3-dev" in done.stderr
+    assert "ZH_NO_APT=1" in done.stderr
