@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from zerohertz.errors import UserError
@@ -9,7 +11,7 @@ from zerohertz.testing.counts import junit_outcome
 from zerohertz.testing.misra import cppcheck_suppressions
 from zerohertz.testing.runner import run_stages
 from zerohertz.testing.stage import Log, Outcome, Stage
-from zerohertz.testing.stages import all_stages, coverage_outcome
+from zerohertz.testing.stages import all_stages, coverage_outcome, unbuilt
 
 
 def run(stages, tmp_path):
@@ -123,3 +125,9 @@ def test_a_deviation_from_misra_needs_its_reason(tmp_path):
     listed.write_text("15.5\n")
     with pytest.raises(UserError, match="line 1"):
         cppcheck_suppressions(listed)
+
+
+def test_a_source_that_no_target_builds_is_told():
+    database = [{"file": "/x/test_pi.c"}]
+    assert unbuilt([Path("/x/test_pi.c")], database) == []
+    assert unbuilt([Path("/x/test_new.c")], database) == ["/x/test_new.c: in no CMakeLists.txt"]
