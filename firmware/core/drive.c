@@ -164,11 +164,13 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
                                         .omega_e_rad_s = st->omega_e_hat_rad_s,
                                         .lambda_Wb = magnitude_Wb};
     const dq_t asked_V = current_control_output(&cfg->current, &st->current, &cc_in);
-    const ab_t u_V = modulate(cfg, st, ab_from_dq(asked_V, axis), out);
-    st->u_pending_V = u_V;
-    const ab_t back = ab_conj(turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s));
+    /* The duties act later: voltage and current are turned to where the frame will be by then. */
+    const ab_t ahead = turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s);
+    const ab_t axis_ahead = ab_mul(ahead, axis);
+    st->u_pending_V =
+        modulate(cfg, ab_from_dq(asked_V, axis_ahead), ab_mul(ahead, out->meas.i_s_A), out);
     current_control_update(&cfg->current, &st->current, &cc_in, asked_V,
-                           dq_from_ab(ab_mul(back, u_V), axis));
+                           dq_from_ab(st->u_pending_V, axis_ahead));
 }
 
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
