@@ -126,15 +126,12 @@ static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude
     return ab_scale(lambda_Wb, 1.0f / magnitude_Wb);
 }
 
-/* Voltage reference -> duty; returns the voltage (at the motor) that the duty gives. */
-static ab_t modulate(const drive_config_t *cfg, const drive_state_t *st, ab_t u_ref_V,
-                     drive_out_t *out)
+/* Voltage reference and current, both turned to when the duty acts -> duty; returns the voltage (at
+ * the motor) that the duty gives. */
+static ab_t modulate(const drive_config_t *cfg, ab_t u_ref_V, ab_t i_s_A, drive_out_t *out)
 {
-    const ab_t ahead = turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s);
-    const ab_t u_lost_V =
-        dead_time_voltage(&cfg->dead_time, ab_mul(ahead, out->meas.i_s_A), out->meas.u_dc_V);
-    const svpwm_out_t pwm =
-        svpwm_step(&cfg->svpwm, ab_add(ab_mul(ahead, u_ref_V), u_lost_V), out->meas.u_dc_V);
+    const ab_t u_lost_V = dead_time_voltage(&cfg->dead_time, i_s_A, out->meas.u_dc_V);
+    const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_ref_V, u_lost_V), out->meas.u_dc_V);
     out->duty = pwm.duty;
     return ab_sub(pwm.u_realised_V, u_lost_V);
 }
