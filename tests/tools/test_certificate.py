@@ -1,0 +1,355 @@
+"""The certificate proves what holds, and rejects every seeded defect."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from zerohertz.check.certificate import certify, check_entry
+from zerohertz.check.exact import is_positive_definite, solve
+from zerohertz.check.inequalities import failing, hermitian, mirrored
+from zerohertz.check.plots import figure_4, figure_gamma
+from zerohertz.check.stored_table import StoredTable, read_stored_table
+from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
+
+FOLDERS = [ROOT / "gain_tables" / name for name in ("hasegawa2005", "im_4kw_400v")]
+BOTH = pytest.mark.parametrize("folder", FOLDERS, ids=lambda f: f.name)
+SAMPLE = (0, 1, 5, 29, 30, 31, 60, 150, 450, 900, 1500, 1800)
+
+
+def floor_of(table: StoredTable, k: int) -> float:
+    m, omega = table.machine, float(k * table.step_rad_s)
+    nearest = abs(omega - float(m.dw0_rad_s) / 2.0)
+    return float(m.dw0_rad_s) / (2.0 * math.hypot(float(m.Rr_ohm / m.Lr_H), nearest))
+
+
+def with_gain(table: StoredTable, k: int, change: Callable[[list], None]) -> StoredTable:
+    gains = list(table.gain)
+    gain = list(gains[k])
+    change(gain)
+    gains[k] = tuple(gain)
+    return dataclasses.replace(table, gain=tuple(gains))
+
+
+def with_entry(table: StoredTable, k: int, **values: object) -> StoredTable:
+    changed = {}
+    for key, value in values.items():
+        column = list(getattr(table, key))
+        column[k] = value
+        changed[key] = tuple(column)
+    return dataclasses.replace(table, **changed)
+
+
+@BOTH
+def test_every_entry_is_proven(folder: Path) -> None:
+    report = certify(read_stored_table(folder))
+    assert report.passed
+    assert report.proven == report.entries == 1801
+    assert set(report.holds.values()) == {1801}
+    assert 0.3 < report.max_gamma < 0.35
+    assert report.max_angle_deg == pytest.approx(math.degrees(2 * math.atan(report.max_gamma)))
+    assert 0.99 < report.max_euler_radius < 1.0
+    # Up to 2900 elec. min^-1 the gain is the exactly positive real one; beyond, nearly.
+    assert report.max_negative_gain_band_rad_s < 5.0
+
+
+@BOTH
+def test_gamma_below_the_floor_is_rejected_at_every_speed(folder: Path) -> None:
+    table = read_stored_table(folder)
+    for k in SAMPLE:
+        assert not check_entry(table, k).failing
+        below = Fraction(0.99 * floor_of(table, k))
+        rejected = check_entry(with_entry(table, k, gamma=below), k).failing
+        assert any(name.startswith("gamma (14)") for name in rejected)
+
+
+@BOTH
+def test_three_times_l1_is_rejected_at_every_speed(folder: Path) -> None:
+    table = read_stored_table(folder)
+    for k in SAMPLE:
+
+        def triple(gain: list) -> None:
+            gain[0], gain[1] = 3 * gain[0], 3 * gain[1]
+
+        assert check_entry(with_gain(table, k, triple), k).failing
+
+
+@BOTH
+def test_wrong_sign_of_im_l2_is_rejected(folder: Path) -> None:
+    table = read_stored_table(folder)
+
+    def flip(gain: list) -> None:
+        gain[3] = -gain[3]
+
+    # From 60 elec. min^-1 up; near 2000 Im l2 passes through zero, where nothing can be told.
+    for k in [*range(30, 600, 19), 1500, 1800]:
+        assert check_entry(with_gain(table, k, flip), k).failing
+    whole = dataclasses.replace(
+        table,
+        gain=tuple((*g[:3], -g[3]) if k >= 30 else g for k, g in enumerate(table.gain)),
+    )
+    report = certify(whole)
+    assert not report.passed
+    assert report.proven < 0.5 * report.entries
+
+
+@BOTH
+def test_each_inequality_is_checked_on_its_own(folder: Path) -> None:
+    """Each requirement made impossible in turn: exactly its inequality fails."""
+    table, k = read_stored_table(folder), 150
+    cases = {
+        "disc (15)": {"radius_per_s": Fraction(999)},
+        "decay (16)": {"decay_per_s": Fraction(100)},
+        "Euler disc": {"period_s": Fraction(1, 499)},
+    }
+    for name, change in cases.items():
+        machine = dataclasses.replace(table.machine, **change)
+        assert check_entry(dataclasses.replace(table, machine=machine), k).failing == (name,)
+    X = table.X[k]
+    assert "X > 0" in check_entry(with_entry(table, k, X=tuple(-x for x in X)), k).failing
+    doubled = dataclasses.replace(table.machine, dw0_rad_s=2 * table.machine.dw0_rad_s)
+    assert any(
+        name.startswith("gamma (14)")
+        for name in check_entry(dataclasses.replace(table, machine=doubled), k).failing
+    )
+
+
+@BOTH
+def test_both_signs_of_the_speed_error_are_checked(folder: Path) -> None:
+    """The vertices have different floors, and change places with the direction of rotation."""
+    table, k = read_stored_table(folder), 30
+    m, omega = table.machine, float(30 * table.step_rad_s)
+    dw0, tau = float(m.dw0_rad_s), float(m.Rr_ohm / m.Lr_H)
+    floor_of_other_vertex = dw0 / (2.0 * math.hypot(tau, omega + dw0 / 2.0))
+    between = Fraction((floor_of(table, k) + floor_of_other_vertex) / 2.0)
+    l1, l2 = table.gain[k][:2], table.gain[k][2:]
+    A = m.error_matrix(k * table.step_rad_s, l1, l2)
+    proven = hermitian(*table.X[k])
+    at_plus = failing(m, A, between, proven)
+    at_minus = failing(m, mirrored(A), between, mirrored(proven))
+    assert "gamma (14) at +dw0" in at_plus
+    assert "gamma (14) at -dw0" in at_minus
+    assert failing(m, mirrored(A), table.gamma[k], mirrored(proven)) == []
+
+
+def test_definiteness_is_exact_where_floating_point_is_not() -> None:
+    def matrix(corner: Fraction) -> list:
+        half = (Fraction(1, 3), Fraction(1, 7))
+        return [
+            [(Fraction(1), Fraction(0)), half],
+            [(half[0], -half[1]), (corner, Fraction(0))],
+        ]
+
+    boundary = Fraction(1, 9) + Fraction(1, 49)
+    tiny = Fraction(1, 10**40)
+    assert is_positive_definite(matrix(boundary + tiny))
+    assert not is_positive_definite(matrix(boundary))
+    assert not is_positive_definite(matrix(boundary - tiny))
+    not_hermitian = matrix(Fraction(1))
+    not_hermitian[0][1] = (Fraction(1, 3), Fraction(-1, 7))
+    assert not is_positive_definite(not_hermitian)
+
+
+def test_definiteness_agrees_with_eigenvalues_of_random_matrices() -> None:
+    rng, verdicts = np.random.default_rng(7), []
+    for _ in range(200):
+        root = rng.integers(-4, 5, (4, 4)) + 1j * rng.integers(-4, 5, (4, 4))
+        hermitian = root @ root.conj().T - rng.integers(0, 12) * np.eye(4)
+        least = np.linalg.eigvalsh(hermitian).min()
+        if abs(least) < 1e-6:
+            continue
+        exact = [[(Fraction(int(x.real)), Fraction(int(x.imag))) for x in row] for row in hermitian]
+        verdicts.append(is_positive_definite(exact))
+        assert verdicts[-1] == (least > 0)
+    assert 20 < sum(verdicts) < len(verdicts) - 20
+
+
+def test_solve_returns_the_solution_or_none() -> None:
+    rows = [[Fraction(0), Fraction(2)], [Fraction(3), Fraction(1)]]
+    assert solve(rows, [Fraction(4), Fraction(5)]) == [Fraction(1), Fraction(2)]
+    assert solve([[Fraction(1), Fraction(2)]] * 2, [Fraction(1), Fraction(1)]) is None
+
+
+@BOTH
+def test_table_without_multiplier_is_solved_for(folder: Path) -> None:
+    """L = 0 and the table's own L, brought without gamma and X."""
+    table = read_stored_table(folder)
+    zero = (Fraction(0),) * 4
+    for k in (0, 30, 900):
+        bare = with_entry(table, k, gamma=None, X=None)
+        found = check_entry(bare, k)
+        assert not found.failing
+        assert found.gamma == pytest.approx(float(table.gamma[k]), rel=1e-3)
+        of_zero = check_entry(with_entry(bare, k, gain=zero), k)
+        assert all(of_zero.holds.values())
+        assert of_zero.gamma >= floor_of(table, k)
+    # L = 0 has the whole regenerating wedge: .633 of the speed on Table 1's motor.
+    if table.name == "hasegawa2005":
+        assert of_zero.band_rad_s == pytest.approx(0.633 * float(900 * table.step_rad_s), rel=1e-3)
+
+
+def test_what_holds_alone_is_told_apart() -> None:
+    """The fast pole outside the disc: (15) fails, the others hold."""
+    table, k = read_stored_table(FOLDERS[0]), 30
+    machine = dataclasses.replace(table.machine, radius_per_s=Fraction(900))
+    bare = with_entry(dataclasses.replace(table, machine=machine), k, gamma=None, X=None)
+    report = check_entry(bare, k)
+    assert report.holds == {
+        "gamma (14)": True,
+        "disc (15)": False,
+        "decay (16)": True,
+        "Euler disc": True,
+    }
+    assert "disc (15)" in report.failing
+
+    def unstable(gain: list) -> None:
+        gain[0] = -gain[0]
+
+    report = check_entry(with_gain(bare, k, unstable), k)
+    assert not any((report.holds["Euler disc"], report.holds["decay (16)"]))
+    assert report.gamma == math.inf
+    assert report.band_rad_s == math.inf
+
+
+@pytest.fixture
+def copied(tmp_path) -> Path:
+    for name in ("motor.toml", "l_gain.json"):
+        (tmp_path / name).write_bytes((FOLDERS[0] / name).read_bytes())
+    return tmp_path
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def content_of(folder: Path) -> dict:
+    return json.loads((folder / "l_gain.json").read_text(encoding="utf-8"))
+
+
+def test_one_flipped_bit_breaks_the_crc(copied: Path) -> None:
+    word = content_of(copied)["l_words"][4 * 700]
+    edit(copied / "l_gain.json", word, f"{int(word, 16) ^ 1:08x}")
+    faults = read_stored_table(copied).faults
+    assert len(faults) == 1
+    assert faults[0].startswith("crc32c: ")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ('"method": "gamma_pr"', '"method": "zero"', "method"),
+        ('"step_rad_s_word": "3e567750"', '"step_rad_s_word": "3e567752"', "step_rad_s_word"),
+        ('"motor_id": "', '"motor_id": "0', "motor_id"),
+        ('"Rs_ohm": 0.93', '"Rs_ohm": 0.94', "inputs.circuit.Rs_ohm"),
+        ('"inputs_sha256": "', '"inputs_sha256": "0', "inputs_sha256"),
+        ('"motor": "hasegawa2005"', '"motor": "other"', "motor"),
+    ],
+)
+def test_contradiction_in_the_json_is_named(copied: Path, old: str, new: str, fault: str) -> None:
+    assert read_stored_table(copied).faults == ()
+    edit(copied / "l_gain.json", old, new)
+    assert any(text.startswith(f"{fault}: ") for text in read_stored_table(copied).faults)
+
+
+def test_changed_motor_data_make_the_table_stale(copied: Path) -> None:
+    edit(copied / "motor.toml", "Rr_ohm = 0.500", "Rr_ohm = 0.501")
+    faults = read_stored_table(copied).faults
+    assert faults == ("inputs.circuit.Rr_ohm: 0.5 in l_gain.json, 0.501 in motor.toml",)
+
+
+def test_gain_at_standstill_has_to_be_real(copied: Path) -> None:
+    edit(copied / "l_gain.json", '"00000000"', '"3a83126f"')
+    assert any("L(0) is not real" in text for text in read_stored_table(copied).faults)
+
+
+def test_pole_that_is_none_is_a_fault(copied: Path) -> None:
+    edit(copied / "l_gain.json", "[-1000.0,0.0,-4.902,0.0]", "[-1000.0,0.0,-4.912,0.0]")
+    assert "is no pole" in check_entry(read_stored_table(copied), 0).fault
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        ("motor.toml", "Rs_ohm = 0.930", "Rs_ohm = nan", r"circuit\.Rs_ohm: is 'nan'"),
+        ("motor.toml", "Rs_ohm = 0.930", "Rs_ohm = -0.930", r"circuit\.Rs_ohm: .* positive"),
+        ("motor.toml", "Rs_ohm = 0.930", "", r"circuit\.Rs_ohm: is missing"),
+        ("motor.toml", "M_H = 0.102", "M_H = 0.110", r"circuit\.M_H: leaves no leakage"),
+        ("motor.toml", "[circuit]", "[circuit", r"not valid TOML"),
+        ("l_gain.json", '"gamma"', '"gama"', r"gamma: key is missing"),
+        ("l_gain.json", '"entries": 1801', '"entries": 1800', r"l_words has 7204 values, not 7200"),
+        ("l_gain.json", '"c44d5000"', '"7f800000"', r"7f800000 is not a finite float32"),
+        ("l_gain.json", '"c44d5000"', '"c44d50"', r"cannot be read as a gain table"),
+        ("l_gain.json", "{", "[", r"not valid JSON"),
+    ],
+)
+def test_unusable_file_is_one_clear_error(
+    copied: Path, name: str, old: str, new: str, message: str
+) -> None:
+    edit(copied / name, old, new)
+    with pytest.raises(UserError, match=rf"{name.replace('.', '[.]')}: .*{message}|{message}") as e:
+        read_stored_table(copied)
+    assert name in str(e.value)
+    assert "\n" not in str(e.value)
+
+
+def zh_certify(*arguments: object) -> subprocess.CompletedProcess:
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "tools")}
+    command = [sys.executable, "-m", "zerohertz", "certify", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+
+
+def test_command_exits_1_for_a_defect_and_prints_one_json_object(copied: Path) -> None:
+    good = zh_certify(copied, "--json")
+    assert good.returncode == 0, good.stderr
+    motor = json.loads(good.stdout)["motors"]["hasegawa2005"]
+    assert motor["proven"] == motor["entries"] == 1801
+    assert {
+        "max_gamma",
+        "max_angle_deg",
+        "max_euler_radius",
+        "max_negative_gain_band_rad_s",
+    } <= set(motor)
+    gamma = content_of(copied)["gamma"][300]
+    edit(copied / "l_gain.json", f"\n{gamma},\n", f"\n{0.9 * gamma:.6g},\n")
+    bad = zh_certify(copied, "--json")
+    assert bad.returncode == 1
+    assert json.loads(bad.stdout)["motors"]["hasegawa2005"]["proven"] == 1800
+    assert "600 elec. min^-1: not proven: gamma (14)" in bad.stderr
+    (copied / "l_gain.json").unlink()
+    missing = zh_certify(copied)
+    assert missing.returncode == 2
+    assert missing.stderr.startswith("error: ")
+
+
+def test_check_shares_no_code_with_the_design() -> None:
+    allowed = ("zerohertz.check", "zerohertz.errors", "zerohertz.paths")
+    for path in (ROOT / "tools" / "zerohertz" / "check").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) else []
+            for name in names:
+                assert not name.startswith("zerohertz") or name.startswith(allowed), path
+
+
+@BOTH
+def test_pictures_are_drawn_and_repeatable(folder: Path, tmp_path) -> None:
+    for draw in (figure_4, figure_gamma):
+        first, second = tmp_path / "1.png", tmp_path / "2.png"
+        draw(folder / "l_gain.json", first)
+        draw(folder / "l_gain.json", second)
+        assert first.read_bytes() == second.read_bytes()
+        assert first.stat().st_size > 20_000

@@ -1,0 +1,329 @@
+"""Gain design: against the equations, a dense frequency scan, and the committed files."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from zerohertz.gain_design.c_source import c_files, read_table_json
+from zerohertz.gain_design.closed_form import closed_form_gain, gain_for_poles
+from zerohertz.gain_design.crc32c import crc32c
+from zerohertz.gain_design.gamma_positive_real import GammaPositiveReal
+from zerohertz.gain_design.machine import gamma_floor, observer_poles, state_matrix
+from zerohertz.gain_design.pole_shift import pole_shift_gain
+from zerohertz.gain_design.table import design_table, speed_of_entry_rad_s, table_json
+from zerohertz.motor import Circuit, MotorError, load_motor, motor_toml, with_design
+from zerohertz.paths import ROOT
+
+FOLDERS = [ROOT / "gain_tables" / name for name in ("hasegawa2005", "im_4kw_400v")]
+MOTORS = [load_motor(folder) for folder in FOLDERS]
+BOTH = pytest.mark.parametrize("motor", MOTORS, ids=lambda m: m.name)
+BOTH_FOLDERS = pytest.mark.parametrize("folder", FOLDERS, ids=lambda f: f.name)
+SPEEDS_ELEC_PER_MIN = (0, 2, 20, 60, 300, 1800, 3600)
+
+
+def rad_s(elec_per_min: float) -> float:
+    return elec_per_min * 2.0 * math.pi / 60.0
+
+
+def zh(*arguments: object) -> subprocess.CompletedProcess:
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "tools")}
+    command = [sys.executable, "-m", "zerohertz", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+
+
+def stored_gains(folder: Path) -> np.ndarray:
+    words = json.loads((folder / "l_gain.json").read_text(encoding="utf-8"))["l_words"]
+    bits = np.array([int(word, 16) for word in words], dtype=np.uint32)
+    return bits.view(np.float32).astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+
+
+def gamma_by_frequency_scan(c: Circuit, omega: float, gain: np.ndarray, dw: float) -> float:
+    """max |(I - G)(I + G)^-1| over stator frequency, G = I - G2 dw j, from eq. (11) in SI."""
+    fine = np.concatenate([np.linspace(-20, 20, 4001), np.linspace(-3000, 3000, 6001)])
+    A = state_matrix(c, omega)
+    A[:, 0] += gain
+    s = 1j * np.concatenate([fine, omega + fine])
+    determinant = (s - A[0, 0]) * (s - A[1, 1]) - A[0, 1] * A[1, 0]
+    G2 = (A[1, 0] / c.eps_H - (s - A[0, 0])) / determinant  # C2 (sI - A)^-1 [1/eps; -1]
+    deviation = G2 * dw * 1j  # I - G
+    return float(np.max(np.abs(deviation / (2.0 - deviation))))
+
+
+@BOTH
+def test_state_matrix_is_equation_1(motor) -> None:
+    c, omega = motor.circuit, 40.0
+    identity, J = np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])
+    sigma = 1.0 - c.M_H**2 / (c.Ls_H * c.Lr_H)
+    eps = sigma * c.Ls_H * c.Lr_H / c.M_H
+    real = np.block(
+        [
+            [
+                -(c.Rs_ohm + c.M_H**2 * c.Rr_ohm / c.Lr_H**2) / (sigma * c.Ls_H) * identity,
+                c.Rr_ohm / (eps * c.Lr_H) * identity - omega / eps * J,
+            ],
+            [c.M_H * c.Rr_ohm / c.Lr_H * identity, -c.Rr_ohm / c.Lr_H * identity + omega * J],
+        ]
+    )
+    x = np.array([1.0 + 2.0j, -0.3 + 0.7j])
+    expected = real @ np.array([1.0, 2.0, -0.3, 0.7])
+    image = state_matrix(c, omega) @ x
+    np.testing.assert_allclose(
+        [image[0].real, image[0].imag, image[1].real, image[1].imag], expected, rtol=1e-12
+    )
+
+
+@BOTH
+@pytest.mark.parametrize("elec_per_min", SPEEDS_ELEC_PER_MIN)
+def test_gain_for_poles_places_them(motor, elec_per_min: float) -> None:
+    omega, wanted = rad_s(elec_per_min), np.array([-700.0 + 30.0j, -20.0 - 5.0j])
+    gain = gain_for_poles(motor.circuit, omega, *wanted)
+    np.testing.assert_allclose(observer_poles(motor.circuit, omega, gain), wanted, rtol=1e-9)
+
+
+@BOTH
+def test_closed_form_makes_g1_exactly_positive_real(motor) -> None:
+    c, omega = motor.circuit, rad_s(300)
+    gain = closed_form_gain(c, omega, p1_per_s=-1000.0, a=1.0, b=0.2)
+    A = state_matrix(c, omega)
+    A[:, 0] += gain
+    s = 1j * np.linspace(-2000.0, 2000.0, 8001)
+    determinant = (s - A[0, 0]) * (s - A[1, 1]) - A[0, 1] * A[1, 0]
+    # C1 (sI - A)^-1 Bw of eq. (8), without using that its numerator is s/eps.
+    G1 = ((s - A[1, 1]) / c.eps_H - A[0, 1]) / determinant
+    assert G1.real.min() >= -1e-9 * np.abs(G1).max()
+    plain = state_matrix(c, omega)
+    determinant = (s - plain[0, 0]) * (s - plain[1, 1]) - plain[0, 1] * plain[1, 0]
+    G1 = ((s - plain[1, 1]) / c.eps_H - plain[0, 1]) / determinant
+    assert G1.real.min() < -1e-2 * np.abs(G1).max()  # L = 0 is not
+
+
+@BOTH
+def test_pole_shift_scales_the_motor_poles(motor) -> None:
+    omega = rad_s(900)
+    gain = pole_shift_gain(motor.circuit, omega, real_factor=0.85, imag_factor=0.3)
+    machine = np.linalg.eigvals(state_matrix(motor.circuit, omega))
+    wanted = 0.85 * machine.real + 0.3j * machine.imag
+    shifted = observer_poles(motor.circuit, omega, gain)
+    np.testing.assert_allclose(shifted, wanted[np.argsort(wanted.real)], rtol=1e-9)
+
+
+@BOTH
+def test_gains_mirror_at_negative_speed(motor) -> None:
+    c, omega = motor.circuit, rad_s(500)
+    forms = {"p1_per_s": -1000.0, "a": 1.0, "b": 0.2}
+    np.testing.assert_allclose(
+        closed_form_gain(c, -omega, **forms), np.conj(closed_form_gain(c, omega, **forms))
+    )
+
+
+@pytest.mark.parametrize(
+    ("elec_per_min", "gamma"),
+    [(0, 0.3060), (60, 0.2190), (300, 0.0495), (1800, 0.00802), (3600, 0.00399)],
+)
+def test_least_gamma_of_table_1_is_the_known_one(elec_per_min: float, gamma: float) -> None:
+    assert GammaPositiveReal(MOTORS[0]).least_gamma(rad_s(elec_per_min)) == pytest.approx(
+        gamma, rel=2e-3
+    )
+
+
+@BOTH
+def test_no_gain_beats_the_floor_nor_least_gamma(motor) -> None:
+    rng, dw0 = np.random.default_rng(1), motor.design.dw0_rad_s
+    lmi = GammaPositiveReal(motor)
+    for elec_per_min in (0, 60, 600):
+        omega = rad_s(elec_per_min)
+        floor = gamma_floor(motor.circuit, dw0, omega)
+        assert floor <= lmi.least_gamma(omega) * (1.0 + 1e-5)
+        for _ in range(20):
+            p1, p2 = -rng.uniform(1.5, 1400.0, 2) + 1j * rng.uniform(-200.0, 200.0, 2)
+            gain = gain_for_poles(motor.circuit, omega, p1, p2)
+            scans = [gamma_by_frequency_scan(motor.circuit, omega, gain, dw) for dw in (dw0, -dw0)]
+            assert max(scans) >= floor * (1.0 - 1e-3)
+
+
+@BOTH_FOLDERS
+def test_stored_gamma_bounds_the_frequency_scan(folder: Path) -> None:
+    motor, gains = load_motor(folder), stored_gains(folder)
+    gamma = json.loads((folder / "l_gain.json").read_text(encoding="utf-8"))["gamma"]
+    tightest = 0.0
+    for k in range(0, len(gains), 30):
+        for dw in (motor.design.dw0_rad_s, -motor.design.dw0_rad_s):
+            scan = gamma_by_frequency_scan(motor.circuit, speed_of_entry_rad_s(k), gains[k], dw)
+            assert scan <= gamma[k]
+            tightest = max(tightest, scan / gamma[k])
+    assert tightest > 0.98  # 1.01 margin: the bound is no looser than it says
+
+
+@BOTH
+def test_stage_two_keeps_gamma_within_relax_where_the_reference_does_not(motor) -> None:
+    omega, lmi, design = rad_s(3600), GammaPositiveReal(motor), motor.design
+    least = lmi.least_gamma(omega)
+    reference = closed_form_gain(
+        motor.circuit, omega, p1_per_s=design.p1_per_s, a=design.a, b=design.b
+    )
+    assert lmi.multiplier(omega, reference).gamma > design.relax * least
+    gain, multiplier = lmi.gain(omega)
+    assert multiplier.gamma <= design.relax * least * (1.0 + 1e-4)
+    assert np.linalg.norm((gain - reference) / reference) < 0.1
+    wide = GammaPositiveReal(with_design(motor, relax=1.2)).gain(omega)[0]
+    np.testing.assert_allclose(wide, reference, rtol=1e-6)  # enough room: the reference itself
+
+
+@BOTH_FOLDERS
+def test_stored_table_is_smooth_and_real_at_standstill(folder: Path) -> None:
+    gains = stored_gains(folder)
+    assert len(gains) == 1801
+    assert np.all(gains[0].imag == 0.0)
+    jumps = np.abs(np.diff(gains, axis=0))
+    assert jumps[:, 0].max() < 5e-4 * np.abs(gains[:, 0]).max()
+    assert jumps[:, 1].max() < 0.05 * np.abs(gains[:, 1]).max()
+
+
+def test_impossible_requirements_name_the_keys() -> None:
+    motor = with_design(MOTORS[0], radius_per_s=5.0, decay_per_s=4.9)
+    with pytest.raises(MotorError, match=r"motor\.toml: design\.radius_per_s, .* no gain meets"):
+        design_table(motor)
+
+
+@BOTH
+def test_tables_without_lmi_have_gamma_only_where_the_lmis_hold(motor) -> None:
+    short = with_design(motor, method="closed_form", table_end_elec_per_min=20)
+    assert all(gamma is not None for gamma in design_table(short).gamma)
+    # p1 outside the disc: (15) cannot hold with any X.
+    outside = with_design(short, p1_per_s=-1.1 * motor.design.radius_per_s)
+    assert design_table(outside).gamma == (None,) * 11
+    assert design_table(short, certificate=False).X == (None,) * 11
+
+
+def test_crc32c_gives_the_standard_check_value() -> None:
+    assert crc32c(b"123456789") == 0xE3069283
+    assert crc32c(b"") == 0
+
+
+@BOTH_FOLDERS
+def test_compiled_table_holds_the_words_of_the_json_bit_for_bit(folder: Path, tmp_path) -> None:
+    content = read_table_json(folder / "l_gain.json")
+    library = tmp_path / "table.so"
+    subprocess.run(
+        [
+            *("gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"),
+            *("-Wdouble-promotion", "-shared", "-fPIC", "-I", ROOT / "firmware" / "core"),
+            *("-o", library, folder / "l_gain.c"),
+        ],
+        check=True,
+    )
+
+    class Header(ctypes.Structure):
+        _fields_ = (
+            *((name, ctypes.c_uint32) for name in ("magic", "version", "motor_id", "count", "crc")),
+            ("step_rad_s", ctypes.c_float),
+            ("entry", ctypes.POINTER(ctypes.c_uint32)),
+        )
+
+    header = Header.in_dll(ctypes.CDLL(str(library)), f"l_gain_{content['motor']}")
+    words = [f"{header.entry[k]:08x}" for k in range(4 * header.count)]
+    assert header.magic == 0x5A48474C
+    assert words == content["l_words"]
+    data = b"".join(bytes.fromhex(word)[::-1] for word in words)
+    assert header.crc == crc32c(data) == int(content["crc32c"], 16)
+    assert f"{header.motor_id:08x}" == content["motor_id"]
+    step = np.uint32(int(content["step_rad_s_word"], 16)).view(np.float32)
+    assert header.step_rad_s == step == np.float32(math.pi / 15.0)
+    assert library.stat().st_size > 28 * 1024
+    assert 4 * len(words) + ctypes.sizeof(Header) <= 32 * 1024  # the flash a table may take
+
+
+def test_committed_tables_are_what_a_fresh_design_gives() -> None:
+    run = zh("design", "--check", "--json")
+    assert run.returncode == 0, run.stderr
+    motors = json.loads(run.stdout)["motors"]
+    assert {"hasegawa2005", "im_4kw_400v"} <= set(motors)
+    assert all(motor["largest_difference"] <= 1e-3 for motor in motors.values())
+
+
+@pytest.fixture
+def short_motor(tmp_path) -> Path:
+    """A folder with a designed table of eleven entries."""
+    motor = with_design(MOTORS[1], table_end_elec_per_min=20)
+    (tmp_path / "motor.toml").write_text(motor_toml(motor), encoding="utf-8")
+    run = zh("design", tmp_path)
+    assert run.returncode == 0, run.stderr
+    return tmp_path
+
+
+def test_design_writes_reproducible_files_and_keeps_what_holds(short_motor: Path) -> None:
+    path = short_motor / "l_gain.json"
+    assert path.read_text(encoding="utf-8") == table_json(design_table(load_motor(short_motor)))
+    text = path.read_text(encoding="utf-8")
+    word = json.loads(text)["l_words"][4]  # l1 at entry 1, its last bit flipped:
+    nudged = text.replace(word, f"{int(word, 16) ^ 1:08x}", 1)
+    path.write_text(nudged, encoding="utf-8")
+    assert zh("design", short_motor).returncode == 0
+    assert path.read_text(encoding="utf-8") == nudged  # within 1e-3: left as it is
+    for name, text in c_files(json.loads(nudged)).items():
+        assert (short_motor / name).read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize("name", ["l_gain.c", "l_gain.h"])
+def test_check_rejects_c_that_differs_from_the_json(short_motor: Path, name: str) -> None:
+    path = short_motor / name
+    path.write_text(path.read_text(encoding="utf-8") + " ", encoding="utf-8")
+    run = zh("design", "--check", short_motor)
+    assert run.returncode == 1
+    assert f"{name}: is not what l_gain.json gives" in run.stderr
+
+
+def test_check_rejects_a_table_that_a_fresh_design_does_not_give(short_motor: Path) -> None:
+    path = short_motor / "l_gain.json"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    gain = np.uint32(int(content["l_words"][20], 16)).view(np.float32) * np.float32(1.002)
+    text = path.read_text(encoding="utf-8").replace(
+        content["l_words"][20], f"{int(gain.view(np.uint32)):08x}", 1
+    )
+    path.write_text(text, encoding="utf-8")
+    for name, source in c_files(json.loads(text)).items():
+        (short_motor / name).write_text(source, encoding="utf-8")
+    run = zh("design", "--check", short_motor)
+    assert run.returncode == 1
+    assert "off a fresh design" in run.stderr
+
+
+def test_check_rejects_a_table_of_other_inputs(short_motor: Path) -> None:
+    motor = with_design(load_motor(short_motor), decay_per_s=1.5)
+    (short_motor / "motor.toml").write_text(motor_toml(motor), encoding="utf-8")
+    run = zh("design", "--check", short_motor)
+    assert run.returncode == 1
+    assert "was designed for other inputs" in run.stderr
+
+
+def test_other_method_goes_to_another_folder(short_motor: Path, tmp_path) -> None:
+    refused = zh("design", short_motor, "--method", "zero")
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("error: --method: ")
+    out = tmp_path / "out"
+    assert zh("design", short_motor, "--method", "zero", "--out", out).returncode == 0
+    words = read_table_json(out / "im_4kw_400v" / "l_gain.json")["l_words"]
+    assert set(words) == {"00000000"}
+    assert load_motor(out / "im_4kw_400v").design.method == "zero"
+
+
+def test_bad_motor_data_ends_with_one_line_and_exit_code_2(short_motor: Path) -> None:
+    path = short_motor / "motor.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("M_H = 0.1722", "M_H = 0.2"), encoding="utf-8")
+    run = zh("design", short_motor)
+    assert run.returncode == 2
+    assert run.stderr.startswith(f"error: {path}: circuit.M_H: ")
+    assert run.stderr.count("\n") == 1
+    shutil.rmtree(short_motor)
+    assert zh("design", short_motor).returncode == 2

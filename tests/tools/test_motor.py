@@ -1,0 +1,141 @@
+"""motor.toml: what is accepted, and that every mistake names file, key and remedy in one line."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+
+import pytest
+
+from zerohertz.motor import MotorError, load_motor, motor_from_dict, motor_toml, with_design
+from zerohertz.paths import ROOT
+
+FOLDERS = [ROOT / "gain_tables" / name for name in ("hasegawa2005", "im_4kw_400v")]
+
+
+@pytest.fixture
+def content() -> dict:
+    return tomllib.loads((FOLDERS[0] / "motor.toml").read_text(encoding="utf-8"))
+
+
+def test_table_1_gives_the_derived_numbers_of_the_paper() -> None:
+    circuit = load_motor(FOLDERS[0]).circuit
+    assert circuit.eps_H == pytest.approx(8.0e-3, rel=1e-12)
+    assert circuit.sigma_Ls_H == pytest.approx(8.0e-3, rel=1e-12)
+    assert circuit.tau_per_s == pytest.approx(0.5 / 0.102, rel=1e-12)
+    assert circuit.a11_per_s == pytest.approx((0.93 + 0.5) / 8.0e-3, rel=1e-12)
+
+
+def test_second_machine_has_the_factor_m_over_lr_that_table_1_hides() -> None:
+    motor = load_motor(FOLDERS[1])
+    c = motor.circuit
+    assert c.M_H / c.Lr_H <= 0.98
+    assert motor.nameplate.power_W >= 2200.0
+    assert motor.nameplate.voltage_V == 400.0
+    sigma = 1.0 - c.M_H**2 / (c.Ls_H * c.Lr_H)
+    assert c.sigma_Ls_H == pytest.approx(sigma * c.Ls_H, rel=1e-12)
+    assert c.eps_H == pytest.approx(sigma * c.Ls_H * c.Lr_H / c.M_H, rel=1e-12)
+    expected = (c.Rs_ohm + c.M_H**2 * c.Rr_ohm / c.Lr_H**2) / (sigma * c.Ls_H)
+    assert c.a11_per_s == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "why"),
+    [
+        ("circuit", "Rs_ohm", -0.93, "greater than zero"),
+        ("circuit", "Rr_ohm", 0.0, "greater than zero"),
+        ("circuit", "Lr_H", float("nan"), "finite"),
+        ("circuit", "Ls_H", float("inf"), "finite"),
+        ("circuit", "M_H", 0.2, "no leakage"),
+        ("circuit", "M_H", "0.1", "a number is needed"),
+        ("circuit", "M_H", True, "a number is needed"),
+        ("circuit", "L_H", 0.1, "unknown key"),
+        ("nameplate", "pole_pairs", 1.5, "whole number"),
+        ("mechanics", "J_kg_m2", [1.0], "a number is needed"),
+        ("motor", "name", "Motor 1", "C identifier"),
+        ("motor", "source", "", "a text is needed"),
+        ("design", "method", "lqr", "known are gamma_pr"),
+        ("design", "relax", 0.9, "1 or more"),
+        ("design", "p1_per_s", 1000.0, "less than zero"),
+        ("design", "table_end_elec_per_min", 3601, "even number"),
+        ("design", "table_end_elec_per_min", 5000, "32 KiB"),
+    ],
+)
+def test_bad_value_names_file_key_and_reason(
+    content: dict, section: str, key: str, value: object, why: str
+) -> None:
+    content[section][key] = value
+    with pytest.raises(MotorError) as caught:
+        motor_from_dict(content, "some/motor.toml")
+    message = str(caught.value)
+    assert message.startswith(f"some/motor.toml: {section}.{key}: ")
+    assert why in message
+    assert "\n" not in message
+
+
+def test_leakage_is_needed_right_up_to_the_limit(content: dict) -> None:
+    limit = (content["circuit"]["Ls_H"] * content["circuit"]["Lr_H"]) ** 0.5
+    content["circuit"]["M_H"] = limit * (1.0 - 1e-6)
+    assert motor_from_dict(content).circuit.eps_H > 0.0
+    content["circuit"]["M_H"] = limit * (1.0 + 1e-6)
+    with pytest.raises(MotorError, match="no leakage"):
+        motor_from_dict(content)
+
+
+def test_every_missing_key_is_named(content: dict) -> None:
+    for section, values in content.items():
+        for key in values:
+            broken = copy.deepcopy(content)
+            del broken[section][key]
+            with pytest.raises(MotorError, match=rf"motor\.toml: {section}\.{key}: key is missing"):
+                motor_from_dict(broken)
+
+
+def test_missing_and_unknown_sections_are_named(content: dict) -> None:
+    with pytest.raises(MotorError, match=r"\[rotor\]: unknown section"):
+        motor_from_dict(content | {"rotor": {}})
+    del content["circuit"]
+    with pytest.raises(MotorError, match=r"\[circuit\]: section is missing"):
+        motor_from_dict(content)
+
+
+def test_keys_of_a_method_are_needed_only_by_that_method(content: dict) -> None:
+    for key in ("p1_per_s", "a", "b"):
+        del content["design"][key]
+    content["design"]["method"] = "zero"
+    assert motor_from_dict(content).design.p1_per_s is None
+    content["design"]["method"] = "pole_shift"
+    with pytest.raises(MotorError, match=r"design\.real_factor: .* method pole_shift needs it"):
+        motor_from_dict(content)
+
+
+def test_unreadable_files_are_named(tmp_path) -> None:
+    with pytest.raises(MotorError, match=r"motor\.toml: no such file"):
+        load_motor(tmp_path)
+    (tmp_path / "motor.toml").write_bytes(b"[motor\n\xff")
+    with pytest.raises(MotorError, match=r"motor\.toml: not valid TOML"):
+        load_motor(tmp_path)
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda f: f.name)
+def test_written_motor_toml_reads_back_the_same(folder, tmp_path) -> None:
+    motor = load_motor(folder)
+    (tmp_path / "motor.toml").write_text(motor_toml(motor), encoding="utf-8")
+    again = load_motor(tmp_path)
+    assert again.inputs() == motor.inputs()
+    assert again.inputs_sha256() == motor.inputs_sha256()
+
+
+def test_hash_ignores_how_a_number_is_written_and_sees_what_it_is(content: dict) -> None:
+    motor = motor_from_dict(content)
+    content["nameplate"]["voltage_V"] = 200  # written as an integer
+    assert motor_from_dict(content).inputs_sha256() == motor.inputs_sha256()
+    content["nameplate"]["voltage_V"] = 201
+    assert motor_from_dict(content).inputs_sha256() != motor.inputs_sha256()
+
+
+def test_motor_id_follows_the_machine_and_not_the_design(content: dict) -> None:
+    motor = motor_from_dict(content)
+    assert with_design(motor, decay_per_s=2.0).machine_bytes() == motor.machine_bytes()
+    content["circuit"]["Rs_ohm"] = 0.94
+    assert motor_from_dict(content).machine_bytes() != motor.machine_bytes()
