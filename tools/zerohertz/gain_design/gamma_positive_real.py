@@ -103,7 +103,7 @@ class GammaPositiveReal:
         # and at distance zero it is what stage two would return.
         if gamma_reference <= design.relax * self._floor(omega_rad_s):
             return reference, of_reference
-        gamma_limit = design.relax * self._least_gamma(omega_rad_s)
+        gamma_limit = design.relax * self.least_gamma(omega_rad_s)
         if gamma_reference <= gamma_limit:
             return reference, of_reference
         nearest = as_stored(self._nearest_gain(omega_rad_s, exact, gamma_limit), omega_rad_s)
@@ -120,7 +120,7 @@ class GammaPositiveReal:
     def _floor(self, omega_rad_s: float) -> float:
         return gamma_floor(self._motor.circuit, self._motor.design.dw0_rad_s, omega_rad_s)
 
-    def _least_gamma(self, omega_rad_s: float) -> float:
+    def least_gamma(self, omega_rad_s: float) -> float:
         """Stage one: gamma*, over all gains."""
         objective = np.zeros(_UNKNOWNS)
         objective[_RHO] = 1.0
