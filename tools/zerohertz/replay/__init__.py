@@ -1,0 +1,1 @@
+"""Replay: the firmware's observer on a recorded log of a real or simulated machine."""
