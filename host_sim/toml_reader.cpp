@@ -8,7 +8,18 @@
 #include <optional>
 #include <sstream>
 
-#define TOML_HEADER_ONLY 1
+namespace {
+// The parser asserts things that garbage can break (and assumes them under NDEBUG): here they
+// throw.
+[[noreturn]] void parser_gave_up()
+{
+    throw zh::ConfigError("the text confuses the TOML parser");
+}
+} // namespace
+
+#undef NDEBUG
+#define TOML_HEADER_ONLY  1
+#define TOML_ASSERT(expr) ((expr) ? static_cast<void>(0) : parser_gave_up())
 #include <toml++/toml.h>
 
 namespace zh {
@@ -162,6 +173,8 @@ TomlValue parse_value(std::string_view text, std::string_view assignment)
         }
     } catch (const toml::parse_error &) {
         // Falls through to the one message for everything that is not a value.
+    } catch (const ConfigError &) {
+        // Likewise.
     }
     throw ConfigError("override: '" + std::string(assignment) +
                       "': the value is not TOML; write key=number, key=[..] or key=\"text\"");
@@ -205,6 +218,8 @@ TomlDocument TomlDocument::from_text(std::string_view text, const std::string &n
         throw ConfigError(name + ":" + std::to_string(error.source().begin.line) +
                           ": not valid TOML: " + std::string(error.description()) +
                           "; correct the line");
+    } catch (const ConfigError &error) {
+        throw ConfigError(name + ": not valid TOML: " + error.what() + "; rewrite the file");
     }
     document.sort();
     return document;
