@@ -1,0 +1,123 @@
+// Friction against closed forms: uniform deceleration, sticking, breaking away, sliding back.
+#include "check.hpp"
+#include "load.hpp"
+
+#include <stdexcept>
+
+using zh::Mechanics;
+using zh::Shaft;
+
+namespace {
+
+constexpr Mechanics rig{0.0371, 0.45, 0.67, 0.0};
+constexpr double h_s = 100e-6;
+
+// The shaft alone: what the motor does between begin and settle, for a constant torque.
+double turn(Shaft &shaft, double omega, double torque_Nm, double load_Nm, long steps)
+{
+    for (long k = 0; k < steps; ++k) {
+        const zh::ShaftDrive drive = shaft.begin(omega, torque_Nm, load_Nm);
+        const double before = omega;
+        omega +=
+            h_s * drive.inv_J_per_kg_m2 * (torque_Nm + drive.torque_Nm - drive.viscous_Nms * omega);
+        if (shaft.reversed(omega)) {
+            omega = shaft.settle(before, omega, torque_Nm, load_Nm, h_s);
+        }
+    }
+    return omega;
+}
+
+bool exactly_zero(double x)
+{
+    return !(x > 0.0) && !(x < 0.0);
+}
+
+void it_sticks_below_static_friction()
+{
+    for (const double sign : {1.0, -1.0}) {
+        Shaft shaft(rig);
+        CHECK(exactly_zero(turn(shaft, 0.0, sign * 0.669, 0.0, 100000)));
+        CHECK(exactly_zero(turn(shaft, 0.0, 0.0, sign * 0.669, 1000)));
+        CHECK(exactly_zero(turn(shaft, 0.0, sign * 5.0, sign * 4.34, 1000)));
+        CHECK(shaft.stuck());
+    }
+}
+
+void it_breaks_away_above_and_then_slides()
+{
+    for (const double sign : {1.0, -1.0}) {
+        Shaft shaft(rig);
+        const double omega = turn(shaft, 0.0, sign * 0.671, 0.0, 10000);
+        CHECK_RELATIVE(omega, sign * (0.671 - 0.45) / rig.J_kg_m2 * 1.0, 1e-9);
+        CHECK(!shaft.stuck());
+        // Once it slides, torques between the two keep it going.
+        CHECK_RELATIVE(turn(shaft, omega, sign * 0.5, 0.0, 10000),
+                       omega + sign * 0.05 / rig.J_kg_m2, 1e-9);
+    }
+}
+
+void it_coasts_to_a_stop_at_the_right_time_and_stays()
+{
+    for (const double sign : {1.0, -1.0}) {
+        Shaft shaft(rig);
+        const double start = sign * 10.0;
+        const double stop_s = 10.0 * rig.J_kg_m2 / rig.coulomb_Nm;
+        const auto steps = static_cast<long>(stop_s / h_s);
+        const double just_before = turn(shaft, start, 0.0, 0.0, steps - 2);
+        CHECK(sign * just_before > 0.0);
+        CHECK(sign * just_before < 3.5 * h_s * rig.coulomb_Nm / rig.J_kg_m2);
+        CHECK(exactly_zero(turn(shaft, just_before, 0.0, 0.0, 4)));
+        CHECK(shaft.stuck());
+        CHECK(exactly_zero(turn(shaft, 0.0, 0.0, 0.0, 100000)));
+    }
+}
+
+// A load above static friction stops the shaft and turns it back; in between friction reverses.
+void it_passes_through_zero_when_friction_cannot_hold()
+{
+    for (const double sign : {1.0, -1.0}) {
+        Shaft shaft(rig);
+        const double load = sign * 2.0;
+        const double stop_s = 5.0 * rig.J_kg_m2 / (2.0 + 0.45);
+        const double total_s = 1.0;
+        const double truth = -sign * (total_s - stop_s) * (2.0 - 0.45) / rig.J_kg_m2;
+        CHECK_RELATIVE(turn(shaft, sign * 5.0, 0.0, load, 10000), truth, 1e-9);
+    }
+}
+
+void viscous_drag_is_exponential()
+{
+    Shaft shaft({0.02, 0.0, 0.0, 0.05});
+    const double omega = turn(shaft, 100.0, 0.0, 0.0, 4000);
+    CHECK_RELATIVE(omega, 100.0 * std::exp(-0.4 * 0.05 / 0.02), 1e-3); // Euler in this test
+    Shaft ideal({0.02, 0.0, 0.0, 0.0});
+    CHECK_RELATIVE(turn(ideal, 0.0, 1e-6, 0.0, 1000), 1e-6 / 0.02 * 0.1, 1e-9);
+}
+
+void senseless_mechanics_are_refused()
+{
+    const auto refused = [](const Mechanics &m) {
+        return !check::message_of<std::invalid_argument>([&] { Shaft shaft(m); }).empty();
+    };
+    CHECK(refused({0.0, 0.0, 0.0, 0.0}));
+    CHECK(refused({0.02, 0.5, 0.4, 0.0}));
+    CHECK(refused({0.02, -0.1, 0.4, 0.0}));
+    CHECK(refused({0.02, 0.1, 0.4, std::nan("")}));
+    CHECK(!refused(rig));
+}
+
+} // namespace
+
+int main()
+{
+    return check::run({
+        {"it sticks below static friction", it_sticks_below_static_friction},
+        {"it breaks away above, and then slides", it_breaks_away_above_and_then_slides},
+        {"it coasts to a stop at the right time and stays",
+         it_coasts_to_a_stop_at_the_right_time_and_stays},
+        {"it passes through zero when friction cannot hold",
+         it_passes_through_zero_when_friction_cannot_hold},
+        {"viscous drag is exponential", viscous_drag_is_exponential},
+        {"senseless mechanics are refused", senseless_mechanics_are_refused},
+    });
+}
