@@ -1,0 +1,395 @@
+// The assembled plant: timing, steady state through the words, blocked gates, disturbances.
+#include "check.hpp"
+#include "machines.hpp"
+#include "plant.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+using namespace machines;
+using zh::Board;
+using zh::Disturbances;
+using zh::Phases;
+using zh::Plant;
+using zh::Profile;
+using zh::Rig;
+using zh::Truth;
+using zh::Words;
+
+namespace {
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr zh::Duty half{0.5, 0.5, 0.5};
+
+Rig ideal()
+{
+    Rig rig;
+    rig.motor = table1();
+    return rig;
+}
+
+double amps(int code)
+{
+    return (code - 8192) * 25.0 / 8192;
+}
+
+zh::Duty duty_of(Complex u_over_udc)
+{
+    const Phases v = zh::phases_from_vec(as_vec(u_over_udc));
+    return {0.5 + v[0], 0.5 + v[1], 0.5 + v[2]};
+}
+
+// Everything in the chain, duty to words, against the equivalent circuit: 25 Hz, 20 % slip. The
+// duty is held for a period, which takes (w T/2)^2/6 = 4e-5 of the fundamental.
+void the_words_show_the_steady_state_of_the_circuit()
+{
+    for (const auto model : {zh::InverterModel::averaged, zh::InverterModel::switched}) {
+        Rig rig = ideal();
+        rig.motor = four_kw();
+        rig.mechanics.J_kg_m2 = 1e4;
+        rig.inverter.model = model;
+        const double omega = two_pi * 25.0;
+        constexpr double slip = 0.2;
+        constexpr double u_V = 80.0;
+        const Circuit truth = circuit(rig.motor, rig.motor.M_H, u_V, omega, slip);
+        Plant plant(rig, Board{}, {}, 1);
+        plant.set_state({{}, {}, (1.0 - slip) * omega / 2.0});
+        constexpr long settle = 10000;
+        constexpr long count = 2000;
+        Complex current = 0.0, line = 0.0;
+        double torque = 0.0;
+        for (long k = 0; k < settle + count; ++k) {
+            const double angle = std::fmod(omega * static_cast<double>(k) * 200e-6, two_pi);
+            if (k >= settle) {
+                const Words w = plant.sample();
+                const zh::Vec i = zh::vec_from_phases({amps(w.i_u), amps(w.i_v), amps(w.i_w)});
+                current += as_complex(i) * std::polar(1.0 / count, -angle);
+                line += (w.u_uv - 8192) * 400.0 / 8192 * std::polar(2.0 / count, -angle);
+                torque += plant.truth().torque_Nm / count;
+            }
+            // The middle of the interval carries the phase of the fundamental.
+            plant.advance(duty_of(std::polar(u_V / 283.0, angle + 0.5 * omega * 200e-6)), true);
+        }
+        CHECK_NEAR(std::abs(current - truth.i_s), 0.0, 1e-3 * std::abs(truth.i_s));
+        CHECK_RELATIVE(torque, truth.torque_Nm, 1e-3);
+        // u_uv = u_u - u_v has sqrt2 the vector's length and leads it by 30 degrees; then the
+        // filter.
+        const Complex s(0.0, 25.0 / 800.0);
+        const Complex expected = std::polar(std::sqrt(2.0) * u_V, std::numbers::pi / 6.0) /
+                                 (s * s + std::numbers::sqrt2 * s + 1.0);
+        // Switched, a crest sample also sees the filtered pulses (tested by themselves below).
+        const double share = model == zh::InverterModel::averaged ? 1e-3 : 1e-2;
+        CHECK_NEAR(std::abs(line - expected), 0.0, share * std::abs(expected));
+    }
+}
+
+// Filtered pulses at a crest, from the step response of the filter and the switching instants by
+// hand: duties .6 and .5 put u_uv = 283 V on 40..50 us and 150..160 us of every period.
+void the_filter_sees_the_pulses()
+{
+    Rig rig = ideal();
+    rig.inverter.model = zh::InverterModel::switched;
+    Plant plant(rig, Board{}, {}, 1);
+    const auto step_response = [](double t_s) {
+        const double a = two_pi * 800.0 * std::sqrt(0.5);
+        return 1.0 - std::exp(-a * t_s) * (std::cos(a * t_s) + std::sin(a * t_s));
+    };
+    for (int k = 1; k <= 30; ++k) {
+        plant.advance({0.6, 0.5, 0.4}, true);
+        double truth_V = 0.0;
+        for (int n = 0; n < k; ++n) {
+            const double age_s = (k - n) * 200e-6;
+            truth_V += 283.0 * (step_response(age_s - 40e-6) - step_response(age_s - 50e-6) +
+                                step_response(age_s - 150e-6) - step_response(age_s - 160e-6));
+        }
+        CHECK_NEAR((plant.sample().u_uv - 8192) * 400.0 / 8192, truth_V, 0.51 * 400.0 / 8192);
+    }
+}
+
+// A phase voltage positive for u drives current out of the inverter: words above the middle.
+void signs_are_positive_into_the_motor()
+{
+    Plant plant(ideal(), Board{}, {}, 1);
+    for (int k = 0; k < 10; ++k) {
+        plant.advance({0.6, 0.45, 0.45}, true);
+    }
+    const Words w = plant.sample();
+    CHECK(w.i_u > 8300 && w.i_v < 8100 && w.i_w < 8100);
+    CHECK(w.u_uv > 8700 && std::abs(int{w.u_vw} - 8192) <= 1);
+    CHECK_NEAR(plant.truth().u_s_V.alpha, zh::sqrt_2_3 * 283.0 * 0.15, 1e-9);
+}
+
+void a_sample_knows_nothing_of_the_coming_duty()
+{
+    Plant a(ideal(), Board{}, {}, 1);
+    Plant b(ideal(), Board{}, {}, 1);
+    a.advance({0.7, 0.4, 0.4}, true);
+    b.advance({0.7, 0.4, 0.4}, true);
+    CHECK(a.sample().i_u == b.sample().i_u);
+    a.advance({0.9, 0.1, 0.1}, true);
+    b.advance({0.1, 0.9, 0.9}, true);
+    CHECK(a.sample().i_u != b.sample().i_u);
+    CHECK_NEAR(a.time_s(), 400e-6, 1e-15);
+}
+
+void the_timer_delays_duties_by_one_period()
+{
+    zh::PreloadedTimer timer;
+    CHECK(timer.exchange({0.1, 0.2, 0.3}) == half);
+    CHECK((timer.exchange({0.4, 0.5, 0.6}) == zh::Duty{0.1, 0.2, 0.3}));
+    CHECK((timer.exchange({0.7, 0.8, 0.9}) == zh::Duty{0.4, 0.5, 0.6}));
+}
+
+// Nothing happens at rest with the gates off, but for the ADC's zero.
+void at_rest_it_rests()
+{
+    Plant plant(ideal(), Board{}, {}, 1);
+    for (int k = 0; k < 1000; ++k) {
+        const Words w = plant.sample();
+        CHECK(w.i_u == 8192 && w.i_v == 8192 && w.u_uv == 8192 && w.u_dc == 11592);
+        plant.advance({0.9, 0.1, 0.5}, false);
+    }
+    CHECK_NEAR(zh::magnitude(plant.truth().psi_s_Wb), 0.0, 0.0);
+}
+
+Plant with_current(zh::InverterModel model, const zh::MotorParameters &motor, double angle)
+{
+    Rig rig = ideal();
+    rig.motor = motor;
+    rig.inverter.model = model;
+    rig.inverter.drop_V = 1.5;
+    rig.mechanics.J_kg_m2 = 1e4;
+    Plant plant(rig, Board{}, {}, 1);
+    plant.set_state({{}, {}, 60.0});
+    const double omega = 125.0;
+    for (int k = 0; k < 3000; ++k) {
+        plant.advance(duty_of(std::polar(0.25, angle + omega * k * 200e-6)), true);
+    }
+    return plant;
+}
+
+void blocked_gates_extinguish_the_currents()
+{
+    const auto motors = {table1(), four_kw(), saturated(four_kw(), 0.9, 4)};
+    for (const auto &motor : motors) {
+        for (const auto model : {zh::InverterModel::averaged, zh::InverterModel::switched}) {
+            for (int phase = 0; phase < 12; ++phase) {
+                Plant plant = with_current(model, motor, phase * two_pi / 12.0);
+                double last = zh::magnitude(plant.truth().i_s_A);
+                CHECK(last > 2.0);
+                const double flux = zh::magnitude(plant.truth().psi_r_Wb);
+                for (int k = 0; k < 50; ++k) {
+                    plant.advance(half, false);
+                    const double now = zh::magnitude(plant.truth().i_s_A);
+                    CHECK(now <= last + 1e-12);
+                    last = now;
+                }
+                CHECK_NEAR(last, 0.0, 1e-9);
+                CHECK(zh::magnitude(plant.truth().psi_r_Wb) > 0.9 * flux);
+                for (int k = 0; k < 1000; ++k) {
+                    plant.advance(half, false);
+                }
+                CHECK_NEAR(zh::magnitude(plant.truth().i_s_A), 0.0, 1e-9);
+            }
+        }
+    }
+}
+
+// The diode bridge against its closed form: rotor without flux and at rest, current in one axis;
+// three phases conduct against -2/3, 1/3, 1/3 of the dc link until all vanish together.
+void blocked_current_falls_as_the_dc_link_drives_it()
+{
+    Rig rig = ideal();
+    rig.mechanics.static_Nm = 100.0;
+    Plant plant(rig, Board{}, {}, 1);
+    const zh::InductionMotor motor(rig.motor);
+    const double start_A = 10.0; // alpha; phase u carries sqrt(2/3) of it
+    plant.set_state({motor.stator_flux({}, {start_A, 0.0}), {}, 0.0});
+    plant.advance(half, false);
+    // The rotor flux hardly builds up in one period, so Rs + Rr and sigma Ls = 8 mH make the curve.
+    const double final_A = -zh::sqrt_2_3 * 283.0 / (0.93 + 0.50);
+    const double decay = std::exp(-(0.93 + 0.50) / 8e-3 * 200e-6);
+    CHECK_NEAR(plant.truth().i_s_A.alpha, final_A + (start_A - final_A) * decay, 0.02);
+    plant.advance(half, false);
+    plant.advance(half, false);
+    CHECK_NEAR(plant.truth().i_s_A.alpha, 0.0, 1e-12);
+}
+
+// The flux that is left decays with tau and induces a line voltage that the sensors see.
+void the_blocked_machine_shows_its_decaying_emf()
+{
+    Rig rig = ideal();
+    rig.mechanics.J_kg_m2 = 1e5;
+    Plant plant(rig, Board{}, {}, 1);
+    const double tau = rig.motor.Lr_H / rig.motor.Rr_ohm;
+    const zh::InductionMotor motor(rig.motor);
+    plant.set_state({motor.stator_flux({0.4, 0.0}, {}), {0.4, 0.0}, 40.0});
+    for (int k = 0; k < 1000; ++k) {
+        plant.advance(half, false);
+    }
+    const Truth t = plant.truth();
+    CHECK_RELATIVE(zh::magnitude(t.psi_r_Wb), 0.4 * std::exp(-0.2 / tau), 1e-6);
+    CHECK_RELATIVE(zh::magnitude(t.u_s_V), 0.4 * std::exp(-0.2 / tau) * std::hypot(80.0, 1.0 / tau),
+                   1e-3);
+    int peak = 0;
+    for (int k = 0; k < 400; ++k) {
+        plant.advance(half, false);
+        peak = std::max(peak, std::abs(plant.sample().u_uv - 8192));
+    }
+    CHECK_NEAR(peak * 400.0 / 8192, std::sqrt(2.0) * 80.0 * 0.4 * std::exp(-0.2 / tau), 1.5);
+}
+
+// An EMF above the dc link charges it through the diodes: the machine brakes, and nothing runs
+// away.
+void overspeed_feeds_the_dc_link()
+{
+    Rig rig = ideal();
+    rig.mechanics.J_kg_m2 = 1e4;
+    Plant plant(rig, Board{}, {}, 1);
+    const zh::InductionMotor motor(rig.motor);
+    plant.set_state({motor.stator_flux({0.5, 0.0}, {}), {0.5, 0.0}, 400.0});
+    double least_Nm = 0.0, most_A = 0.0;
+    for (int k = 0; k < 500; ++k) {
+        plant.advance(half, false);
+        least_Nm = std::min(least_Nm, plant.truth().torque_Nm);
+        most_A = std::max(most_A, zh::magnitude(plant.truth().i_s_A));
+    }
+    CHECK(least_Nm < -1.0);
+    CHECK(most_A > 2.0 && most_A < 100.0);
+    CHECK(!plant.diverged());
+}
+
+void load_and_friction_act_on_the_shaft()
+{
+    Rig rig = ideal();
+    rig.mechanics = {0.02, 0.3, 0.5, 0.0};
+    Disturbances disturbances;
+    disturbances.load_torque_Nm = Profile({{0.0, 0.0}, {0.1, 0.0}, {0.2, 1.0}});
+    Plant plant(rig, Board{}, disturbances, 1);
+    // The ramp passes .5 Nm static friction at .15 s; a positive load drives backwards.
+    while (plant.time_s() < 0.1498) {
+        plant.advance(half, false);
+    }
+    CHECK(plant.shaft_stuck());
+    while (plant.time_s() < 0.29995) {
+        plant.advance(half, false);
+    }
+    CHECK(!plant.shaft_stuck());
+    // integral of (T - .3)/J from .15 s to .3 s: ramp .5 -> 1, then 1.
+    const double truth = -((0.75 - 0.3) * 0.05 + 0.7 * 0.1) / 0.02;
+    CHECK_RELATIVE(plant.truth().omega_m_rad_s, truth, 2e-3);
+    CHECK_NEAR(plant.truth().load_torque_Nm, 1.0, 1e-12);
+}
+
+void resistance_and_dc_link_follow_their_profiles()
+{
+    Disturbances disturbances;
+    disturbances.rs_factor = Profile({{0.0, 1.0}, {4.0, 1.0}, {4.0, 2.0}});
+    disturbances.u_dc_V = Profile({{0.0, 283.0}, {8.0, 283.0}, {8.0, 200.0}});
+    Rig rig = ideal();
+    rig.mechanics.static_Nm = 100.0;
+    Plant plant(rig, Board{}, disturbances, 1);
+    const auto settled_A = [&](double until_s) {
+        while (plant.time_s() < until_s) {
+            plant.advance({0.5 + 0.01, 0.5 - 0.005, 0.5 - 0.005}, true);
+        }
+        return plant.truth().i_A[0];
+    };
+    CHECK_RELATIVE(settled_A(4.0), 283.0 * 0.01 / 0.93, 1e-3);
+    CHECK_RELATIVE(settled_A(8.0), 283.0 * 0.01 / 1.86, 1e-3);
+    CHECK_RELATIVE(settled_A(12.0), 200.0 * 0.01 / 1.86, 1e-3);
+    CHECK(plant.sample().u_dc == 8192);
+}
+
+void runs_repeat_and_seeds_differ()
+{
+    Rig rig = ideal();
+    rig.sensors.current_noise_A = 0.02;
+    Plant a(rig, Board{}, {}, 5);
+    Plant b(rig, Board{}, {}, 5);
+    Plant c(rig, Board{}, {}, 6);
+    int different = 0;
+    for (int k = 0; k < 1000; ++k) {
+        const Words x = a.sample();
+        const Words y = b.sample();
+        CHECK(x.i_u == y.i_u && x.i_v == y.i_v && x.u_uv == y.u_uv);
+        different += x.i_u != c.sample().i_u;
+        for (Plant *plant : {&a, &b, &c}) {
+            plant->advance({0.52, 0.49, 0.49}, true);
+        }
+    }
+    CHECK(different > 500);
+}
+
+// Whatever the duties, the state stays finite or is declared lost, and the words stay words.
+void senseless_duties_do_no_harm()
+{
+    zh::NoiseSource random(9);
+    for (const auto model : {zh::InverterModel::averaged, zh::InverterModel::switched}) {
+        Rig rig = ideal();
+        rig.inverter.model = model;
+        rig.inverter.dead_time_s = 3e-6;
+        Plant plant(rig, Board{}, {}, 1);
+        for (int k = 0; k < 20000; ++k) {
+            const auto wild = [&] {
+                const auto kind = random.bits() % 16;
+                return kind == 0 ? std::nan("") : kind == 1 ? INFINITY : random.gaussian();
+            };
+            plant.advance({wild(), wild(), wild()}, random.bits() % 8 != 0);
+            CHECK(plant.sample().i_u <= 16383);
+        }
+        CHECK(!plant.diverged());
+        CHECK(std::isfinite(plant.truth().omega_m_rad_s));
+    }
+    Plant lost(ideal(), Board{}, {}, 1);
+    lost.set_state({{std::nan(""), 0.0}, {}, 0.0});
+    lost.advance(half, true);
+    CHECK(lost.diverged());
+    CHECK(lost.sample().i_u == 0);
+    CHECK_NEAR(lost.time_s(), 200e-6, 1e-15);
+}
+
+void misfits_of_rig_and_board_are_refused()
+{
+    const auto message = [](auto change) {
+        Rig rig = ideal();
+        rig.inverter.dead_time_s = 3e-6;
+        change(rig);
+        return check::message_of<zh::ConfigError>([&] { Plant plant(rig, Board{}, {}, 1); });
+    };
+    CHECK(message([](Rig &) {}).empty());
+    CHECK(message([](Rig &r) { r.inverter.carrier_Hz = 10000.0; }).find("carrier_Hz") !=
+          std::string::npos);
+    CHECK(message([](Rig &r) { r.inverter.i_threshold_A = 0.01; }).find("i_threshold_A") !=
+          std::string::npos);
+    CHECK(message([](Rig &r) {
+              r.inverter.model = zh::InverterModel::switched;
+              r.inverter.i_threshold_A = 0.01;
+          }).find("i_threshold_A") != std::string::npos);
+}
+
+} // namespace
+
+int main()
+{
+    return check::run({
+        {"the words show the steady state of the circuit",
+         the_words_show_the_steady_state_of_the_circuit},
+        {"the filter sees the pulses", the_filter_sees_the_pulses},
+        {"signs are positive into the motor", signs_are_positive_into_the_motor},
+        {"a sample knows nothing of the coming duty", a_sample_knows_nothing_of_the_coming_duty},
+        {"the timer delays duties by one period", the_timer_delays_duties_by_one_period},
+        {"at rest it rests", at_rest_it_rests},
+        {"blocked gates extinguish the currents", blocked_gates_extinguish_the_currents},
+        {"blocked current falls as the dc link drives it",
+         blocked_current_falls_as_the_dc_link_drives_it},
+        {"the blocked machine shows its decaying EMF", the_blocked_machine_shows_its_decaying_emf},
+        {"overspeed feeds the dc link", overspeed_feeds_the_dc_link},
+        {"load and friction act on the shaft", load_and_friction_act_on_the_shaft},
+        {"resistance and dc link follow their profiles",
+         resistance_and_dc_link_follow_their_profiles},
+        {"runs repeat and seeds differ", runs_repeat_and_seeds_differ},
+        {"senseless duties do no harm", senseless_duties_do_no_harm},
+        {"misfits of rig and board are refused", misfits_of_rig_and_board_are_refused},
+    });
+}
