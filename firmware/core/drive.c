@@ -128,9 +128,9 @@ static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude
 
 /* Voltage reference and current, both turned to when the duty acts -> duty; returns the voltage (at
  * the motor) that the duty gives. */
-static ab_t modulate(const drive_config_t *cfg, ab_t u_ref_V, ab_t i_s_A, drive_out_t *out)
+static ab_t modulate(const drive_config_t *cfg, ab_t u_ref_V, ab_t i_predicted_A, drive_out_t *out)
 {
-    const ab_t u_lost_V = dead_time_voltage(&cfg->dead_time, i_s_A, out->meas.u_dc_V);
+    const ab_t u_lost_V = dead_time_voltage(&cfg->dead_time, i_predicted_A, out->meas.u_dc_V);
     const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_ref_V, u_lost_V), out->meas.u_dc_V);
     out->duty = pwm.duty;
     return ab_sub(pwm.u_realised_V, u_lost_V);
