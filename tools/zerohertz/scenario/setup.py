@@ -1,0 +1,131 @@
+"""A configuration: which rig, board and gain table, and the firmware's tuning.
+
+host_sim/configs/<name>.toml:  [config] name motor board rig  [params] <firmware parameter> = value
+`motor` is a folder of gain_tables, `board` and `rig` are files of host_sim. [params] are parameters
+of firmware/service/param_list.def; what a figure itself prescribes (L, eps1 mode, observer Rs) is
+in its scenario and wins.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
+
+CONFIGS = ROOT / "host_sim" / "configs"
+SCENARIOS = ROOT / "host_sim" / "scenarios"
+_PARAM_LIST = ROOT / "firmware" / "service" / "param_list.def"
+
+Value = float | int
+
+
+@dataclasses.dataclass(frozen=True)
+class Setup:
+    """Everything of a run but the experiment and the seed."""
+
+    name: str
+    motor_dir: Path
+    board: Path
+    rig: Path
+    params: Mapping[str, Value]
+    # For searches and sensitivities: section.key -> value, and a table instead of the motor's.
+    rig_overrides: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    gain: npt.NDArray[np.float32] | None = None
+
+    def i_q_limit_A(self) -> float:
+        """The limit of i_q* after i_d's priority, eq. of speed_control.h."""
+        known = parameter_defaults() | dict(self.params)
+        i_d_A = known["i_d_A"]
+        # A flux PI moves i_d: the smallest limit it can leave counts, so that none is missed.
+        if known["flux_mode"] == 1:
+            i_d_A = known["i_d_max_A"]
+        room_A = math.sqrt(max(known["i_max_A"] ** 2 - i_d_A**2, 0.0))
+        return min(known["i_q_max_A"], room_A)
+
+
+def load_setup(name: str | Path) -> Setup:
+    """A configuration by name, or of a TOML file."""
+    path = Path(name)
+    if path.suffix != ".toml":
+        path = CONFIGS / f"{name}.toml"
+    data = _read_toml(path)
+    for section in data:
+        if section not in ("config", "params"):
+            raise UserError(f"{path}: [{section}]: unknown section; known are config, params")
+    head = data.get("config", {})
+    for key in head:
+        if key not in ("name", "motor", "board", "rig"):
+            raise UserError(f"{path}: config.{key}: unknown key; known are name, motor, board, rig")
+    for key in ("name", "motor", "board", "rig"):
+        if not isinstance(head.get(key), str):
+            raise UserError(f"{path}: config.{key}: a text is needed; add it")
+    setup = Setup(
+        name=head["name"],
+        motor_dir=ROOT / "gain_tables" / head["motor"],
+        board=ROOT / "host_sim" / "boards" / f"{head['board']}.toml",
+        rig=ROOT / "host_sim" / "rigs" / f"{head['rig']}.toml",
+        params=_params(data.get("params", {}), path),
+    )
+    for key, needed in (("motor", setup.motor_dir), ("board", setup.board), ("rig", setup.rig)):
+        if not needed.exists():
+            raise UserError(f"{path}: config.{key}: there is no {needed}; correct the name")
+    return setup
+
+
+def parameter_defaults() -> dict[str, Value]:
+    """Name -> default of every firmware parameter."""
+    pattern = r'PARAM_([FU])\((\w+),\s*"[^"]*",\s*[^,]+,\s*[^,]+,\s*([^,]+),'
+    text = _PARAM_LIST.read_text(encoding="utf-8")
+    return {
+        name: float(value.rstrip("f")) if kind == "F" else int(value.rstrip("u"))
+        for kind, name, value in re.findall(pattern, text)
+    }
+
+
+def scenario_file(name: str) -> Path:
+    return SCENARIOS / f"{name}.toml"
+
+
+def figure_scenario(figure: int) -> str:
+    return f"fig{figure:02d}"
+
+
+def event_s(scenario: Path) -> float:
+    """t0 of protocol S, the start of the ramp of protocol R."""
+    head = _read_toml(scenario).get("scenario", {})
+    key = {"S": "step_time_s", "R": "ramp_start_s"}.get(head.get("protocol", ""))
+    if key is None or key not in head:
+        raise UserError(f"{scenario}: scenario.protocol: no predicate applies; give S or R")
+    return float(head[key])
+
+
+def _params(content: Any, path: Path) -> dict[str, Value]:
+    known = parameter_defaults()
+    for name, value in content.items():
+        if name not in known:
+            raise UserError(f"{path}: params.{name}: no such parameter; see param_list.def")
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise UserError(f"{path}: params.{name}: is {value!r}; a number is needed")
+        if not math.isfinite(value):
+            raise UserError(f"{path}: params.{name}: is {value}; a finite number is needed")
+    return dict(content)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as stream:
+            return tomllib.load(stream)
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such file; correct the name") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: not valid TOML: {error}; correct the syntax") from None
