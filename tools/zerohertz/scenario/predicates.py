@@ -327,6 +327,20 @@ def judge(figure: int, measures: Mapping[int, StepMeasures | RampMeasures]) -> J
     return Judgement(clauses(figure, measures, TIGHT), measures[figure].as_dict())
 
 
+# ---- a configuration that is not bound to the paper --------------------------------------------
+
+SITUATION_TEXT = {True: "STABLE", False: "not LOST in the ramp and its 40 s dwell"}
+
+
+def judge_held(m: StepMeasures | RampMeasures) -> Judgement:
+    """What a good drive does: STABLE in protocol S, never LOST in protocol R."""
+    if isinstance(m, StepMeasures):
+        return Judgement(stable(m, TIGHT), m.as_dict())
+    # Strict in the dwell too: the run ends with it, and LOST later cannot be seen.
+    held_s = min(m.lost_early_s, 80.0)
+    return Judgement((at_least("held, s from the ramp's start", held_s, 80.0, 0.0),), m.as_dict())
+
+
 def _number(value: float) -> float | None:
     """JSON has no infinity and no NaN."""
     return round(float(value), 6) if np.isfinite(value) else None
