@@ -1,0 +1,162 @@
+"""`zh figures`: the paper's thirteen experiments and their verdicts. `zh identify`: the search."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from zerohertz.errors import UserError
+from zerohertz.paths import BUILD
+
+IDENTIFY_LOG = BUILD / "identify" / "log.jsonl"
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh figures` and `zh identify`."""
+    app.command("figures")(figures)
+    app.command("identify")(identify)
+
+
+def figures(
+    config: Annotated[
+        str, typer.Option(help="paper, recommended, or a TOML file like theirs.")
+    ] = "paper",
+    seeds: Annotated[int, typer.Option(min=1, max=100, help="Noise seeds 1..n.")] = 6,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Compute it anew: minutes, not seconds.")
+    ] = False,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+    require: Annotated[
+        int | None, typer.Option(help="Exit 1 when fewer figures than this match.")
+    ] = None,
+    write: Annotated[
+        bool, typer.Option("--write", help="Store the result in tools/docs (for a commit).")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Run the experiments of Hasegawa (2005), Figs. 6-18, and judge them.
+
+    Configuration `paper` is judged by the paper's outcomes: a figure matches only with margin and
+    for every seed. Any other configuration is judged as a good drive in the same four situations.
+    The score is a report: exit 0 whatever it is, unless --require asks for one.
+    """
+    # Here and not above: other commands need not wait for scipy.
+    from zerohertz.scenario import evaluate
+    from zerohertz.scenario.figures import committed_sensitivity, result_json, write_committed
+    from zerohertz.scenario.sensitivity import run_count
+    from zerohertz.scenario.sensitivity import sensitivity as compute_sensitivity
+    from zerohertz.scenario.setup import load_setup
+
+    setup = load_setup(config)
+    paper = setup.name == "paper"
+    console = Console(stderr=True)
+    evaluated = evaluate.evaluate_figures if paper else evaluate.evaluate_situations
+    with _bar(console, "experiments", seeds * (13 if paper else 4)) as progress:
+        results = evaluated(setup, seeds, workers, progress)
+    if sensitivity and paper:
+        with _bar(console, "sensitivity", run_count()) as progress:
+            spread, source = compute_sensitivity(setup, workers=workers, progress=progress), "now"
+    else:
+        spread, source = committed_sensitivity(setup)
+    content = result_json(setup, results, spread, source)
+    if write:
+        console.print(f"written: {write_committed(setup, content)}", highlight=False)
+    if as_json:
+        print(json.dumps(content))
+    else:
+        _print_table(content, results, paper)
+    if require is not None and content["score"] < require:
+        raise typer.Exit(1)
+
+
+def _print_table(content: dict[str, Any], results: list[Any], paper: bool) -> None:
+    from zerohertz.scenario.figures import PAPER, our_verdict
+
+    table = Table(title=f"configuration {content['config']}", title_justify="left")
+    table.add_column("figure" if paper else "situation", justify="right" if paper else "left")
+    if paper:
+        table.add_column("experiment")
+        table.add_column("paper")
+    table.add_column("ours")
+    table.add_column("match")
+    table.add_column("seeds", justify="right")
+    table.add_column("why not, worst seed")
+    for result in results:
+        row = [result.key, *(PAPER[int(result.key)] if paper else ()), our_verdict(result)]
+        word = "[green]yes[/green]" if result.match else "[red]no[/red]"
+        seeds = f"{result.seeds_matched}/{len(result.judgements)}"
+        table.add_row(*row, word, seeds, result.reason or "")
+    console = Console()
+    console.print(table)
+    console.print(f"score {content['score']} of {len(results)}", highlight=False)
+    if paper:
+        spread = content["sensitivity"]
+        text = ", ".join(f"{k}: {v}" for k, v in spread.items()) if spread else "not known"
+        console.print(
+            f"mean score with all rig parameters spread by 1 sigma: {text} "
+            f"({content['sensitivity_source']})",
+            highlight=False,
+        )
+
+
+def identify(
+    hours: Annotated[float, typer.Option(min=0.001, help="Machine time.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Of the search's random numbers.")] = 1,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+    log: Annotated[
+        Path, typer.Option(help="Everything tried, one JSON per line; resumed when it exists.")
+    ] = IDENTIFY_LOG,
+    write: Annotated[
+        Path | None, typer.Option(help="Afterwards: folder for rig, config and motor.toml.")
+    ] = None,
+) -> None:
+    """Search for the rig and the tuning that reproduce the paper's figures.
+
+    Ranges stand in scenario/space.py. The result is a proposal: `zh figures --config FILE` is the
+    judge, with all seeds.
+    """
+    from zerohertz.scenario.identify import Search, search
+    from zerohertz.scenario.propose import write_proposal
+
+    console = Console(stderr=True)
+    run = Search(log, seed)
+    start = time.monotonic()
+
+    def report(state: Search, better: bool) -> None:
+        if better and state.best:
+            missing = [n for n, v in state.best.figures.items() if v < 1.0]
+            console.print(
+                f"{time.monotonic() - start:7.0f} s  {state.tried} tried, {state.full} to the end: "
+                f"{state.best.matches} match, value {state.best.value:.3f} "
+                f"(from {state.best.origin}; missing {', '.join(missing) or 'none'})",
+                highlight=False,
+            )
+
+    search(run, 3600.0 * hours, workers, report)
+    if run.best is None:
+        raise UserError(f"{log}: nothing was tried to the end; give more --hours")
+    print(json.dumps({"tried": run.tried, "value": run.best.value, "figures": run.best.figures}))
+    if write:
+        for path in write_proposal(run.best.point, write):
+            console.print(f"written: {path}", highlight=False)
+
+
+@contextlib.contextmanager
+def _bar(console: Console, text: str, total: int) -> Iterator[Callable[[int], None]]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}"))
+    hidden = not sys.stderr.isatty()
+    with Progress(
+        *columns, TimeRemainingColumn(), console=console, transient=True, disable=hidden
+    ) as bar:
+        task = bar.add_task(text, total=total)
+        yield lambda done: bar.update(task, completed=done)
