@@ -2,12 +2,10 @@
 #ifndef ZH_FIRMWARE_HEADERS_HPP
 #define ZH_FIRMWARE_HEADERS_HPP
 
-// Compound literals in the inline functions are C, and an extension here; the C library of a C++
-// compilation brings a finitef of its own.
+// Compound literals in the inline functions are C, and an extension here.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
-#define finitef zh_finitef
 extern "C" {
 #include "app_config.h"
 #include "crc32c.h"
@@ -15,7 +13,6 @@ extern "C" {
 #include "host_port.h"
 #include "params.h"
 }
-#undef finitef
 #pragma GCC diagnostic pop
 
 #endif

@@ -89,7 +89,7 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
             .omega_e_ref_rad_s = app->drive_cfg.motor.pole_pairs * command.omega_m_ref_rad_s};
         drive_step(&app->drive_cfg, &app->drive, &in, &app->last);
         faults |= app->last.faults;
-        if (!finitef(command.omega_m_ref_rad_s)) {
+        if (!is_finite(command.omega_m_ref_rad_s)) {
             faults |= MONITOR_NON_FINITE;
         }
     } else {

@@ -69,7 +69,7 @@ static inline float ab_norm2(ab_t a)
 
 static inline bool ab_finite(ab_t a)
 {
-    return finitef(a.alpha) && finitef(a.beta);
+    return is_finite(a.alpha) && is_finite(a.beta);
 }
 
 /* Both components limited to +-limit; NaN becomes -limit. */

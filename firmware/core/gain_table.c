@@ -4,8 +4,8 @@
 
 static bool gain_finite(const observer_gain_t *gain)
 {
-    return finitef(gain->l1_re_per_s) && finitef(gain->l1_im_per_s) && finitef(gain->l2_re_ohm) &&
-           finitef(gain->l2_im_ohm);
+    return is_finite(gain->l1_re_per_s) && is_finite(gain->l1_im_per_s) &&
+           is_finite(gain->l2_re_ohm) && is_finite(gain->l2_im_ohm);
 }
 
 /* Zero of either sign, without comparing floats for equality. */

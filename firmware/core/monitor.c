@@ -3,7 +3,7 @@
 bool monitor_init(const monitor_config_t *cfg)
 {
     return positivef(cfg->i_trip_A) && nonnegativef(cfg->u_dc_min_V) &&
-           (cfg->u_dc_min_V < cfg->u_dc_max_V) && finitef(cfg->u_dc_max_V) &&
+           (cfg->u_dc_min_V < cfg->u_dc_max_V) && is_finite(cfg->u_dc_max_V) &&
            positivef(cfg->omega_max_rad_s) && (cfg->plausibility_periods > 0u);
 }
 
@@ -38,9 +38,9 @@ static bool is_duty(float x)
 static bool all_finite(const monitor_in_t *in)
 {
     const bool measured =
-        ab_finite(in->meas->i_s_A) && ab_finite(in->meas->u_line_V) && finitef(in->meas->u_dc_V);
+        ab_finite(in->meas->i_s_A) && ab_finite(in->meas->u_line_V) && is_finite(in->meas->u_dc_V);
     const bool estimated = ab_finite(in->i_s_hat_A) && ab_finite(in->lambda_r_hat_Wb) &&
-                           finitef(in->omega_e_hat_rad_s);
+                           is_finite(in->omega_e_hat_rad_s);
     const bool duties = is_duty(in->duty.u) && is_duty(in->duty.v) && is_duty(in->duty.w);
 
     return measured && estimated && duties;

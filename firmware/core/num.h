@@ -46,7 +46,7 @@ static inline float minf(float a, float b)
 }
 
 /* Neither infinite nor NaN. */
-static inline bool finitef(float x)
+static inline bool is_finite(float x)
 {
     return (x >= -FLT_MAX) && (x <= FLT_MAX);
 }

@@ -33,7 +33,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
 /* A non-finite difference moves nothing: monitor trips on it, no filter may remember it. */
 static float finite_or_zero(float x)
 {
-    return finitef(x) ? x : 0.0f;
+    return is_finite(x) ? x : 0.0f;
 }
 
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,

@@ -43,7 +43,7 @@ svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
 
     /* No zero of the voltage is wrong: all legs alike. A reference that is not finite leaves a
      * span that is not. */
-    if (!(u_dc_V >= cfg->u_dc_min_V) || !finitef(u_dc_V) || !finitef(span_V)) {
+    if (!(u_dc_V >= cfg->u_dc_min_V) || !is_finite(u_dc_V) || !is_finite(span_V)) {
         return (svpwm_out_t){.duty = {0.5f, 0.5f, 0.5f}, .limited = true};
     }
 

@@ -42,7 +42,7 @@ static int32_t round_to_int(float x)
 
 ab_t trig_unit(float angle_rad)
 {
-    if (!finitef(angle_rad)) {
+    if (!is_finite(angle_rad)) {
         return (ab_t){1.0f, 0.0f};
     }
     const float angle = clampf(angle_rad, -TRIG_ANGLE_MAX_RAD, TRIG_ANGLE_MAX_RAD);
@@ -84,7 +84,7 @@ float trig_angle(ab_t x)
 
 float trig_wrap(float angle_rad)
 {
-    if (!finitef(angle_rad)) {
+    if (!is_finite(angle_rad)) {
         return 0.0f;
     }
     const float angle = clampf(angle_rad, -TRIG_ANGLE_MAX_RAD, TRIG_ANGLE_MAX_RAD);

@@ -84,7 +84,7 @@ params_status_t params_set(params_t *params, size_t index, float value)
         return PARAMS_NO_SUCH;
     }
     const param_info_t *info = &param_table[index];
-    if (!finitef(value)) {
+    if (!is_finite(value)) {
         return PARAMS_NOT_FINITE;
     }
     if ((value < info->minimum) || (value > info->maximum)) {

@@ -63,11 +63,11 @@ static void test_second_argument_wins_against_nan(void)
 
 static void test_finite_is_all_but_nan_and_infinity(void)
 {
-    TEST_ASSERT_TRUE(finitef(0.0f));
-    TEST_ASSERT_TRUE(finitef(FLT_MAX));
-    TEST_ASSERT_TRUE(finitef(-FLT_MAX));
+    TEST_ASSERT_TRUE(is_finite(0.0f));
+    TEST_ASSERT_TRUE(is_finite(FLT_MAX));
+    TEST_ASSERT_TRUE(is_finite(-FLT_MAX));
     for (int k = 0; k < NOT_FINITE_COUNT; k++) {
-        TEST_ASSERT_FALSE(finitef(not_finite(k)));
+        TEST_ASSERT_FALSE(is_finite(not_finite(k)));
     }
 }
 
