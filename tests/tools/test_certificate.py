@@ -61,7 +61,7 @@ def test_every_entry_is_proven(folder: Path) -> None:
     assert 0.3 < report.max_gamma < 0.35
     assert report.max_angle_deg == pytest.approx(math.degrees(2 * math.atan(report.max_gamma)))
     assert 0.99 < report.max_euler_radius < 1.0
-    # Up to 2900 elec. min^-1 the gain is the exactly positive real one; beyond, nearly.
+    # Up to 3060 elec. min^-1 the gain is the exactly positive real one; beyond, nearly.
     assert report.max_negative_gain_band_rad_s < 5.0
 
 

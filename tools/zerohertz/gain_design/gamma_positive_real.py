@@ -41,6 +41,9 @@ _P, _K, _RHO = slice(0, 4), slice(4, 8), 8
 _UNKNOWNS = 9
 _SIZES = (3, 3, 4, 2, 4)  # (14) twice, (15), (16), Euler disc
 _SIZES_FIXED = (3, 3, 2, 2, 2)  # with L given the discs are Stein inequalities
+# The least |K - P Lref| leaves P free along a line (L moves by .3 % with the solver's scaling): of
+# these points the largest trace of P is taken, where L = Lref + P^-1 (K - P Lref) is nearest.
+_TIE_BREAK = 1.0e-4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,7 +135,7 @@ class GammaPositiveReal:
     def _nearest_gain(
         self, omega_rad_s: float, reference: ComplexArray, gamma_limit: float
     ) -> ComplexArray:
-        """Stage two: min |K - P Lref| subject to gamma <= gamma_limit."""
+        """Stage two: min |K - P Lref| (ties: largest P) subject to gamma <= gamma_limit."""
         rows = self._rows_at(omega_rad_s)
         count, distance = len(rows), _UNKNOWNS
         extended = np.zeros((count + 6, _UNKNOWNS + 1))
@@ -145,6 +148,7 @@ class GammaPositiveReal:
         right = np.concatenate([self._right, [rho_limit], np.zeros(5)])
         objective = np.zeros(_UNKNOWNS + 1)
         objective[distance] = 1.0
+        objective[[0, 3]] = -_TIE_BREAK
         all_cones = [
             *cones.psd_cones(_SIZES),
             clarabel.NonnegativeConeT(1),
