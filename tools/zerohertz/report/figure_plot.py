@@ -1,0 +1,171 @@
+"""One plot per experiment, laid out like the paper's: speed, torque current, stator frequency."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from zerohertz.report import style
+from zerohertz.scenario.signals import RATED_TORQUE_NM, Array, Signals
+
+BUCKETS = 700  # columns of the plot in which the extremes of a signal are kept
+STEP_WINDOW_S = (-4.0, 30.0)  # protocol S, from the speed step
+RAMP_WINDOW_S = (-4.0, 80.0)  # protocol R, from the start of the load ramp
+SPEED_VIEW_RPM = 600.0  # a drive that runs away is cut here, and said so
+TORQUE_CURRENT_VIEW_A = 20.0
+FREQUENCY_VIEW_HZ = 20.0
+
+
+def draw(signals: Signals, width_in: float = 6.6, title: str = "") -> Any:
+    """Context manager with the drawn figure; is_ramp adds the panel of the load."""
+    return _Drawn(signals, width_in, title)
+
+
+def extremes(t_s: Array, values: Array, buckets: int = BUCKETS) -> tuple[Array, Array]:
+    """A signal thinned for drawing: first, least, greatest and last of every bucket survive."""
+    if len(t_s) <= 4 * buckets:
+        return t_s, values
+    edges = np.linspace(0, len(t_s), buckets + 1).astype(int)
+    kept: list[int] = []
+    for first, end in itertools.pairwise(edges):
+        part = values[first:end]
+        low, high = first + int(np.argmin(part)), first + int(np.argmax(part))
+        kept += sorted({first, low, high, end - 1})
+    index = np.array(kept)
+    return t_s[index], values[index]
+
+
+class _Drawn:
+    def __init__(self, signals: Signals, width_in: float, title: str) -> None:
+        self.signals = signals
+        self.ramp = _is_ramp(signals)
+        ratios = [3.0, 2.4, 1.8, 1.1] if self.ramp else [3.0, 2.4, 1.8]
+        self.ratios = ratios
+        self.height_in = (4.9 if self.ramp else 4.3) * width_in / 6.6
+        self.canvas = style.figure(width_in, self.height_in)
+        self.title = title
+
+    def __enter__(self) -> Any:
+        drawn = self.canvas.__enter__()
+        panels = drawn.subplots(
+            len(self.ratios), 1, sharex=True, gridspec_kw={"height_ratios": self.ratios}
+        )
+        if self.title:
+            drawn.suptitle(self.title, x=0.01, ha="left", fontsize=10.5, fontweight="bold")
+        window = RAMP_WINDOW_S if self.ramp else STEP_WINDOW_S
+        part = self.signals.window(*window)
+        t_s = self.signals.t_s[part] - self.signals.event_s
+        _speed(panels[0], t_s, self.signals, part)
+        _torque_current(panels[1], t_s, self.signals, part)
+        _frequency(panels[2], t_s, self.signals, part)
+        if self.ramp:
+            _load(panels[3], t_s, self.signals, part)
+        for axes in panels:
+            axes.set_xlim(*window)
+            axes.margins(x=0.0)
+            axes.axvline(0.0, color=style.MUTED, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=1)
+        since = "start of the load ramp" if self.ramp else "speed step t₀"
+        panels[-1].set_xlabel(f"time from the {since} [s]")
+        return drawn
+
+    def __exit__(self, *error: Any) -> None:
+        self.canvas.__exit__(*error)
+
+
+def _is_ramp(signals: Signals) -> bool:
+    """Protocol R: the load moves after the event."""
+    after = signals.load_Nm[signals.t_s >= signals.event_s]
+    return bool(len(after)) and float(np.ptp(after)) > 0.1 * RATED_TORQUE_NM
+
+
+def _line(axes: Any, t_s: Array, values: Array, **look: Any) -> None:
+    axes.plot(*extremes(t_s, values), solid_joinstyle="round", **look)
+
+
+def _view(axes: Any, signals: list[Array], largest: float, least_span: float) -> None:
+    """Limits that hold the signals, no narrower than least_span, cut at +-largest."""
+    low = min(float(np.min(s)) for s in signals)
+    high = max(float(np.max(s)) for s in signals)
+    middle = 0.5 * (low + high)
+    half = max(0.5 * (high - low) * 1.08, 0.5 * least_span)
+    low_view, high_view = max(middle - half, -largest), min(middle + half, largest)
+    axes.set_ylim(low_view, high_view)
+    if low < low_view - 0.02 * largest or high > high_view + 0.02 * largest:
+        axes.annotate(
+            "off scale: " + " and ".join(_beyond(low, high, low_view, high_view)),
+            (0.995, 0.04),
+            xycoords="axes fraction",
+            ha="right",
+            va="bottom",
+            fontsize=7.0,
+            color=style.MUTED,
+        )
+
+
+def _beyond(low: float, high: float, low_view: float, high_view: float) -> list[str]:
+    return [
+        f"{value:.0f}".replace("-", "−")
+        for value, beyond in ((low, low < low_view), (high, high > high_view))
+        if beyond
+    ]
+
+
+def _speed(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
+    shown = [s.speed_ref_rpm[part], s.speed_rpm[part], s.speed_hat_rpm[part]]
+    _line(axes, t_s, shown[2], color=style.ESTIMATE, label="$\\hat\\omega$ estimate", zorder=3)
+    _line(axes, t_s, shown[1], color=style.TRUE, label="$\\omega$ true", linewidth=1.3, zorder=4)
+    _line(
+        axes,
+        t_s,
+        shown[0],
+        color=style.REFERENCE,
+        label="$\\omega^*$ command",
+        linestyle=(0, (4, 2)),
+        zorder=5,
+    )
+    _view(axes, shown, SPEED_VIEW_RPM, 200.0)
+    style.panel_title(axes, "speed [min⁻¹]")
+    style.legend_above(axes)
+
+
+def _torque_current(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
+    shown = [s.i_q_ref_A[part], s.i_q_A[part]]
+    _line(axes, t_s, shown[1], color=style.TRUE, label="$i_q$", zorder=3)
+    _line(
+        axes, t_s, shown[0], color=style.REFERENCE, label="$i_q^*$ command", linewidth=0.8, zorder=4
+    )
+    _view(axes, shown, TORQUE_CURRENT_VIEW_A, 8.0)
+    low, high = axes.get_ylim()
+    for limit_A in (-s.i_q_limit_A, s.i_q_limit_A):
+        if low < limit_A < high:
+            axes.axhline(limit_A, color=style.MUTED, linewidth=0.7, linestyle=(0, (1, 2)), zorder=1)
+            axes.annotate(
+                "limit",
+                (1.0, limit_A),
+                xycoords=("axes fraction", "data"),
+                xytext=(2, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=6.5,
+                color=style.MUTED,
+            )
+    style.panel_title(axes, "torque current [A]")
+    style.legend_above(axes)
+
+
+def _frequency(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
+    shown = s.f_s_Hz[part]
+    axes.axhline(0.0, color="#9CA3AF", linewidth=0.8, zorder=1)
+    _line(axes, t_s, shown, color=style.FREQUENCY, linewidth=0.9, zorder=3)
+    _view(axes, [shown, np.zeros(1)], FREQUENCY_VIEW_HZ, 4.0)
+    style.panel_title(axes, "stator frequency [Hz]")
+
+
+def _load(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
+    shown = 100.0 * s.load_Nm[part] / RATED_TORQUE_NM
+    axes.plot(t_s, shown, color=style.LOAD, linewidth=1.2)
+    axes.set_ylim(-115.0, 10.0)
+    axes.set_yticks([-100, -50, 0])
+    style.panel_title(axes, "load torque [% of $T_N$ = 8.4 Nm]")

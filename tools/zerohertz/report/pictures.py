@@ -1,0 +1,46 @@
+"""Pictures of runs: simulate one seed, draw it, hand back SVG. Made in worker processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from zerohertz import sim
+from zerohertz.report import figure_plot, style
+from zerohertz.scenario.evaluate import Run, job, signals
+from zerohertz.scenario.setup import event_s, figure_scenario, scenario_file
+from zerohertz.scenario.signals import Signals
+
+SHOWN_SEED = 1
+
+
+def simulate(run: Run) -> Signals:
+    """The signals of one experiment."""
+    begin_s = event_s(scenario_file(figure_scenario(run.figure)))
+    return signals(sim.run(job(run)), begin_s, run.setup.i_q_limit_A())
+
+
+def picture_svg(run: Run) -> bytes:
+    """The plot for the report."""
+    with figure_plot.draw(simulate(run)) as drawn:
+        return style.svg(drawn)
+
+
+def write_png(run: Run, file: Path, title: str, width_px: int) -> int:
+    """The plot as a PNG file, for a README; its size in bytes."""
+    with figure_plot.draw(simulate(run), title=title) as drawn:
+        data = style.png(drawn, width_px)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(data)
+    return len(data)
+
+
+def draw_all(runs: Iterable[Run], workers: int, progress: Callable[[int], None]) -> list[bytes]:
+    """SVG of every run, in order."""
+    found = []
+    with multiprocessing.get_context("spawn").Pool(max(1, workers)) as pool:
+        for picture in pool.imap(picture_svg, list(runs), chunksize=1):
+            found.append(picture)
+            progress(len(found))
+    return found
