@@ -72,7 +72,11 @@ def svg(drawn: Any) -> bytes:
     drawn.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
-    return re.sub(r"(\d+\.\d\d)\d+", r"\1", text).encode()
+    return re.sub(r' d="[^"]*"', _rounded, text).encode()
+
+
+def _rounded(path: re.Match[str]) -> str:
+    return re.sub(r"(\d+\.\d\d)\d+", r"\1", path.group())
 
 
 def png(drawn: Any, width_px: int) -> bytes:

@@ -1,0 +1,117 @@
+"""`zh demo`: everything in one command, ending in a report. `zh report`: single pictures."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from zerohertz.errors import UserError
+from zerohertz.paths import BUILD
+
+if TYPE_CHECKING:
+    from zerohertz.report.page import Report
+    from zerohertz.scenario.setup import Setup
+
+OUT = BUILD / "report"
+MIN_WIDTH_PX = 300
+MAX_WIDTH_PX = 6000
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh demo` and `zh report`."""
+    app.command("demo")(demo)
+    app.command("report")(picture)
+
+
+def demo(
+    seeds: Annotated[int, typer.Option(min=1, max=100, help="Noise seeds per experiment.")] = 6,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+    out: Annotated[Path, typer.Option(help="Folder of the report.")] = OUT,
+) -> None:
+    """Build, design and prove the gain tables, run the paper's experiments, write the report.
+
+    Ends with the table of verdicts and the path of a page that opens in any browser, without
+    network. What does not match the paper is shown as not matching; exit 0 all the same.
+    """
+    # Here and not above: other commands need not wait for scipy.
+    from zerohertz.report.demo import make_report
+    from zerohertz.scenario.setup import load_setup
+
+    start_s = time.monotonic()
+    console = Console(stderr=True)
+    report = make_report(
+        load_setup("paper"),
+        load_setup("recommended"),
+        out,
+        seeds=seeds,
+        workers=workers,
+        console=console,
+    )
+    _print_verdicts(report)
+    page = out / "index.html"
+    print(f"\nreport: {page} ({page.stat().st_size / 1e6:.1f} MB)")
+    print(f"{time.monotonic() - start_s:.0f} s in all; open it in a browser")
+
+
+def picture(
+    figure: Annotated[int, typer.Option(min=6, max=18, help="Of the paper.")],
+    png: Annotated[Path, typer.Option(metavar="FILE", help="Picture to write.")],
+    config: Annotated[
+        str, typer.Option(help="paper, recommended, or a TOML file like theirs.")
+    ] = "paper",
+    seed: Annotated[int, typer.Option(min=1, help="Noise seed.")] = 1,
+    width: Annotated[int, typer.Option(min=300, max=6000, help="Pixels.")] = 1200,
+) -> None:
+    """Run one experiment and draw it as a PNG file, like the committed tools/docs/fig18.png."""
+    from zerohertz.report.experiments import EXPERIMENTS
+    from zerohertz.report.pictures import write_png
+    from zerohertz.scenario.evaluate import Run
+    from zerohertz.scenario.setup import load_setup
+
+    setup = load_setup(config)
+    title = _title(setup, EXPERIMENTS[figure].load, figure)
+    try:
+        size = write_png(Run(setup, figure, seed), png, title, width)
+    except OSError as error:
+        raise UserError(f"{png}: cannot be written: {error.strerror}") from None
+    print(f"{png}: {size / 1e3:.0f} kB")
+
+
+def _title(setup: Setup, load: str, figure: int) -> str:
+    return f"Fig. {figure}'s experiment, configuration {setup.name}, load {load}"
+
+
+def _print_verdicts(report: Report) -> None:
+    from zerohertz.report.page import short_reason
+    from zerohertz.scenario.figures import PAPER, our_verdict
+
+    console = Console()
+    table = Table(title="Hasegawa (2005) and ours", title_justify="left")
+    for name in ("fig.", "experiment", "paper", "ours, worst seed", "match", "seeds"):
+        table.add_column(name, justify="right" if name in ("fig.", "seeds") else "left")
+    for result in report.results:
+        table.add_row(
+            result.key,
+            *PAPER[int(result.key)],
+            our_verdict(result),
+            "[blue]yes[/blue]" if result.match else "[red]NO[/red]",
+            f"{result.seeds_matched}/{len(result.judgements)}",
+        )
+    console.print()
+    console.print(table)
+    for result in report.results:
+        if not result.match:
+            console.print(f"Fig. {result.key}: {short_reason(result)}", highlight=False)
+    matched = sum(result.match for result in report.results)
+    console.print(f"paper: {matched} of {len(report.results)} figures match", highlight=False)
+    for result in report.situations:
+        word = "held" if result.match else "not held"
+        console.print(f"recommended: {result.key}: {word} ({our_verdict(result)})", highlight=False)
+    for t in report.tables:
+        proof = f"{t.certificate.proven} of {t.certificate.entries} entries proven"
+        console.print(f"gain table {t.motor} ({t.method}): {proof}", highlight=False)
