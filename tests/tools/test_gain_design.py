@@ -22,7 +22,14 @@ from zerohertz.gain_design.gamma_positive_real import GammaPositiveReal
 from zerohertz.gain_design.machine import gamma_floor, observer_poles, state_matrix
 from zerohertz.gain_design.pole_shift import pole_shift_gain
 from zerohertz.gain_design.table import design_table, speed_of_entry_rad_s, table_json
-from zerohertz.motor import Circuit, MotorError, load_motor, motor_toml, with_design
+from zerohertz.motor import (
+    Circuit,
+    MotorError,
+    load_motor,
+    motor_from_dict,
+    motor_toml,
+    with_design,
+)
 from zerohertz.paths import ROOT
 
 FOLDERS = [ROOT / "gain_tables" / name for name in ("hasegawa2005", "im_4kw_400v")]
@@ -204,6 +211,13 @@ def test_impossible_requirements_name_the_keys() -> None:
     motor = with_design(MOTORS[0], radius_per_s=5.0, decay_per_s=4.9)
     with pytest.raises(MotorError, match=r"motor\.toml: design\.radius_per_s, .* no gain meets"):
         design_table(motor)
+
+
+def test_circuit_whose_gain_no_float_holds_is_an_error() -> None:
+    inputs = with_design(MOTORS[0], method="closed_form", p1_per_s=-1e29, a=1e12).inputs()
+    inputs["circuit"] |= {"Rr_ohm": 1e6}
+    with pytest.raises(MotorError, match=r"circuit: L is beyond float32"):
+        design_table(motor_from_dict(inputs))
 
 
 @BOTH

@@ -46,6 +46,7 @@ def test_second_machine_has_the_factor_m_over_lr_that_table_1_hides() -> None:
         ("circuit", "Rr_ohm", 0.0, "greater than zero"),
         ("circuit", "Lr_H", float("nan"), "finite"),
         ("circuit", "Ls_H", float("inf"), "finite"),
+        ("circuit", "Ls_H", 10**400, "finite"),
         ("circuit", "M_H", 0.2, "no leakage"),
         ("circuit", "M_H", "0.1", "a number is needed"),
         ("circuit", "M_H", True, "a number is needed"),

@@ -163,6 +163,7 @@ _NEEDED_BY = {
     "real_factor": ("pole_shift",),
     "imag_factor": ("pole_shift",),
 }
+_LARGEST = 1.0e30  # no quantity of a motor comes near; float32 ends at 3.4e38
 _RULES = {
     "positive": (lambda x: x > 0.0, "must be greater than zero"),
     "negative": (lambda x: x < 0.0, "must be less than zero"),
@@ -250,8 +251,8 @@ def _value(value: Any, kind: str, where: str) -> Any:
         return _text(value, kind, where)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise MotorError(f"{where}: is {value!r}; a number is needed")
-    if not math.isfinite(value):
-        raise MotorError(f"{where}: is {value}; a finite number is needed")
+    if not -_LARGEST <= value <= _LARGEST:  # false for NaN too
+        raise MotorError(f"{where}: is {str(value)[:12]}; a finite number is needed")
     if kind in ("count", "table_end"):
         return _whole_number(value, kind, where)
     holds, text = _RULES[kind]

@@ -64,8 +64,8 @@ def _say(report: Report, console: Console) -> None:
     lines = [
         f"{report.name} ({report.method}): {'passed' if report.passed else 'FAILED'}, "
         f"{report.proven} of {report.entries} entries proven, one X for all inequalities",
-        f"  largest gamma {_number(report.max_gamma, '.4g')}, field orientation within "
-        f"{_number(report.max_angle_deg, '.1f')} deg",
+        f"  largest gamma {_number(report.max_gamma, '.4g')}, field-orientation error up to "
+        f"{_number(report.max_angle_deg, '.1f', ' deg')}",
         f"  largest |1 + T s| {report.max_euler_radius:.6f}, adaptation gain negative at most over "
         f"{report.max_negative_gain_band_rad_s:.3g} rad/s of stator frequency",
     ]
@@ -77,8 +77,8 @@ def _say(report: Report, console: Console) -> None:
         console.print(line, highlight=False, soft_wrap=True, markup=False)
 
 
-def _number(value: float | None, form: str) -> str:
-    return "unbounded" if value is None else format(value, form)
+def _number(value: float | None, form: str, unit: str = "") -> str:
+    return "any" if value is None else format(value, form) + unit
 
 
 def _as_json(report: Report) -> dict[str, Any]:

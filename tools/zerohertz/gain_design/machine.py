@@ -62,7 +62,9 @@ def as_stored(gain: ComplexArray, omega_rad_s: float) -> ComplexArray:
     values = np.asarray(gain, dtype=complex)
     if omega_rad_s <= 0.0:
         values = values.real
-    return values.astype(np.complex64).astype(complex) + complex(0.0, 0.0)
+    with np.errstate(over="ignore"):  # infinity is refused by the table
+        stored = values.astype(np.complex64)
+    return stored.astype(complex) + complex(0.0, 0.0)
 
 
 def speed_error_input(dw_rad_s: float) -> ComplexArray:

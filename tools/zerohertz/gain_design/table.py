@@ -124,6 +124,10 @@ def _entry(
             raise _infeasible(motor, omega_rad_s) from None
     else:
         gain = as_stored(_explicit_gain(motor, omega_rad_s), omega_rad_s)
+        if not np.all(np.isfinite(gain)):
+            raise MotorError(
+                f"{motor.file}: circuit: L is beyond float32; correct the five numbers"
+            )
         if certificate:
             with contextlib.suppress(InfeasibleError):
                 multiplier = lmi.multiplier(omega_rad_s, gain)
