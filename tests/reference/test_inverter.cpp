@@ -128,6 +128,22 @@ void full_duty_switches_only_once()
     CHECK(inverter.schedule({0.0, 0.0, 0.0}).size() == 1);
 }
 
+// Whatever was on before: after blocking, the first switch comes on a dead time later.
+void blocked_legs_start_with_a_dead_time()
+{
+    Inverter inverter(parameters(InverterModel::switched, 3e-6, 0.0));
+    inverter.schedule({1.0, 1.0, 0.0});
+    inverter.block();
+    const zh::Segment first = inverter.schedule({0.5, 0.5, 0.5})[0];
+    CHECK_NEAR(first.h_s, 3e-6, 1e-15);
+    for (std::size_t x = 0; x < 3; ++x) {
+        CHECK_NEAR(first.dead[x], 0.5, 0.0);
+    }
+    const zh::Segment second = inverter.schedule({0.5, 0.5, 0.5})[0];
+    CHECK_NEAR(second.h_s, 50e-6, 1e-15);
+    CHECK_NEAR(second.level[0], 0.0, 0.0);
+}
+
 void senseless_duties_stay_within_the_rails()
 {
     for (const auto model : {InverterModel::averaged, InverterModel::switched}) {
@@ -226,6 +242,7 @@ int main()
         {"pulses are centred between the crests", pulses_are_centred_between_the_crests},
         {"the dead time follows each command", the_dead_time_follows_each_command},
         {"full duty switches only once", full_duty_switches_only_once},
+        {"blocked legs start with a dead time", blocked_legs_start_with_a_dead_time},
         {"senseless duties stay within the rails", senseless_duties_stay_within_the_rails},
         {"impossible inverters are refused", impossible_inverters_are_refused},
         {"switched and averaged agree", switched_and_averaged_agree},

@@ -72,6 +72,16 @@ void it_coasts_to_a_stop_at_the_right_time_and_stays()
     }
 }
 
+// A load between sliding and static friction stops the shaft and cannot start it again.
+void it_stops_and_stays_under_a_load_that_static_friction_holds()
+{
+    for (const double sign : {1.0, -1.0}) {
+        Shaft shaft(rig);
+        CHECK(exactly_zero(turn(shaft, sign * 5.0, 0.0, sign * 0.55, 20000)));
+        CHECK(shaft.stuck());
+    }
+}
+
 // A load above static friction stops the shaft and turns it back; in between friction reverses.
 void it_passes_through_zero_when_friction_cannot_hold()
 {
@@ -115,6 +125,8 @@ int main()
         {"it breaks away above, and then slides", it_breaks_away_above_and_then_slides},
         {"it coasts to a stop at the right time and stays",
          it_coasts_to_a_stop_at_the_right_time_and_stays},
+        {"it stops and stays under a load that static friction holds",
+         it_stops_and_stays_under_a_load_that_static_friction_holds},
         {"it passes through zero when friction cannot hold",
          it_passes_through_zero_when_friction_cannot_hold},
         {"viscous drag is exponential", viscous_drag_is_exponential},
