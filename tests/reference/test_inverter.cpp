@@ -142,6 +142,8 @@ void blocked_legs_start_with_a_dead_time()
     const zh::Segment second = inverter.schedule({0.5, 0.5, 0.5})[0];
     CHECK_NEAR(second.h_s, 50e-6, 1e-15);
     CHECK_NEAR(second.level[0], 0.0, 0.0);
+    inverter.block();
+    CHECK_NEAR(inverter.schedule({1.0, 1.0, 1.0})[0].dead[0], 0.5, 0.0);
 }
 
 void senseless_duties_stay_within_the_rails()

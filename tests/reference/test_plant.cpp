@@ -220,6 +220,24 @@ void blocked_current_falls_as_the_dc_link_drives_it()
     CHECK_NEAR(plant.truth().i_s_A.alpha, 0.0, 1e-12);
 }
 
+// Gates on again, without current: for the dead time the legs float together, then the duty counts.
+void gates_come_back_after_a_dead_time()
+{
+    Rig rig = ideal();
+    rig.inverter.model = zh::InverterModel::switched;
+    rig.inverter.dead_time_s = 3e-6;
+    Plant plant(rig, Board{}, {}, 1);
+    constexpr zh::Duty full{1.0, 0.0, 0.0};
+    plant.advance(full, true);
+    plant.advance(full, false);
+    plant.set_state({});
+    plant.advance(full, false);
+    plant.advance(full, true);
+    CHECK_NEAR(plant.truth().u_s_V.alpha, zh::sqrt_2_3 * 283.0 * (1.0 - 3.0 / 200.0), 1e-9);
+    plant.advance(full, true);
+    CHECK_NEAR(plant.truth().u_s_V.alpha, zh::sqrt_2_3 * 283.0, 1e-9);
+}
+
 // With no current in u and some from v to w, the open terminal u floats on its EMF.
 void an_open_phase_floats_on_its_emf()
 {
@@ -409,6 +427,7 @@ int main()
         {"blocked gates extinguish the currents", blocked_gates_extinguish_the_currents},
         {"blocked current falls as the dc link drives it",
          blocked_current_falls_as_the_dc_link_drives_it},
+        {"gates come back after a dead time", gates_come_back_after_a_dead_time},
         {"an open phase floats on its EMF", an_open_phase_floats_on_its_emf},
         {"the blocked machine shows its decaying EMF", the_blocked_machine_shows_its_decaying_emf},
         {"overspeed feeds the dc link", overspeed_feeds_the_dc_link},
