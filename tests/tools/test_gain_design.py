@@ -192,7 +192,7 @@ def test_stage_two_does_not_depend_on_the_solver_settings(motor, monkeypatch) ->
     """1e-3 is what a redesign elsewhere has to keep: its own freedom must be far below."""
     omega, settings = rad_s(3600), cones._settings
     gain = GammaPositiveReal(motor).gain(omega)[0]
-    monkeypatch.setattr(cones, "_settings", lambda equilibrate: settings(not equilibrate))
+    monkeypatch.setattr(cones, "_settings", lambda careful: settings(not careful))
     monkeypatch.setattr(cones, "TOLERANCE", 1e-9)
     np.testing.assert_allclose(GammaPositiveReal(motor).gain(omega)[0], gain, rtol=2e-5)
 

@@ -62,11 +62,11 @@ def minimise(objective: RealArray, rows: RealArray, right: RealArray, cones: lis
     """min objective'x subject to right - rows x in the cones; InfeasibleError without a point."""
     no_quadratic = sparse.csc_matrix((len(objective), len(objective)))
     columns = sparse.csc_matrix(rows)
-    # The coordinates are well scaled, so equilibration costs time and even iterations; only the
-    # rare problem on which the solver gets stuck is given a second try with it.
-    for equilibrate in (False, True):
+    # The coordinates are well scaled: equilibration and iterative refinement would only cost time.
+    # The rare problem on which the solver gets stuck is given both, in a second try.
+    for careful in (False, True):
         solver = clarabel.DefaultSolver(
-            no_quadratic, objective, columns, right, cones, _settings(equilibrate)
+            no_quadratic, objective, columns, right, cones, _settings(careful)
         )
         solution = solver.solve()
         status = str(solution.status)
@@ -78,12 +78,12 @@ def minimise(objective: RealArray, rows: RealArray, right: RealArray, cones: lis
     raise InfeasibleError(status)
 
 
-def _settings(equilibrate: bool) -> clarabel.DefaultSettings:
+def _settings(careful: bool) -> clarabel.DefaultSettings:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    settings.equilibrate_enable = equilibrate
+    settings.equilibrate_enable = settings.iterative_refinement_enable = careful
     settings.presolve_enable = False  # nothing can be presolved away
     settings.chordal_decomposition_enable = False
     return settings
