@@ -129,7 +129,7 @@ ZH_API uint32_t zh_sil_version(void);
  * names below; '#' starts a comment. NULL when anything is refused: see zh_sil_error(). */
 ZH_API zh_sil *zh_sil_open(const char *motor_dir, const char *board_toml, const char *overrides);
 
-/* One control period, and the background function every hundredth call. On any error *out (when it
+/* One control period, and the background function every thousandth call. On any error *out (when it
  * can be written) has the gates off and duties of one half. A speed_ref_rpm that is no number
  * makes the firmware trip; an unknown mode is a torque-off for this period. */
 ZH_API int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out);
