@@ -92,6 +92,7 @@ private:
 struct Row {
     Truth truth;
     app_telemetry_t t;
+    hal_output_t duty;
     double speed_ref_rpm = 0.0;
     double f_s_Hz = 0.0;
     double lambda_Wb = 0.0;
@@ -156,7 +157,7 @@ private:
     void record(const hal_output_t &output)
     {
         const app_t &app = firmware_.app();
-        Row r{.truth = plant_.truth(), .t = firmware_.telemetry()};
+        Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
         const ab_t hat = app.last.lambda_r_hat_Wb;
         const Vec flux_Wb = r.truth.psi_r_Wb;
         r.speed_ref_rpm = static_cast<double>(speed_ref_rpm_);
