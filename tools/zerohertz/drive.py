@@ -13,11 +13,20 @@ import functools
 import math
 import os
 from collections.abc import Iterator, Mapping
-from ctypes import POINTER, Structure, byref, c_char_p, c_float, c_int, c_size_t, c_uint16, c_uint32
-from ctypes import c_void_p as Handle
+from ctypes import (
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_float,
+    c_int,
+    c_size_t,
+    c_uint16,
+    c_uint32,
+    c_void_p,
+)
 from dataclasses import dataclass, fields
 from enum import IntEnum, IntFlag
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from zerohertz.build import ensure_built
@@ -148,18 +157,18 @@ class _NameInfo(Structure):
 _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "zh_sil_version": (c_uint32, ()),
     "zh_sil_error": (c_char_p, ()),
-    "zh_sil_open": (Handle, (c_char_p, c_char_p, c_char_p)),
-    "zh_sil_close": (None, (Handle,)),
-    "zh_sil_step": (c_int, (Handle, POINTER(_In), POINTER(_Out))),
-    "zh_sil_get": (c_int, (Handle, c_char_p, POINTER(c_float))),
-    "zh_sil_set": (c_int, (Handle, c_char_p, c_float)),
+    "zh_sil_open": (c_void_p, (c_char_p, c_char_p, c_char_p)),
+    "zh_sil_close": (None, (c_void_p,)),
+    "zh_sil_step": (c_int, (c_void_p, POINTER(_In), POINTER(_Out))),
+    "zh_sil_get": (c_int, (c_void_p, c_char_p, POINTER(c_float))),
+    "zh_sil_set": (c_int, (c_void_p, c_char_p, c_float)),
     "zh_sil_name_count": (c_uint32, ()),
     "zh_sil_name": (c_char_p, (c_uint32,)),
     "zh_sil_describe": (c_int, (c_uint32, POINTER(_NameInfo))),
-    "zh_observer_open": (Handle, (c_char_p, c_char_p, c_float)),
-    "zh_observer_close": (None, (Handle,)),
-    "zh_observer_set_speed": (c_int, (Handle, c_float)),
-    "zh_observer_run": (c_int, (Handle, c_size_t, POINTER(c_float), POINTER(c_float))),
+    "zh_observer_open": (c_void_p, (c_char_p, c_char_p, c_float)),
+    "zh_observer_close": (None, (c_void_p,)),
+    "zh_observer_set_speed": (c_int, (c_void_p, c_float)),
+    "zh_observer_run": (c_int, (c_void_p, c_size_t, POINTER(c_float), POINTER(c_float))),
 }
 
 
@@ -385,10 +394,3 @@ class Observer:
             )
         )
         return {name: out[:, k].copy() for k, name in enumerate(self.COLUMNS)}
-
-
-def board_path(name: str) -> Path:
-    """A board of the project by its name."""
-    from zerohertz.paths import ROOT
-
-    return ROOT / "host_sim" / "boards" / f"{name}.toml"

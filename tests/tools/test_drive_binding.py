@@ -1,0 +1,331 @@
+"""zerohertz.Drive: the SIL library from Python, and what it says about bad files."""
+
+import dataclasses
+import json
+import math
+import os
+import re
+import runpy
+import shutil
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import zerohertz
+from zerohertz.drive import Access, Drive, Fault, Observer, State, parameters
+from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
+
+MOTOR = ROOT / "gain_tables" / "hasegawa2005"
+BOARD = ROOT / "host_sim" / "boards" / "paper.toml"
+QUIET = (8192, 8192, 8192, 8192, 8192, 11592)
+
+
+@pytest.fixture
+def drive():
+    with Drive(MOTOR, BOARD) as d:
+        yield d
+
+
+@pytest.fixture
+def motor_dir(tmp_path: Path) -> Path:
+    """A copy of the motor's folder, to be spoilt."""
+    folder = tmp_path / "motor"
+    folder.mkdir()
+    for name in ("motor.toml", "l_gain.json"):
+        shutil.copy(MOTOR / name, folder / name)
+    return folder
+
+
+def edit_table(folder: Path, change) -> None:
+    path = folder / "l_gain.json"
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+
+
+def steps(drive: Drive, n: int, **command):
+    for _ in range(n):
+        out = drive.step(*QUIET, **{"speed_ref_rpm": 0.0, **command})
+    return out
+
+
+def test_drive_is_exported():
+    assert zerohertz.Drive is Drive
+
+
+def test_drive_reaches_ready_and_turns_the_gates_on(drive):
+    assert steps(drive, 600).state == State.READY
+    out = steps(drive, 2, run=True)
+    assert out.state == State.PREMAGNETISE
+    assert out.gates_on is True
+    assert out.faults == 0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        out.duty_u = 0.0
+
+
+def test_drive_pushes_against_the_missing_flux_current(drive):
+    steps(drive, 600)
+    out = steps(drive, 5, run=True)
+    # i_d asked along phase u, none flows: u_u up, v and w down alike.
+    assert out.duty_u > 0.51
+    assert out.duty_v == out.duty_w < 0.5
+
+
+def test_parameters_are_listed_read_and_set(drive):
+    listed = {p.name: p for p in parameters()}
+    assert listed["adapt_kp"].unit == "rad/(s Wb A)"
+    assert listed["Rs_ohm"].access is Access.AT_OPEN
+    assert listed["eps1_mode"].whole
+    assert set(drive) == set(listed)
+    drive["adapt_kp"] = 7.5
+    assert drive["adapt_kp"] == 7.5
+    for name, value, text in [
+        ("adapt_kp", 1e9, "out of range"),
+        ("adapt_kp", math.nan, "finite"),
+        ("Rs_ohm", 1.0, "overrides"),
+        ("nothing", 1.0, "no such parameter"),
+    ]:
+        with pytest.raises(UserError, match=text):
+            drive[name] = value
+    assert drive["adapt_kp"] == 7.5
+    with pytest.raises(UserError, match="no such parameter"):
+        drive["nothing"]
+
+
+def test_a_reference_that_is_no_number_is_an_error_and_trips(drive):
+    steps(drive, 600)
+    steps(drive, 10, run=True)
+    with pytest.raises(UserError, match="speed_ref_rpm"):
+        drive.step(*QUIET, speed_ref_rpm=math.nan, run=True)
+    out = steps(drive, 1, run=True)
+    assert out.state == State.FAULT
+    assert out.gates_on is False
+    assert Fault(out.faults) == Fault.NON_FINITE
+
+
+def test_words_beyond_sixteen_bit_are_refused(drive):
+    for word in (-1, 65536):
+        with pytest.raises(UserError, match=r"0 \.\. 65535"):
+            drive.step(word, *QUIET[1:], speed_ref_rpm=0.0)
+
+
+def test_a_closed_drive_says_so():
+    d = Drive(MOTOR, BOARD)
+    d.close()
+    d.close()
+    with pytest.raises(UserError, match="closed"):
+        d.step(*QUIET, speed_ref_rpm=0.0)
+
+
+def test_two_drives_with_their_own_overrides():
+    with Drive(MOTOR, BOARD, {"i_d_A": 3.0}) as a, Drive(MOTOR, BOARD) as b:
+        outs = []
+        for d in (a, b):
+            steps(d, 600)
+            outs.append(steps(d, 3, run=True).duty_u)
+        assert a["i_d_A"] == 3.0
+        assert b["i_d_A"] == 4.5
+        assert outs[0] < outs[1]
+
+
+def random_run(seed: int):
+    rng = np.random.default_rng(seed)
+    words = rng.integers(7900, 8500, size=(3000, 5))
+    with Drive(MOTOR, BOARD) as d:
+        return [d.step(*map(int, row), 11592, speed_ref_rpm=50.0, run=k > 600)
+                for k, row in enumerate(words)]  # fmt: skip
+
+
+def test_threads_give_what_one_after_another_gives():
+    serial = [random_run(seed) for seed in range(4)]
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(random_run, range(4))) == serial
+
+
+def test_opening_again_is_cheap():
+    Drive(MOTOR, BOARD).close()
+    start = time.process_time()
+    for _ in range(100):
+        Drive(MOTOR, BOARD).close()
+    # Parsing the table's json takes some 10 ms each time; the cached one must not.
+    assert (time.process_time() - start) / 100 < 3e-3
+
+
+@pytest.mark.parametrize(
+    ("overrides", "text"),
+    [
+        ({"no_such": 1.0}, "overrides: no_such: no such parameter"),
+        ({"adapt_kp": -1.0}, "overrides: adapt_kp: -1 is out of range; give 0 .. 160"),
+        ({"adapt_kp": math.inf}, "not a finite number"),
+        ({"adapt_kp": "x; rm"}, "not a number"),
+        ({"eps1_mode": 0.5}, "not a whole number"),
+        ({"M_H": 0.12}, "leaves no leakage"),
+    ],
+)
+def test_bad_override_is_named(overrides, text):
+    with pytest.raises(UserError, match=text):
+        Drive(MOTOR, BOARD, overrides)
+
+
+def test_missing_files_are_named(tmp_path):
+    with pytest.raises(UserError, match=r"nowhere/motor\.toml: cannot be read"):
+        Drive(tmp_path / "nowhere", BOARD)
+    with pytest.raises(UserError, match=r"nowhere\.toml: cannot be read"):
+        Drive(MOTOR, tmp_path / "nowhere.toml")
+
+
+def test_missing_table_is_named(motor_dir):
+    (motor_dir / "l_gain.json").unlink()
+    with pytest.raises(UserError, match=r"l_gain\.json: cannot be read; .*tools/zh design"):
+        Drive(motor_dir, BOARD)
+
+
+def flip_a_word(table):
+    table["l_words"][10] = f"{int(table['l_words'][10], 16) ^ 1:08x}"
+
+
+def flip_the_crc(table):
+    table["crc32c"] = f"{int(table['crc32c'], 16) ^ 0x80000000:08x}"
+
+
+def set_not_a_number(table):
+    table["l_words"][10] = "7fc00000"
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (flip_a_word, "crc32c: does not match"),
+        (flip_the_crc, "crc32c: does not match"),
+        (set_not_a_number, "crc32c: does not match"),
+        (lambda t: t["l_words"].pop(), "l_words: 7203 words for 1801 entries"),
+        (lambda t: t["l_words"].append("00000000"), "l_words: 7205 words"),
+        (lambda t: t.update(entries=3000), "entries: 3000 is outside"),
+        (lambda t: t.update(entries=0), "entries: 0 is outside"),
+        (lambda t: t.update(entries="many"), "entries: has the wrong type"),
+        (lambda t: t.update(schema=2), "schema: is not 1"),
+        (lambda t: t.pop("crc32c"), "crc32c: missing"),
+        (lambda t: t.pop("l_words"), "l_words: missing"),
+        (lambda t: t.update(l_words=[1, 2]), "l_words: has the wrong type"),
+        (lambda t: t["l_words"].__setitem__(3, "xyz"), "xyz.* is not a word"),
+        (lambda t: t.update(step_elec_per_min=-2), "step_elec_per_min"),
+        (lambda t: t.update(motor="other"), "motor: .*other.* is not"),
+        (lambda t: t["inputs"]["circuit"].update(Rr_ohm=0.51), "differs from motor.toml"),
+        (lambda t: t["inputs"].pop("circuit"), "circuit: missing"),
+    ],
+)
+def test_spoilt_table_is_refused(motor_dir, change, text):
+    Drive(motor_dir, BOARD).close()  # the copy itself is fine, and now cached
+    edit_table(motor_dir, change)
+    with pytest.raises(UserError, match=text) as caught:
+        Drive(motor_dir, BOARD)
+    assert "l_gain.json" in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", "\x00\x01", '{"schema": 1'])
+def test_table_that_is_no_json_object_is_refused(motor_dir, text):
+    (motor_dir / "l_gain.json").write_text(text)
+    with pytest.raises(UserError, match=r"l_gain\.json"):
+        Drive(motor_dir, BOARD)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("Rs_ohm = 0.930", "Rs_ohm = -1", "circuit.Rs_ohm"),
+        ("Rs_ohm = 0.930", "Rs_ohm = nan", "circuit.Rs_ohm"),
+        ("Rs_ohm = 0.930", 'Rs_ohm = "big"', "circuit.Rs_ohm"),
+        ("Rs_ohm = 0.930", "", "circuit.Rs_ohm: missing"),
+        ("Rs_ohm = 0.930", "Rs_ohm = 0.930\nRx_ohm = 1", "circuit.Rx_ohm: unknown key"),
+        ("M_H = 0.102", "M_H = 0.2", "circuit.M_H"),
+        ("pole_pairs = 2", "pole_pairs = 1.5", "nameplate.pole_pairs"),
+        ("[circuit]", "[circuit", "motor.toml:"),
+        ("Rr_ohm = 0.500", "Rr_ohm = 0.600", "differs from motor.toml"),
+    ],
+)
+def test_spoilt_motor_file_is_refused(motor_dir, old, new, text):
+    path = motor_dir / "motor.toml"
+    content = path.read_text()
+    assert old in content
+    path.write_text(content.replace(old, new))
+    with pytest.raises(UserError, match=text):
+        Drive(motor_dir, BOARD)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("bits = 14", "bits = 40", "adc.bits"),
+        ("current_A = 25.0", "current_A = -25.0", "full_scale.current_A"),
+        ("period_s = 200e-6", "period_s = inf", "control.period_s"),
+        ("period_s = 200e-6", "period_s = 5e-6", "period_s: 5e-06 is out of range"),
+        ("[adc]", "[abc]", "adc.bits: missing"),
+        ("[adc]", "\x00", ":"),
+    ],
+)
+def test_spoilt_board_is_refused(tmp_path, old, new, text):
+    content = BOARD.read_text()
+    assert old in content
+    board = tmp_path / "board.toml"
+    board.write_text(content.replace(old, new))
+    with pytest.raises(UserError, match=text):
+        Drive(MOTOR, board)
+
+
+def test_a_table_written_anew_is_read_anew(motor_dir):
+    """The words, not the cache, decide: l1 at standstill doubled, CRC kept up to date."""
+    from zerohertz.gain_design.crc32c import crc32c
+
+    def double(table):
+        words = np.array([int(w, 16) for w in table["l_words"]], dtype=np.uint32)
+        gain = words.view(np.float32).copy()
+        gain[0] *= 2.0
+        table["l_words"] = [f"{w:08x}" for w in gain.view(np.uint32)]
+        table["crc32c"] = f"{crc32c(gain.astype('<f4').tobytes()):08x}"
+
+    def l1_at_standstill() -> float:
+        with Drive(motor_dir, BOARD) as d:
+            steps(d, 600)
+            return steps(d, 2, run=True).l1_re
+
+    os.utime(motor_dir / "l_gain.json", (1e9, 1e9))  # old enough to be cached
+    before = l1_at_standstill()
+    assert before == pytest.approx(-820.0, rel=0.5)
+    edit_table(motor_dir, double)
+    assert l1_at_standstill() == pytest.approx(2.0 * before)
+
+
+def test_observer_follows_a_turning_field():
+    """A synthetic motor at 60 rad/s el., no load: the core must find that speed from u and i."""
+    Rs, M, Ls, w = 0.93, 0.102, 0.110, 60.0
+    t = np.arange(10000) * 200e-6
+    i = 4.0 * np.exp(1j * w * t)  # no slip: rotor current 0, flux M i
+    u = (Rs + 1j * w * Ls) * 4.0 * np.exp(1j * w * (t - 100e-6))  # mean over the ended interval
+    with Observer(MOTOR, period_s=200e-6, omega_e_rad_s=40.0) as core:
+        out = core.run(u.real, u.imag, i.real, i.imag)
+    assert set(out) == set(Observer.COLUMNS)
+    late = out["omega_e_hat_rad_s"][-1000:]
+    assert late.mean() == pytest.approx(w, abs=0.3)
+    flux = np.hypot(out["lambda_hat_alpha_Wb"], out["lambda_hat_beta_Wb"])[-1000:]
+    assert flux.mean() == pytest.approx(4.0 * M, rel=0.02)
+
+
+def test_observer_refuses_bad_input():
+    with pytest.raises(UserError, match="period_s"):
+        Observer(MOTOR, period_s=math.nan)
+    with Observer(MOTOR, period_s=200e-6) as core:
+        zero = np.zeros(3)
+        with pytest.raises(UserError, match="row 1"):
+            core.run(np.array([0.0, math.nan, 0.0]), zero, zero, zero)
+
+
+def test_the_example_reaches_its_speed(capsys):
+    runpy.run_path(str(ROOT / "tools" / "zerohertz" / "examples" / "python_plant.py"))
+    last = capsys.readouterr().out.splitlines()[-1]
+    true, estimated = (float(x) for x in re.findall(r"(-?[\d.]+)(?: min|$)", last))
+    assert true == pytest.approx(300.0, abs=5.0)
+    assert estimated == pytest.approx(true, abs=5.0)
