@@ -1,0 +1,1 @@
+"""Bench: how fast the simulation runs and what a control period costs, measured in one call."""
