@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 
 from zerohertz.report import style
-from zerohertz.scenario.signals import RATED_TORQUE_NM, Array, Signals
+from zerohertz.scenario.signals import RATED_TORQUE_NM, Array, Signals, lost_at_s
 
 BUCKETS = 700  # columns of the plot in which the extremes of a signal are kept
 STEP_WINDOW_S = (-4.0, 30.0)  # protocol S, from the speed step
 RAMP_WINDOW_S = (-4.0, 80.0)  # protocol R, from the start of the load ramp
+WILD_PU = 0.2  # of the panel, mean jump from one extreme to the next
 SPEED_VIEW_RPM = 600.0  # a drive that runs away is cut here, and said so
 TORQUE_CURRENT_VIEW_A = 20.0
 FREQUENCY_VIEW_HZ = 20.0
+LOST_RPM = 100.0  # protocol R
+LOST_AT_LIMIT_S = 0.3
 
 
 def draw(signals: Signals, width_in: float = 6.6, title: str = "") -> Any:
@@ -66,6 +69,7 @@ class _Drawn:
             axes.set_xlim(*window)
             axes.margins(x=0.0)
             axes.axvline(0.0, color=style.MUTED, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=1)
+        _mark_end(panels[0], self.signals, self.ramp)
         since = "start of the load ramp" if self.ramp else "speed step t₀"
         panels[-1].set_xlabel(f"time from the {since} [s]")
         return drawn
@@ -81,7 +85,16 @@ def _is_ramp(signals: Signals) -> bool:
 
 
 def _line(axes: Any, t_s: Array, values: Array, **look: Any) -> None:
-    axes.plot(*extremes(t_s, values), solid_joinstyle="round", **look)
+    """A signal within the limits already set; where it jumps all over the panel it is drawn
+    faintly, or it would hide everything else."""
+    t_s, values = extremes(t_s, values)
+    low, high = axes.get_ylim()
+    jumps = np.abs(np.diff(np.clip(values, low, high), append=values[-1:].clip(low, high)))
+    wild = np.convolve(jumps, np.full(21, 1.0 / 21.0), "same") > WILD_PU * (high - low)
+    axes.plot(t_s, np.where(wild, np.nan, values), solid_joinstyle="round", **look)
+    if np.any(wild):
+        faint = {**look, "alpha": 0.3, "linewidth": 0.4, "zorder": 2, "label": None}
+        axes.plot(t_s, np.where(wild, values, np.nan), **faint)
 
 
 def _view(axes: Any, signals: list[Array], largest: float, least_span: float) -> None:
@@ -101,12 +114,16 @@ def _view(axes: Any, signals: list[Array], largest: float, least_span: float) ->
             va="bottom",
             fontsize=7.0,
             color=style.MUTED,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0},
+            zorder=9,
         )
 
 
 def _beyond(low: float, high: float, low_view: float, high_view: float) -> list[str]:
     return [
-        f"{value:.0f}".replace("-", "−")
+        (f"{value:.0f}" if abs(value) < 3000.0 else f"beyond {np.sign(value) * 3000:.0f}").replace(
+            "-", "−"
+        )
         for value, beyond in ((low, low < low_view), (high, high > high_view))
         if beyond
     ]
@@ -114,6 +131,7 @@ def _beyond(low: float, high: float, low_view: float, high_view: float) -> list[
 
 def _speed(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     shown = [s.speed_ref_rpm[part], s.speed_rpm[part], s.speed_hat_rpm[part]]
+    _view(axes, shown, SPEED_VIEW_RPM, 200.0)
     _line(axes, t_s, shown[2], color=style.ESTIMATE, label="$\\hat\\omega$ estimate", zorder=3)
     _line(axes, t_s, shown[1], color=style.TRUE, label="$\\omega$ true", linewidth=1.3, zorder=4)
     _line(
@@ -125,18 +143,17 @@ def _speed(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
         linestyle=(0, (4, 2)),
         zorder=5,
     )
-    _view(axes, shown, SPEED_VIEW_RPM, 200.0)
     style.panel_title(axes, "speed [min⁻¹]")
     style.legend_above(axes)
 
 
 def _torque_current(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     shown = [s.i_q_ref_A[part], s.i_q_A[part]]
+    _view(axes, shown, TORQUE_CURRENT_VIEW_A, 8.0)
     _line(axes, t_s, shown[1], color=style.TRUE, label="$i_q$", zorder=3)
     _line(
         axes, t_s, shown[0], color=style.REFERENCE, label="$i_q^*$ command", linewidth=0.8, zorder=4
     )
-    _view(axes, shown, TORQUE_CURRENT_VIEW_A, 8.0)
     low, high = axes.get_ylim()
     for limit_A in (-s.i_q_limit_A, s.i_q_limit_A):
         if low < limit_A < high:
@@ -157,9 +174,9 @@ def _torque_current(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
 
 def _frequency(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     shown = s.f_s_Hz[part]
+    _view(axes, [shown, np.zeros(1)], FREQUENCY_VIEW_HZ, 4.0)
     axes.axhline(0.0, color="#9CA3AF", linewidth=0.8, zorder=1)
     _line(axes, t_s, shown, color=style.FREQUENCY, linewidth=0.9, zorder=3)
-    _view(axes, [shown, np.zeros(1)], FREQUENCY_VIEW_HZ, 4.0)
     style.panel_title(axes, "stator frequency [Hz]")
 
 
@@ -169,3 +186,27 @@ def _load(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     axes.set_ylim(-115.0, 10.0)
     axes.set_yticks([-100, -50, 0])
     style.panel_title(axes, "load torque [% of $T_N$ = 8.4 Nm]")
+
+
+def _mark_end(axes: Any, s: Signals, ramp: bool) -> None:
+    """Where the firmware tripped, or where protocol R counts the run as lost."""
+    tripped = np.flatnonzero(s.faults != 0)
+    trip_s = float(s.t_s[tripped[0]]) - s.event_s if len(tripped) else np.inf
+    lost_s = lost_at_s(s, LOST_RPM, LOST_AT_LIMIT_S) if ramp else np.inf
+    first_s, text = min((lost_s, "lost"), (trip_s, "trip"))
+    if not np.isfinite(first_s):
+        return
+    axes.axvline(first_s, color="#B91C1C", linewidth=0.9, linestyle=(0, (3, 2)), zorder=6)
+    axes.annotate(
+        text,
+        (first_s, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(3, -2),
+        textcoords="offset points",
+        ha="left",
+        va="top",
+        fontsize=7.5,
+        color="#B91C1C",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.5},
+        zorder=9,
+    )
