@@ -182,13 +182,14 @@ def _recommended(report: Report) -> str:
 
 
 def _design(report: Report) -> str:
+    folder = escape(report.paper.motor_dir.name)
     rows = [
         (
             escape(t.motor),
             escape(t.method),
             str(t.entries),
             f"{t.design_s:.1f} s",
-            f"{t.difference:.1e}",
+            "identical" if t.difference <= 0.0 else f"{t.difference:.1e}",
             f"{t.certificate.proven} of {t.certificate.entries}",
             _or_none(t.certificate.max_gamma, ".3f"),
             _or_none(t.certificate.max_angle_deg, ".1f°"),
@@ -211,7 +212,8 @@ def _design(report: Report) -> str:
         "inequalities (14)–(17) of the paper at every speed. For this report the tables were "
         "designed afresh and compared with the committed ones; each committed entry was proven in "
         "exact rational arithmetic by a program that shares no code with the design. 2 atan γ "
-        "bounds the error of field orientation for the speed error designed for.</p>"
+        "bounds the error of field orientation for the speed error designed for. The experiments "
+        f"above use the table of <code>gain_tables/{folder}</code>.</p>"
         + html.table(header, rows, numeric=tuple(range(2, 10)))
         + f'<div class="grid" style="margin-top:1rem">{plots}</div>'
     )
@@ -225,7 +227,7 @@ def _or_none(value: float | None, form: str) -> str:
 
 
 def _robustness(report: Report) -> str:
-    head = '<h2 id="robustness">How sharp the edge is</h2>'
+    head = '<h2 id="robustness">How far the match reaches</h2>'
     if not report.sensitivity:
         return f"{head}<p>Not in this report: {escape(report.sensitivity_source)}.</p>"
     matched = sum(result.match for result in report.results)
