@@ -330,3 +330,20 @@ def test_a_picture_is_written_for_a_readme(tmp_path: Path) -> None:
     assert file.stat().st_size < 150_000
     refused = CliRunner().invoke(app, [*words[:-1], "/proc/none/fig18.png"])
     assert isinstance(refused.exception, UserError)
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ([], "give one of them"),
+        (["--figure", "18", "--situation", "no_load"], "give one of them"),
+        (["--situation", "storm"], "there are no_load, load_50"),
+        (["--figure", "6", "--config", "nothing"], "no such file"),
+    ],
+)
+def test_a_senseless_picture_is_refused(words: list[str], complaint: str, tmp_path: Path) -> None:
+    app = typer.Typer()
+    command.register(app)
+    result = CliRunner().invoke(app, ["report", "--png", str(tmp_path / "x.png"), *words])
+    assert isinstance(result.exception, UserError)
+    assert complaint in str(result.exception)

@@ -15,11 +15,8 @@ from zerohertz.paths import BUILD
 
 if TYPE_CHECKING:
     from zerohertz.report.page import Report
-    from zerohertz.scenario.setup import Setup
 
 OUT = BUILD / "report"
-MIN_WIDTH_PX = 300
-MAX_WIDTH_PX = 6000
 
 
 def register(app: typer.Typer) -> None:
@@ -59,31 +56,49 @@ def demo(
 
 
 def picture(
-    figure: Annotated[int, typer.Option(min=6, max=18, help="Of the paper.")],
     png: Annotated[Path, typer.Option(metavar="FILE", help="Picture to write.")],
+    figure: Annotated[
+        int | None, typer.Option(min=6, max=18, help="Experiment of the paper.")
+    ] = None,
+    situation: Annotated[
+        str | None, typer.Option(help="Or: no_load, load_50, load_50_rs_1.5, regen_ramp.")
+    ] = None,
     config: Annotated[
         str, typer.Option(help="paper, recommended, or a TOML file like theirs.")
     ] = "paper",
     seed: Annotated[int, typer.Option(min=1, help="Noise seed.")] = 1,
     width: Annotated[int, typer.Option(min=300, max=6000, help="Pixels.")] = 1200,
 ) -> None:
-    """Run one experiment and draw it as a PNG file, like the committed tools/docs/fig18.png."""
-    from zerohertz.report.experiments import EXPERIMENTS
+    """Run one experiment and draw it as a PNG file.
+
+    The README's picture: --config recommended --situation regen_ramp --png tools/docs/fig18.png
+    """
     from zerohertz.report.pictures import write_png
     from zerohertz.scenario.evaluate import Run
     from zerohertz.scenario.setup import load_setup
 
+    scenario, title = _experiment(figure, situation)
     setup = load_setup(config)
-    title = _title(setup, EXPERIMENTS[figure].load, figure)
     try:
-        size = write_png(Run(setup, figure, seed), png, title, width)
+        size = write_png(Run(setup, scenario, seed), png, title, width)
     except OSError as error:
         raise UserError(f"{png}: cannot be written: {error.strerror}") from None
     print(f"{png}: {size / 1e3:.0f} kB")
 
 
-def _title(setup: Setup, load: str, figure: int) -> str:
-    return f"Fig. {figure}'s experiment, configuration {setup.name}, load {load}"
+def _experiment(figure: int | None, situation: str | None) -> tuple[int, str]:
+    """Figure whose scenario is run, and the title of its picture."""
+    from zerohertz.report.experiments import EXPERIMENTS, SITUATIONS
+    from zerohertz.scenario import evaluate
+
+    if (figure is None) == (situation is None):
+        raise UserError("--figure, --situation: give one of them")
+    if figure is not None:
+        e = EXPERIMENTS[figure]
+        return figure, f"Fig. {figure}: L {e.L}, ε₁ {e.eps1}, load {e.load}, Rs {e.observer_Rs}"
+    if situation not in SITUATIONS:
+        raise UserError(f"--situation: no '{situation}'; there are {', '.join(SITUATIONS)}")
+    return evaluate.SITUATIONS[situation], SITUATIONS[situation]
 
 
 def _print_verdicts(report: Report) -> None:
