@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import sys
 
 import typer
@@ -50,8 +49,7 @@ def make_app() -> typer.Typer:
         pass
 
     for name in COMMAND_MODULES:
-        if _exists(name):
-            importlib.import_module(name).register(app)
+        importlib.import_module(name).register(app)
     return app
 
 
@@ -59,13 +57,6 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         print(f"zerohertz {__version__}")
         raise typer.Exit
-
-
-def _exists(name: str) -> bool:
-    try:
-        return importlib.util.find_spec(name) is not None
-    except ModuleNotFoundError:
-        return False
 
 
 def main() -> None:
