@@ -110,7 +110,12 @@ def short_reason(result: Result, shown: int = 2) -> str:
         return ""
     failing = sorted(result.worst.failing, key=lambda clause: clause.margin)
     more = f"; {len(failing) - shown} more" if len(failing) > shown else ""
-    return "; ".join(str(clause) for clause in failing[:shown]) + more
+    return _stays_stable(result) + "; ".join(str(clause) for clause in failing[:shown]) + more
+
+
+def _stays_stable(result: Result) -> str:
+    """Where losing the speed is asked for, the clause is only the alternative nearest to it."""
+    return "does not lose the speed; nearest to it " if result.predicate == "UNSTABLE" else ""
 
 
 def _seeds(result: Result) -> str:
@@ -148,7 +153,9 @@ def _told(result: Result, wanted: str, verb: str) -> list[tuple[str, str]]:
         ("seeds", f"{_seeds(result)} {verb}; least margin {margin}"),
     ]
     if result.reason:
-        told.append(("why not", f'<span class="why">{escape(result.reason)}</span>'))
+        told.append(
+            ("why not", f'<span class="why">{escape(_stays_stable(result) + result.reason)}</span>')
+        )
     return told
 
 
