@@ -25,8 +25,8 @@ struct Circuit {
 // The table the firmware reads, and the memory it lies in.
 class GainFile {
 public:
-    GainFile(std::string motor, const Circuit &circuit, std::vector<observer_gain_t> entries,
-             float step_rad_s);
+    GainFile(std::string motor_name, const Circuit &designed_for,
+             std::vector<observer_gain_t> entries, float step_rad_s);
     GainFile(const GainFile &) = delete;
     GainFile &operator=(const GainFile &) = delete;
 
