@@ -319,6 +319,27 @@ def test_the_demo_runs_every_experiment_and_writes_the_page(
     assert re.findall(r"^\[(\d)/6\] .*: [\d.]+ s$", said.getvalue(), re.M) == list("123456")
 
 
+@pytest.mark.parametrize(("difference", "code"), [(1e-5, 0), (2e-3, 1)])
+def test_the_demo_fails_when_a_gain_table_is_not_the_designed_one(
+    tmp_path: Path,
+    report: Report,
+    monkeypatch: pytest.MonkeyPatch,
+    difference: float,
+    code: int,
+) -> None:
+    table = dataclasses.replace(report.tables[0], difference=difference)
+    made = dataclasses.replace(report, tables=[table])
+    (tmp_path / "index.html").write_text("page")
+    monkeypatch.setattr(demo, "make_report", lambda *_, **__: made)
+    app = typer.Typer()
+    command.register(app)
+    result = CliRunner().invoke(app, ["demo", "--out", str(tmp_path)])
+    assert result.exit_code == code, result.exception
+    assert "7 of 13 figures match" in result.stdout
+    assert str(tmp_path / "index.html") in result.stdout
+    assert ("do not hold" in result.stdout) == bool(code)
+
+
 def test_a_picture_is_written_for_a_readme(tmp_path: Path) -> None:
     app = typer.Typer()
     command.register(app)
