@@ -126,6 +126,19 @@ static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude
     return ab_scale(lambda_Wb, 1.0f / magnitude_Wb);
 }
 
+/* How fast the estimated flux turns, by the flux row of eq. (3): the speed, and the slip that the
+ * estimated current and the correction make. With e1 = 0 that is w + (M Rr/Lr) i_q / lambda. */
+static float flux_frequency(const drive_config_t *cfg, const drive_state_t *st,
+                            observer_gain_t gain, float magnitude_Wb)
+{
+    const ab_t l2_ohm = {gain.l2_re_ohm, gain.l2_im_ohm};
+    const ab_t pull_V = ab_add(ab_scale(st->observer.i_s_hat_A, cfg->observer.m_tau_ohm),
+                               ab_mul(l2_ohm, st->observer.e1_A));
+    const float base_Wb = maxf(magnitude_Wb, cfg->lambda_min_Wb);
+    return st->omega_e_hat_rad_s +
+           ab_cross(st->observer.lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
+}
+
 /* Voltage reference and current, both turned to when the duty acts -> duty; returns the voltage (at
  * the motor) that the duty gives. */
 static ab_t modulate(const drive_config_t *cfg, ab_t u_ref_V, ab_t i_predicted_A, drive_out_t *out)
@@ -146,9 +159,7 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     out->i_ref_A.d = flux_control_step(&cfg->flux, &st->flux, magnitude_Wb);
 
     if (in->mode == DRIVE_RUN) {
-        /* Slip of the oriented machine: w_s = w + (M Rr/Lr) i_q / lambda. */
-        st->omega_s_hat_rad_s = st->omega_e_hat_rad_s + cfg->observer.m_tau_ohm * out->i_A.q /
-                                                            maxf(magnitude_Wb, cfg->lambda_min_Wb);
+        st->omega_s_hat_rad_s = flux_frequency(cfg, st, out->gain, magnitude_Wb);
         const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
                                              .omega_hat_rad_s = st->omega_e_hat_rad_s,
                                              .i_d_ref_A = out->i_ref_A.d};
