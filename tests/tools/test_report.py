@@ -19,10 +19,13 @@ from typer.testing import CliRunner
 
 from zerohertz.check.certificate import Report as Certificate
 from zerohertz.errors import UserError
+from zerohertz.gain_design.table import design_table, table_json
+from zerohertz.motor import load_motor, motor_toml, with_design
+from zerohertz.paths import ROOT
 from zerohertz.report import command, demo, figure_plot, style
 from zerohertz.report.experiments import EXPERIMENTS, GROUPS, SITUATIONS, observed
 from zerohertz.report.page import Report, build_page, short_reason
-from zerohertz.report.tables import TableOutcome, _difference
+from zerohertz.report.tables import TableOutcome, _difference, check_tables
 from zerohertz.scenario import evaluate
 from zerohertz.scenario.evaluate import Result
 from zerohertz.scenario.predicates import FIGURES, Clause, Judgement, measure_ramp, measure_step
@@ -294,6 +297,23 @@ def test_a_redesign_is_compared_gain_by_gain() -> None:
     moved[1, 0] += np.float32(0.05)  # |l1| = 50
     assert _difference(words, moved) == pytest.approx(1e-3, rel=1e-3)
     assert _difference(words[:4], gain) == float("inf")
+
+
+def test_a_table_is_redesigned_compared_and_proven(tmp_path: Path) -> None:
+    short = with_design(load_motor(ROOT / "gain_tables" / "hasegawa2005"), table_end_elec_per_min=8)
+    folder = tmp_path / "motor"
+    folder.mkdir()
+    (folder / "motor.toml").write_text(motor_toml(short))
+    (folder / "l_gain.json").write_text(table_json(design_table(short)))
+    (good,) = check_tables([folder], tmp_path / "fresh", 1, lambda done: None)
+    assert good.holds
+    assert (good.entries, good.certificate.proven, good.difference) == (5, 5, 0.0)
+    assert (tmp_path / "fresh" / short.name / "l_gain.json").is_file()
+    # A table of other requirements is proven, but it is not the one that motor.toml gives.
+    other = with_design(short, decay_per_s=2.0)
+    (folder / "motor.toml").write_text(motor_toml(other))
+    (bad,) = check_tables([folder], tmp_path / "fresh", 1, lambda done: None)
+    assert not bad.holds
 
 
 # ---- the whole --------------------------------------------------------------------------------
