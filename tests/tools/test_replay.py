@@ -224,6 +224,14 @@ def test_the_wrong_scaling_is_no_disaster_but_the_wrong_motor_is(log_file: Path)
     assert wrong["error"]["rms_pu"] > 5.0 * right["error"]["rms_pu"]
 
 
+@pytest.mark.parametrize("value", ["0", "1e30", "-1e30"])
+def test_a_senseless_recording_gives_numbers_and_no_crash(tmp_path: Path, value: str) -> None:
+    lines = [HEADER, *(f"{k * 2e-4:.6g}," + ",".join([value] * 4) + ",0" for k in range(2000))]
+    error = run_json(write(tmp_path / "log.csv", lines), "--motor", TABLE_1)["error"]
+    assert error["rms_pu"] is None
+    assert 0.0 <= error["max_rad_s"] <= 628.0 * (1.0 + 1e-6)  # omega_max_rad_s holds the estimate
+
+
 def test_a_plot_is_written(log_file: Path, tmp_path: Path) -> None:
     for name, magic in (("a.png", b"\x89PNG"), ("b.svg", b"<svg")):
         file = tmp_path / "new" / name

@@ -32,6 +32,7 @@ from zerohertz.replay.statistics import SpeedError, speed_error
 METHODS = {"euler": 0, "second": 1}
 GAINS = ("table", "zero")
 PERIODS_S = (20e-6, 2e-3)  # param_list.def: period_s
+FULL_SCALES_A = (0.1, 1e4)  # param_list.def: current_full_scale_A
 # A log begins in mid run; the start is wrong by this much on purpose, so that convergence is seen.
 INITIAL_PU = 0.8
 
@@ -139,7 +140,7 @@ def run(log: Log, motor: Motor, motor_dir: Path, settings: Settings) -> tuple[St
             f"of {settings.voltage_delay_s:g} s"
         )
     # The observer bounds its states at twice the full scale of a board that this log never had.
-    full_scale_A = float(np.max(np.abs(log.i_s_A)))
+    full_scale_A = float(np.clip(np.max(np.abs(log.i_s_A)), *FULL_SCALES_A))
     overrides = {
         "current_full_scale_A": full_scale_A,
         "observer_method": METHODS[settings.method],
