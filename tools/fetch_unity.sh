@@ -31,6 +31,7 @@ fetch() {
 }
 
 # The release itself first: its pool always holds what its index names.
+# shellcheck disable=SC2016 # apt-get fills these in, not the shell
 apt-get indextargets --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
     grep ' main$' | sort -u >"$work/all"
 grep -v -e '-security ' -e '-updates ' "$work/all" >"$work/candidates" || true
@@ -50,7 +51,8 @@ if [ -z "$found" ]; then
 fi
 
 cd "$work/source"
-tarball=$(ls ntpsec_*.orig.tar.*z* | grep -v '\.asc$' | head -n 1)
+set -- ntpsec_*.orig.tar.*z
+tarball=$1
 # Under "Checksums-Sha256:" each line is: hash, size, name.
 wanted=$(sed -n '/^Checksums-Sha256:/,/^[^ ]*:$/s/^ \([0-9a-f]\{64\}\) .* '"$tarball"'$/\1/p' ntpsec_*.dsc)
 actual=$(sha256sum "$tarball" | cut -d ' ' -f 1)

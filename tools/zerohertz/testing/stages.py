@@ -20,6 +20,7 @@ RUFF_CONFIG = ("--config", "tools/pyproject.toml")
 PYTHON_FOLDERS = ("tools", "tests")
 C_FOLDERS = ("firmware", "hal", "host_sim", "tests")
 GENERATED_FOLDER = "gain_tables"  # laid out by its generator, not by clang-format
+SHELL_SCRIPTS = ("tools/zh", "tools/fetch_unity.sh", ".ci/run")
 C_SUFFIXES = (".c", ".h", ".cpp", ".hpp")
 
 # CONVENTIONS 11: of the mutants that are not equivalent to the original.
@@ -51,6 +52,7 @@ def all_stages() -> list[Stage]:
         Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
+        Stage("shell", "shellcheck", _shell, quick=True),
         Stage(
             "rules",
             "includes, identifiers, objects, nothing unbuilt",
@@ -190,6 +192,10 @@ def _ruff(log: Log) -> Outcome:
         (*RUFF, "check", *RUFF_CONFIG, *PYTHON_FOLDERS),
         (*RUFF, "format", "--check", *RUFF_CONFIG, *PYTHON_FOLDERS),
     )
+
+
+def _shell(log: Log) -> Outcome:
+    return log.check(("shellcheck", *SHELL_SCRIPTS))
 
 
 def _rules(log: Log) -> Outcome:
