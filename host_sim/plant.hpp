@@ -90,6 +90,7 @@ private:
     using Transition = LineVoltageFilter::Transition;
 
     void follow_disturbances();
+    void advance_averaged(const Duty &duty);
     void advance_switched(const Duty &duty);
     void advance_blocked();
     void integrate(const Segment &segment, double h_s, const Transition &transition);
@@ -107,16 +108,19 @@ private:
     Inverter inverter_;
     Sensors sensors_;
     LineVoltageFilter filter_;
+    Transition whole_period_;
     Transition half_period_;
     Transition blocked_step_;
     Disturbances disturbances_;
     double drop_V_;
+    bool whole_steps_; // averaged: one integration step per period
 
     std::uint64_t steps_ = 0;
     MotorState x_;
     double u_dc_V_;
     double load_torque_Nm_ = 0.0;
-    Vec u_s_V_s_; // integral of u_s over the interval
+    Vec u_s_V_s_;      // integral of u_s over the interval
+    Vec i_s_before_A_; // at the start of the last averaged interval
     bool blocked_ = true;
     std::array<bool, 3> open_{true, true, true}; // blocked phases without current
     std::size_t load_cursor_ = 0;
