@@ -32,6 +32,7 @@ from zerohertz.replay.statistics import SpeedError, speed_error
 METHODS = {"euler": 0, "second": 1}
 GAINS = ("table", "zero")
 PERIODS_S = (20e-6, 2e-3)  # param_list.def: period_s
+HEADROOM = 4.0
 FULL_SCALES_A = (0.1, 1e4)  # param_list.def: current_full_scale_A
 # A log begins in mid run; the start is wrong by this much on purpose, so that convergence is seen.
 INITIAL_PU = 0.8
@@ -139,8 +140,9 @@ def run(log: Log, motor: Motor, motor_dir: Path, settings: Settings) -> tuple[St
             f"{log.file}: too short for a period of {settings.period_s:g} s and a voltage delay "
             f"of {settings.voltage_delay_s:g} s"
         )
-    # The observer bounds its states at twice the full scale of a board that this log never had.
-    full_scale_A = float(np.clip(np.max(np.abs(log.i_s_A)), *FULL_SCALES_A))
+    # The observer bounds its states at twice the full scale of a board, which a log does not have:
+    # wide enough that a wrong start is not held back.
+    full_scale_A = float(np.clip(HEADROOM * np.max(np.abs(log.i_s_A)), *FULL_SCALES_A))
     overrides = {
         "current_full_scale_A": full_scale_A,
         "observer_method": METHODS[settings.method],
