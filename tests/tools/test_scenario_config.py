@@ -141,7 +141,7 @@ def test_a_perturbed_point_stays_inside_the_ranges():
     assert set(point) == set(space.BY_NAME)
     for unknown in space.UNKNOWNS:
         assert -1e-9 <= unknown.unit_of(point[unknown.name]) <= 1.0 + 1e-9, unknown.name
-    assert point["observer_method"] in (0.0, 1.0)
+    assert point["eps1_prior"] in (0.0, 1.0)
 
 
 def test_unit_and_value_are_inverse():

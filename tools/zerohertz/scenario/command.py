@@ -116,6 +116,9 @@ def identify(
     log: Annotated[
         Path, typer.Option(help="Everything tried, one JSON per line; resumed when it exists.")
     ] = IDENTIFY_LOG,
+    start: Annotated[
+        list[Path] | None, typer.Option(help="JSON of a point to start from; may be repeated.")
+    ] = None,
     write: Annotated[
         Path | None, typer.Option(help="Afterwards: folder for rig, config and motor.toml.")
     ] = None,
@@ -125,18 +128,18 @@ def identify(
     Ranges stand in scenario/space.py. The result is a proposal: `zh figures --config FILE` is the
     judge, with all seeds.
     """
-    from zerohertz.scenario.identify import Search, search
+    from zerohertz.scenario.identify import Search, read_point, search
     from zerohertz.scenario.propose import write_proposal
 
     console = Console(stderr=True)
-    run = Search(log, seed)
-    start = time.monotonic()
+    run = Search(log, seed, {path.stem: read_point(path) for path in start or ()})
+    begin = time.monotonic()
 
     def report(state: Search, better: bool) -> None:
         if better and state.best:
             missing = [n for n, v in state.best.figures.items() if v < 1.0]
             console.print(
-                f"{time.monotonic() - start:7.0f} s  {state.tried} tried, {state.full} to the end: "
+                f"{time.monotonic() - begin:7.0f} s  {state.tried} tried, {state.full} to the end: "
                 f"{state.best.matches} match, value {state.best.value:.3f} "
                 f"(from {state.best.origin}; missing {', '.join(missing) or 'none'})",
                 highlight=False,

@@ -26,9 +26,9 @@ from zerohertz.scenario.space import BY_NAME, STARTS, perturbed, setup_of, start
 
 # Figures in the order of judging: those that part good points from bad first. A figure stands
 # after the one it is compared with.
-CASCADE = (16, 10, 11, 6, 7, 12, 9, 15, 14, 17, 18, 13, 8)
+CASCADE = (16, 14, 15, 9, 10, 11, 12, 6, 7, 13, 8, 17, 18)
 SEEDS = (1, 2)
-ELITE = 10
+ELITE = 6
 MATCH = 1.0
 # A margin beyond this earns nothing more: robust enough, and no figure shall pay for another.
 MARGIN_FULL = 0.10
@@ -63,8 +63,10 @@ def _distance(clause: Clause) -> float:
         return 1.0
     if clause.threshold <= 0.0:
         return min(1.0, -clause.margin)
-    ratio = max(clause.value / clause.threshold, 1e-3)
-    return min(1.0, abs(math.log(ratio)) / math.log(30.0))
+    ratio = clause.value / clause.threshold
+    if ratio <= 0.0:
+        return min(1.0, 0.6 - 0.05 * ratio)
+    return min(0.6 if ratio < 1.0 else 1.0, abs(math.log(ratio)) / math.log(30.0))
 
 
 def assess(point: Mapping[str, float], bar: float, origin: str) -> Trial:
@@ -74,7 +76,11 @@ def assess(point: Mapping[str, float], bar: float, origin: str) -> Trial:
     for seed in SEEDS:
         found: dict[int, Measures] = {}
         for figure in CASCADE:
-            found[figure] = measure_run(Run(setup, figure, seed))
+            try:
+                found[figure] = measure_run(Run(setup, figure, seed))
+            except UserError:
+                # Values that each are in range, and together are no rig or no drive.
+                return Trial(point, None, _named(worst), origin)
             needed = {n: found[n] for n in (figure, *NEEDS.get(figure, ()))}
             value = figure_value(judge(figure, needed))
             worst[figure] = min(value, worst.get(figure, FIGURE_BEST))
@@ -88,19 +94,31 @@ def _named(values: Mapping[int, float]) -> dict[str, float]:
     return {str(n): round(values[n], 4) for n in sorted(values)}
 
 
+def read_point(path: Path) -> dict[str, float]:
+    """A point of the space from JSON; coordinates it leaves out have their start value."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        given = {name: float(value) for name, value in content.items() if name in BY_NAME}
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise UserError(f"{path}: is no point of the search: {error}") from None
+    return start_point("paper_outcomes") | given
+
+
 class Search:
     """The elite and its log."""
 
-    def __init__(self, log: Path, seed: int) -> None:
+    def __init__(
+        self, log: Path, seed: int, starts: Mapping[str, Mapping[str, float]] | None = None
+    ) -> None:
         self.log = log
         self.rng = np.random.default_rng(seed)
         self.elite: list[Trial] = []
         self.tried = 0
         self.full = 0
-        self.starts = list(STARTS)
+        self.starts = dict(starts) if starts else {name: start_point(name) for name in STARTS}
         log.parent.mkdir(parents=True, exist_ok=True)
         if log.exists():
-            self._resume()
+            self._resume(bool(starts))
 
     @property
     def best(self) -> Trial | None:
@@ -113,8 +131,8 @@ class Search:
     def propose(self) -> tuple[dict[str, float], str]:
         """A start that was not tried yet, else a child of the elite."""
         if self.starts:
-            name = self.starts.pop(0)
-            return start_point(name), name
+            name = next(iter(self.starts))
+            return dict(self.starts.pop(name)), name
         # Better ones more often: the square of a uniform number favours the front.
         parent = self.elite[int(len(self.elite) * self.rng.random() ** 2)] if self.elite else None
         point = dict(parent.point) if parent else start_point("paper_outcomes")
@@ -141,7 +159,7 @@ class Search:
         self.elite = sorted([*self.elite, trial], key=lambda t: -t.value)[:ELITE]
         return before is None or trial.value > before.value
 
-    def _resume(self) -> None:
+    def _resume(self, starts: bool) -> None:
         for number, line in enumerate(self.log.read_text(encoding="utf-8").splitlines(), 1):
             try:
                 trial = Trial(**json.loads(line))
@@ -151,7 +169,8 @@ class Search:
                 ) from None
             if set(trial.point) == set(BY_NAME):
                 self._take(trial)
-        self.starts = [] if self.tried else self.starts
+        if self.tried and not starts:
+            self.starts = {}
 
 
 def search(
