@@ -21,20 +21,8 @@
 #define CHECKED
 #endif
 
-/* x limited to lo..hi (lo <= hi); lo for NaN, so that nothing downstream sees one. */
-static inline float clampf(float x, float lo, float hi)
-{
-    if (x >= hi) {
-        return hi;
-    }
-    return (x > lo) ? x : lo; /* false for NaN */
-}
-
-static inline float absf(float x)
-{
-    return (x < 0.0f) ? -x : x;
-}
-
+/* Choices between two values, not branches: one instruction each where the core has min and max.
+ * A comparison with NaN is false, so NaN leaves b. */
 static inline float maxf(float a, float b)
 {
     return (a > b) ? a : b;
@@ -45,10 +33,22 @@ static inline float minf(float a, float b)
     return (a < b) ? a : b;
 }
 
+/* x limited to lo..hi (lo <= hi); lo for NaN, so that nothing downstream sees one. */
+static inline float clampf(float x, float lo, float hi)
+{
+    return minf(maxf(x, lo), hi);
+}
+
+/* NaN stays NaN. */
+static inline float absf(float x)
+{
+    return maxf(-x, x);
+}
+
 /* Neither infinite nor NaN. */
 static inline bool is_finite(float x)
 {
-    return (x >= -FLT_MAX) && (x <= FLT_MAX);
+    return absf(x) <= FLT_MAX;
 }
 
 /* Finite and > 0: what every resistance, inductance, period and limit has to be. */
