@@ -34,16 +34,17 @@ static bool is_duty(float x)
     return (x >= 0.0f) && (x <= 1.0f);
 }
 
-/* Values that enter and leave are numbers, and a duty is one the timer can do. */
+/* Values that enter and leave are numbers, and a duty is one the timer can do. One sum stands for
+ * all: infinity and NaN survive any addition, and no sum of limited values overflows. */
 static bool all_finite(const monitor_in_t *in)
 {
-    const bool measured =
-        ab_finite(in->meas->i_s_A) && ab_finite(in->meas->u_line_V) && is_finite(in->meas->u_dc_V);
-    const bool estimated = ab_finite(in->i_s_hat_A) && ab_finite(in->lambda_r_hat_Wb) &&
-                           is_finite(in->omega_e_hat_rad_s);
+    const float measured = in->meas->i_s_A.alpha + in->meas->i_s_A.beta + in->meas->u_line_V.alpha +
+                           in->meas->u_line_V.beta + in->meas->u_dc_V;
+    const float estimated = in->i_s_hat_A.alpha + in->i_s_hat_A.beta + in->lambda_r_hat_Wb.alpha +
+                            in->lambda_r_hat_Wb.beta + in->omega_e_hat_rad_s;
     const bool duties = is_duty(in->duty.u) && is_duty(in->duty.v) && is_duty(in->duty.w);
 
-    return measured && estimated && duties;
+    return is_finite(measured + estimated) && duties;
 }
 
 /* Consecutive periods with the flag, up to the limit: the count cannot wrap. */
