@@ -105,12 +105,15 @@ struct Row {
     double x_rad_s = 0.0;
 };
 
-double angle_between_deg(Vec from, Vec to)
+// Estimated minus true angle, -180..180; 0 without flux. The angles are recorded anyway.
+double angle_error_deg(const Row &r)
 {
-    if (magnitude(from) < no_flux_Wb || magnitude(to) < no_flux_Wb) {
+    if (r.lambda_Wb < no_flux_Wb || static_cast<double>(r.t.lambda_hat_Wb) < no_flux_Wb) {
         return 0.0;
     }
-    return std::atan2(cross(from, to), dot(from, to)) * 180.0 / std::numbers::pi;
+    const double turns =
+        (static_cast<double>(r.t.lambda_angle_rad) - r.flux_angle_rad) * (0.5 / std::numbers::pi);
+    return 360.0 * (turns - std::round(turns));
 }
 
 class Loop {
@@ -158,13 +161,12 @@ private:
     {
         const app_t &app = firmware_.app();
         Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
-        const ab_t hat = app.last.lambda_r_hat_Wb;
         const Vec flux_Wb = r.truth.psi_r_Wb;
         r.speed_ref_rpm = static_cast<double>(speed_ref_rpm_);
         r.f_s_Hz = f_s_.f_Hz();
         r.lambda_Wb = magnitude(flux_Wb);
         r.flux_angle_rad = std::atan2(flux_Wb.beta, flux_Wb.alpha);
-        r.flux_angle_err_deg = angle_between_deg(flux_Wb, {hat.alpha, hat.beta});
+        r.flux_angle_err_deg = angle_error_deg(r);
         r.i_abs_A = magnitude(r.truth.i_s_A);
         r.e1_abs_A = std::hypot(r.t.e1_alpha_A, r.t.e1_beta_A);
         r.gates_on = output.gates_on ? 1.0 : 0.0;
