@@ -1,11 +1,16 @@
 /* The generated C tables as the compiler reads them: their decimals give back the designed bits. */
 #include "hasegawa2005/l_gain.h"
+#include "hasegawa2005_recommended/l_gain.h"
 #include "im_4kw_400v/l_gain.h"
 
 #include "crc32c.h"
 #include "unity.h"
 
-static const gain_table_t *const tables[] = {&l_gain_hasegawa2005, &l_gain_im_4kw_400v};
+static const gain_table_t *const tables[] = {
+    &l_gain_hasegawa2005,
+    &l_gain_im_4kw_400v,
+    &l_gain_hasegawa2005_recommended,
+};
 
 #define TABLES (sizeof(tables) / sizeof(tables[0]))
 
