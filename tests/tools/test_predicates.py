@@ -161,6 +161,20 @@ def test_each_clause_of_stable_alone_breaks_it(name):
     assert not holds(10, f10=during(step_signals(), *STABLE_VIOLATIONS[name]))
 
 
+@pytest.mark.parametrize("end_s", [-2.0, 1.0, 5.0, 20.0, 29.9])
+def test_a_record_that_ends_early_is_never_stable(end_s):
+    whole = step_signals()
+    kept = slice(0, int((T0_S + end_s) / STEP_S))
+    arrays = {
+        f.name: getattr(whole, f.name)[kept]
+        for f in dataclasses.fields(Signals)
+        if isinstance(getattr(whole, f.name), np.ndarray)
+    }
+    cut = dataclasses.replace(whole, **arrays)
+    assert not holds(10, f10=cut)
+    assert not holds(8, f8=cut)
+
+
 STABLE_ALLOWANCES = {
     "pre_before_its_second": (-1.1, -1.05, "speed_rpm", 200.0),
     "swing": (1.5, 1.6, "speed_rpm", -149.0),

@@ -13,6 +13,7 @@ import numpy as np
 
 from zerohertz.scenario.signals import (
     Signals,
+    largest,
     load_pu_at,
     lost_at_s,
     ripple,
@@ -139,14 +140,14 @@ def measure_step(s: Signals) -> StepMeasures:
     late_error = s.error_rpm[late]
     return StepMeasures(
         faulted=bool(np.any(s.faults != 0)),
-        peak_speed_rpm=float(np.max(np.abs(s.speed_rpm))),
-        peak_current_A=float(np.max(s.i_abs_A)),
-        pre_error_rpm=float(np.max(s.error_rpm[pre])),
-        pre_estimate_error_rpm=float(np.mean(np.abs(s.speed_hat_rpm - s.speed_rpm)[pre])),
-        swing_low_rpm=float(np.min(s.speed_rpm[swing])),
-        swing_high_rpm=float(np.max(s.speed_rpm[swing])),
-        hold_error_rpm=float(np.max(s.error_rpm[hold])),
-        hold_limit_share=float(np.mean(s.at_limit[hold])),
+        peak_speed_rpm=largest(np.abs(s.speed_rpm)),
+        peak_current_A=largest(s.i_abs_A),
+        pre_error_rpm=largest(s.error_rpm[pre]),
+        pre_estimate_error_rpm=_mean(np.abs(s.speed_hat_rpm - s.speed_rpm)[pre]),
+        swing_low_rpm=-largest(-s.speed_rpm[swing]),
+        swing_high_rpm=largest(s.speed_rpm[swing]),
+        hold_error_rpm=largest(s.error_rpm[hold]) if s.covers(30.0) else np.nan,
+        hold_limit_share=_mean(s.at_limit[hold]),
         ripple_w_rpm=ripple(s, s.speed_rpm),
         ripple_w_hat_rpm=ripple(s, s.speed_hat_rpm),
         ripple_i_q_A=ripple(s, s.i_q_A),
@@ -154,6 +155,10 @@ def measure_step(s: Signals) -> StepMeasures:
         sustained_error_tight_rpm=sustained(late_error, 0.5 * (1.0 + TIGHT), s.step_s),
         worst_second_limit_share=worst_share(s.at_limit[late], 1.0, s.step_s),
     )
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.mean(values)) if len(values) else np.nan
 
 
 def _started(m: StepMeasures, tight: float) -> Clause:
@@ -267,7 +272,7 @@ def measure_ramp(s: Signals) -> RampMeasures:
     lost = [lost_at_s(s, 100.0 * k, 0.3 * k) for k in (1.0, 1.0 - TIGHT, 1.0 + TIGHT)]
     # The stator frequency is a derivative of an angle: its mean over the ramp's last half second.
     end = s.window(39.5, 40.0)
-    return RampMeasures(*lost, *(load_pu_at(s, t) for t in lost), float(np.mean(s.f_s_Hz[end])))
+    return RampMeasures(*lost, *(load_pu_at(s, t) for t in lost), _mean(s.f_s_Hz[end]))
 
 
 def _figure_17(m: RampMeasures, tight: float) -> tuple[Clause, ...]:

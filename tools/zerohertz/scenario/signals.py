@@ -50,6 +50,10 @@ class Signals:
         first, last = np.searchsorted(self.t_s, edges)
         return slice(int(first), int(last))
 
+    def covers(self, end_s: float) -> bool:
+        """The record goes on to event + end: a plant whose numbers diverge ends its run early."""
+        return bool(self.t_s[-1] >= self.event_s + end_s - 1.5 * self.step_s)
+
     @property
     def error_rpm(self) -> Array:
         return np.abs(self.speed_rpm - self.speed_ref_rpm)
@@ -63,13 +67,20 @@ def ripple(signals: Signals, values: Array) -> float:
     """rms over t0+8 s .. t0+30 s after a causal second-order 0.5 Hz Butterworth high-pass.
 
     The filter starts at t0, settled at the value there: the step of 300 min^-1 has decayed by
-    exp(-2.2 * 8) when the window opens.
+    exp(-2.2 * 8) when the window opens. NaN when the record ends before the window does.
     """
+    if not signals.covers(30.0):
+        return np.nan
     sos = butter(2, RIPPLE_CUTOFF_HZ, "highpass", fs=1.0 / signals.step_s, output="sos")
     after = values[signals.window(0.0, 30.0)]
     filtered, _ = sosfilt(sos, after, zi=sosfilt_zi(sos) * after[0])
     kept = signals.window(8.0, 30.0)
     return float(np.sqrt(np.mean(np.square(filtered[kept.start - kept.stop :]))))
+
+
+def largest(values: Array) -> float:
+    """NaN for an empty window, so that no clause takes it for a small number."""
+    return float(np.max(values)) if len(values) else np.nan
 
 
 def sustained(values: Array, duration_s: float, step_s: float) -> float:
