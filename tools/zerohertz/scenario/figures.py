@@ -10,7 +10,7 @@ from typing import Any
 
 from zerohertz.paths import ROOT
 from zerohertz.scenario.evaluate import Result, score
-from zerohertz.scenario.setup import Setup
+from zerohertz.scenario.setup import Setup, figure_scenario, parameter_defaults, scenario_file
 
 DOCS = ROOT / "tools" / "docs"
 
@@ -82,9 +82,12 @@ def committed_sensitivity(setup: Setup) -> tuple[dict[str, float] | None, str]:
 
 
 def inputs_sha256(setup: Setup) -> str:
-    """Hash of what the result depends on, the firmware itself left out."""
-    digest = hashlib.sha256(json.dumps(dict(setup.params), sort_keys=True).encode())
-    for path in (setup.rig, setup.board, setup.motor_dir / "l_gain.json"):
+    """Hash of what the result depends on, the code of firmware and plant left out."""
+    params = parameter_defaults() | dict(setup.params)
+    digest = hashlib.sha256(json.dumps(params, sort_keys=True).encode())
+    scenarios = [scenario_file(figure_scenario(n)) for n in PAPER]
+    motor = [setup.motor_dir / name for name in ("motor.toml", "l_gain.json")]
+    for path in (setup.rig, setup.board, *motor, *scenarios):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
