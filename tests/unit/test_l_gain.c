@@ -1,5 +1,6 @@
 /* The generated C tables as the compiler reads them: their decimals give back the designed bits. */
 #include "hasegawa2005/l_gain.h"
+#include "hasegawa2005_paper/l_gain.h"
 #include "hasegawa2005_recommended/l_gain.h"
 #include "im_4kw_400v/l_gain.h"
 
@@ -9,6 +10,7 @@
 static const gain_table_t *const tables[] = {
     &l_gain_hasegawa2005,
     &l_gain_im_4kw_400v,
+    &l_gain_hasegawa2005_paper,
     &l_gain_hasegawa2005_recommended,
 };
 
