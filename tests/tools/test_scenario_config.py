@@ -141,7 +141,7 @@ def test_a_perturbed_point_stays_inside_the_ranges():
     assert set(point) == set(space.BY_NAME)
     for unknown in space.UNKNOWNS:
         assert -1e-9 <= unknown.unit_of(point[unknown.name]) <= 1.0 + 1e-9, unknown.name
-    assert point["eps1_prior"] in (0.0, 1.0)
+    assert point["L.method"] in (0.0, 1.0, 2.0)
 
 
 def test_unit_and_value_are_inverse():
@@ -151,8 +151,10 @@ def test_unit_and_value_are_inverse():
 
 def test_nothing_the_paper_states_is_searched():
     params = space.firmware_params(space.start_point("paper_outcomes"))
-    fixed = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H", "i_q_max_A", "i_max_A", "period_s")
+    fixed = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H", "i_q_max_A", "period_s")
     assert not set(params) & set(fixed)
+    # Nor is anything that the paper's law does not have.
+    assert params["phi_factor"] == 0 and params["eps1_prior"] == 0 and params["flux_mode"] == 0
     assert set(params) <= set(setup.parameter_defaults())
 
 
