@@ -2,7 +2,7 @@
  *
  * 1801 entries of L(w), one per 2 elec. min^-1 from standstill; method pole_shift.
  * Inputs (motor.toml), SHA-256:
- * 8ac57ae68afbc2331da9332dcc39bd1b368b6c4bc25d1aedf352f61c51c20f54
+ * b5aecec2828a189cb633d36e590f8a418b6bd70d60c7b1ea6ebc502f97989d3d
  */
 #ifndef L_GAIN_HASEGAWA2005_PAPER_H
 #define L_GAIN_HASEGAWA2005_PAPER_H
