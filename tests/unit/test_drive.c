@@ -410,6 +410,24 @@ static void test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis(void)
                               (double)(out.omega_s_hat_rad_s - out.omega_e_hat_rad_s));
 }
 
+/* i_d has priority: 8 of 10 A leave 6 A for torque, though i_q alone might be 12 A. */
+static void test_torque_current_gets_what_i_d_leaves(void)
+{
+    drive_params_t p = both_machines(0);
+    p.flux.i_d_A = 8.0f;
+    p.speed.i_max_A = 10.0f;
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.4f, 0.0f}},
+                        .speed = {.omega_ref_rad_s = 200.0f}};
+    const drive_in_t in = {
+        .sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN, .omega_e_ref_rad_s = 200.0f};
+    drive_out_t out;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_FLOAT(8.0f, out.i_ref_A.d);
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, out.i_ref_A.q);
+}
+
 static void test_off_rests_everything_but_offsets_and_fault_counters(void)
 {
     const drive_params_t p = both_machines(0);
@@ -617,6 +635,7 @@ int main(void)
     RUN_TEST(test_delay_compensation_angle_is_limited);
     RUN_TEST(test_premagnetise_holds_axis_and_speed_still);
     RUN_TEST(test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis);
+    RUN_TEST(test_torque_current_gets_what_i_d_leaves);
     RUN_TEST(test_off_rests_everything_but_offsets_and_fault_counters);
     RUN_TEST(test_faults_are_reported_in_every_mode);
     RUN_TEST(test_a_lost_estimate_is_a_fault);

@@ -201,6 +201,12 @@ static void test_word_above_the_range_did_not_come_from_the_adc(void)
     }
 }
 
+static void test_every_flag_has_a_bit_of_its_own(void)
+{
+    TEST_ASSERT_BITS_LOW(MEASUREMENT_SATURATED, MEASUREMENT_OUT_OF_RANGE);
+    TEST_ASSERT_BITS_LOW(MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE, MEASUREMENT_CURRENT_SUM);
+}
+
 static void test_flags_of_several_channels_add_up(void)
 {
     measurement_in_t in = centre;
@@ -309,6 +315,7 @@ int main(void)
     RUN_TEST(test_word_at_the_lower_end_is_saturated);
     RUN_TEST(test_dc_link_of_zero_is_not_saturated);
     RUN_TEST(test_word_above_the_range_did_not_come_from_the_adc);
+    RUN_TEST(test_every_flag_has_a_bit_of_its_own);
     RUN_TEST(test_flags_of_several_channels_add_up);
     RUN_TEST(test_current_sum_at_the_limit_is_allowed);
     RUN_TEST(test_current_sum_beyond_the_limit_is_flagged);
