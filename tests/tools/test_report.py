@@ -47,6 +47,11 @@ def signals(ramp: bool = False, wild: bool = False, trips: bool = False) -> Sign
     return Signals(
         event_s=event_s,
         i_q_limit_A=15.0,
+        lambda_max_Wb=2.0,
+        speed_hat_max_rpm=3000.0,
+        trip=int(trips),
+        trip_s=event_s + 2.0 if trips else np.nan,
+        first_fault=int(trips),
         t_s=t_s,
         speed_ref_rpm=ref,
         speed_rpm=speed,
@@ -56,6 +61,7 @@ def signals(ramp: bool = False, wild: bool = False, trips: bool = False) -> Sign
         load_Nm=load,
         f_s_Hz=speed / 30.0,
         i_abs_A=np.full_like(t_s, 6.0),
+        lambda_hat_Wb=np.full_like(t_s, 0.5),
         faults=np.where((since > 2.0) & trips, 1.0, 0.0),
     )
 
@@ -168,7 +174,8 @@ def test_every_figure_has_its_words_once() -> None:
     ("change", "words"),
     [
         ({}, "stays within 60 min⁻¹; ripple ω"),
-        ({"faulted": True}, "trips"),
+        ({"faulted": True, "trip": "over current"}, "trips (over current)"),
+        ({"trip": "plant diverged", "sustained_error_rpm": None}, "trips (plant diverged)"),
         ({"peak_speed_rpm": 5000.0}, "runs away beyond 3000 min⁻¹"),
         ({"peak_speed_rpm": None}, "runs away beyond 3000 min⁻¹"),
         ({"sustained_error_rpm": 140.0}, "loses the speed, off by 140 min⁻¹"),

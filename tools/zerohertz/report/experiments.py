@@ -124,9 +124,11 @@ def _step_observed(m: Mapping[str, Number]) -> str:
     if _number(m["pre_error_rpm"]) > 60.0:
         return "does not reach 300 min⁻¹"
     if m["faulted"]:
-        return f"trips{limit}"
+        return f"trips ({m['trip']}){limit}"
     if _number(m["peak_speed_rpm"]) > RUNAWAY_RPM:
         return f"runs away beyond {RUNAWAY_RPM:.0f} min⁻¹{limit}"
+    if m["trip"]:
+        return f"trips ({m['trip']}){limit}"
     if m["sustained_error_rpm"] > 100.0:
         return f"loses the speed, off by {m['sustained_error_rpm']:.0f} min⁻¹ for 0.5 s{limit}"
     return (

@@ -18,7 +18,7 @@ SHOWN_SEED = 1
 def simulate(run: Run) -> Signals:
     """The signals of one experiment."""
     begin_s = event_s(scenario_file(figure_scenario(run.figure)))
-    return signals(sim.run(job(run)), begin_s, run.setup.i_q_limit_A())
+    return signals(sim.run(job(run)), begin_s, run.setup)
 
 
 def picture_svg(run: Run) -> bytes:

@@ -100,21 +100,30 @@ def job(run: Run) -> sim.Job:
     )
 
 
-def signals(record: sim.Record, event_time_s: float, i_q_limit_A: float) -> Signals:
+def signals(record: sim.Record, event_time_s: float, setup: Setup) -> Signals:
     """What the predicates need of a record."""
+    numbers = {
+        "event_s": event_time_s,
+        "i_q_limit_A": setup.i_q_limit_A(),
+        "lambda_max_Wb": setup.parameters()["lambda_max_Wb"],
+        "speed_hat_max_rpm": setup.speed_hat_max_rpm(),
+        "trip": int(record.trip),
+        "trip_s": np.nan if record.trip_s is None else record.trip_s,
+        "first_fault": record.first_fault,
+    }
     arrays = {
         field.name: record[field.name].astype(np.float64)
         for field in dataclasses.fields(Signals)
-        if field.name not in ("event_s", "i_q_limit_A")
+        if field.name not in numbers
     }
-    return Signals(event_s=event_time_s, i_q_limit_A=i_q_limit_A, **arrays)
+    return Signals(**numbers, **arrays)
 
 
 def measure_run(run: Run) -> Measures:
     """Simulate and measure: picklable in and out, for worker processes."""
     begin_s = event_s(scenario_file(figure_scenario(run.figure)))
     record = sim.run(job(run))
-    return predicates.measure(run.figure, signals(record, begin_s, run.setup.i_q_limit_A()))
+    return predicates.measure(run.figure, signals(record, begin_s, run.setup))
 
 
 def measure_all(

@@ -42,15 +42,28 @@ class Setup:
     rig_overrides: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     gain: npt.NDArray[np.float32] | None = None
 
+    def parameters(self) -> dict[str, Value]:
+        """Every firmware parameter but those that a figure prescribes."""
+        return parameter_defaults() | dict(self.params)
+
     def i_q_limit_A(self) -> float:
-        """The limit of i_q* after i_d's priority, eq. of speed_control.h."""
-        known = parameter_defaults() | dict(self.params)
-        i_d_A = known["i_d_A"]
-        # A flux PI moves i_d: the smallest limit it can leave counts, so that none is missed.
-        if known["flux_mode"] == 1:
-            i_d_A = known["i_d_max_A"]
-        room_A = math.sqrt(max(known["i_max_A"] ** 2 - i_d_A**2, 0.0))
+        """The limit of i_q* in force, i_d having priority: eq. of speed_control.h.
+
+        UserError with the flux PI: the limit then follows i_d*, which no record has.
+        """
+        known = self.parameters()
+        if known["flux_mode"] != 0:
+            raise UserError(
+                f"{self.name}: params.flux_mode: is {known['flux_mode']}; the limit of i_q* "
+                "follows i_d*, which is not recorded; the figures need 0"
+            )
+        room_A = math.sqrt(max(known["i_max_A"] ** 2 - known["i_d_A"] ** 2, 0.0))
         return min(known["i_q_max_A"], room_A)
+
+    def speed_hat_max_rpm(self) -> float:
+        """The firmware's bound of w_hat as mechanical speed."""
+        known = self.parameters()
+        return known["omega_max_rad_s"] / known["pole_pairs"] * 30.0 / math.pi
 
 
 def load_setup(name: str | Path) -> Setup:

@@ -18,17 +18,28 @@ Array = NDArray[np.float64]
 RATED_TORQUE_NM = 8.4
 RIPPLE_CUTOFF_HZ = 0.5
 
-# i_q* is "at its limit" within 1 % of it: the speed controller's clamp is exact, the telemetry is
-# float32, and i_d's priority may take a hair off the 15 A.
+# i_q* is "at its limit" within 1 % of the limit in force (Setup.i_q_limit_A): the speed
+# controller's clamp is exact, the telemetry is float32.
 AT_LIMIT_PU = 0.99
+# The estimate is held by a bound of its own within 2 % of it.
+AT_BOUND_PU = 0.98
 
 
 @dataclass(frozen=True)
 class Signals:
-    """One run. event_s is t0 of protocol S, the start of the ramp of protocol R."""
+    """One run. event_s is t0 of protocol S, the start of the ramp of protocol R.
+
+    trip and first_fault are bits (sim.Trip, drive.Fault), seen at every control step and not only
+    at the samples kept here; trip_s is NaN without a trip.
+    """
 
     event_s: float
     i_q_limit_A: float
+    lambda_max_Wb: float
+    speed_hat_max_rpm: float
+    trip: int
+    trip_s: float
+    first_fault: int
     t_s: Array
     speed_ref_rpm: Array
     speed_rpm: Array
@@ -38,6 +49,7 @@ class Signals:
     load_Nm: Array
     f_s_Hz: Array
     i_abs_A: Array
+    lambda_hat_Wb: Array
     faults: Array
 
     @property
@@ -62,6 +74,12 @@ class Signals:
     def at_limit(self) -> NDArray[np.bool_]:
         return np.abs(self.i_q_ref_A) >= AT_LIMIT_PU * self.i_q_limit_A
 
+    @property
+    def at_bound(self) -> NDArray[np.bool_]:
+        """The estimate does not follow the motor but stands at a limit of the firmware's."""
+        flux = np.abs(self.lambda_hat_Wb) >= AT_BOUND_PU * self.lambda_max_Wb
+        return flux | (np.abs(self.speed_hat_rpm) >= AT_BOUND_PU * self.speed_hat_max_rpm)
+
 
 def ripple(signals: Signals, values: Array) -> float:
     """rms over t0+8 s .. t0+30 s after a causal second-order 0.5 Hz Butterworth high-pass.
@@ -84,21 +102,24 @@ def largest(values: Array) -> float:
 
 
 def sustained(values: Array, duration_s: float, step_s: float) -> float:
-    """The largest level that `values` stay above for duration_s on end."""
+    """The largest level that `values` stay above for duration_s on end.
+
+    NaN when there is no such stretch of time at all.
+    """
     n = int(np.ceil(duration_s / step_s - 1e-9)) + 1
     if len(values) < n:
-        return 0.0
+        return np.nan
     lowest = minimum_filter1d(values, n, mode="nearest")
     half = n // 2
     return float(np.max(lowest[half : len(values) - (n - 1 - half)]))
 
 
 def worst_share(flags: NDArray[np.bool_], duration_s: float, step_s: float) -> float:
-    """Largest share of true flags in any window of duration_s."""
+    """Largest share of true flags in any window of duration_s; NaN when there is none."""
     n = max(1, round(duration_s / step_s))
     total = np.concatenate(([0], np.cumsum(flags)))
     if len(flags) < n:
-        return float(np.mean(flags)) if len(flags) else 0.0
+        return np.nan
     return float(np.max(total[n:] - total[:-n]) / n)
 
 
