@@ -52,8 +52,13 @@ def figures(
     """
     # Here and not above: other commands need not wait for scipy.
     from zerohertz.scenario import evaluate
-    from zerohertz.scenario.figures import committed_sensitivity, result_json, write_committed
-    from zerohertz.scenario.sensitivity import run_count
+    from zerohertz.scenario.figures import (
+        COMPUTED_NOW,
+        committed_sensitivity,
+        result_json,
+        write_committed,
+    )
+    from zerohertz.scenario.sensitivity import redraw_note, run_count
     from zerohertz.scenario.sensitivity import sensitivity as compute_sensitivity
     from zerohertz.scenario.setup import load_setup
 
@@ -65,7 +70,8 @@ def figures(
         results = evaluated(setup, seeds, workers, progress)
     if sensitivity and paper:
         with _bar(console, "sensitivity", run_count()) as progress:
-            spread, source = compute_sensitivity(setup, workers=workers, progress=progress), "now"
+            spread, redrawn = compute_sensitivity(setup, workers=workers, progress=progress)
+        source = f"{COMPUTED_NOW}{redraw_note(redrawn)}"
     else:
         spread, source = committed_sensitivity(setup)
     content = result_json(setup, results, spread, source)

@@ -4,6 +4,9 @@
 errors of the sensors (offset; gain minus one) and the residual numbers normal, all with the same
 relative standard deviation. Inductances are drawn as M and the two leakages: a spread on Ls and M
 apart would be one on the leakage ten times as large.
+
+A drawn rig that the plant refuses (a dead-time threshold below what its carrier allows, say) is no
+rig: it is drawn again, by a stream of its own, and the number of such draws is told.
 """
 
 from __future__ import annotations
@@ -15,12 +18,15 @@ from typing import Any
 
 import numpy as np
 
-from zerohertz.scenario.evaluate import Run, measure_all
+from zerohertz import sim
+from zerohertz.errors import UserError
+from zerohertz.scenario.evaluate import Run, job, measure_all
 from zerohertz.scenario.predicates import FIGURES, NEEDS, judge
 from zerohertz.scenario.setup import Setup
 
 SPREADS = (0.01, 0.03, 0.10)
 DRAWS = 32
+MAX_REDRAWS = 100  # of one draw; more, and it is the rig that is refused
 NOISE_SEED = 1
 
 # Constants of the carrier's hardware and switches of the model: they have no spread.
@@ -50,15 +56,25 @@ def sensitivity(
     draws: int = DRAWS,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
-) -> dict[str, float]:
-    """Mean score per spread: {"1%": x, "3%": x, "10%": x}."""
+) -> tuple[dict[str, float], int]:
+    """Mean score per spread: {"1%": x, "3%": x, "10%": x}, and how many draws were refused."""
     rig = tomllib.loads(setup.rig.read_text(encoding="utf-8"))
     runs = []
+    redrawn = 0
     for spread in SPREADS:
         # The same stream for every spread: the draws differ in size, not in direction.
         rng = np.random.default_rng(2005)
-        for _ in range(draws):
+        for draw in range(draws):
             rig_drawn = _with(setup, drawn_rig(rig, spread, rng))
+            for attempt in range(MAX_REDRAWS + 1):
+                refusal = _refusal(rig_drawn)
+                if refusal is None:
+                    break
+                if attempt == MAX_REDRAWS:
+                    raise refusal
+                again = np.random.default_rng((2005, draw, attempt))
+                rig_drawn = _with(setup, drawn_rig(rig, spread, again))
+                redrawn += 1
             runs += [Run(rig_drawn, figure, NOISE_SEED) for figure in FIGURES]
     found = measure_all(runs, workers, progress)
     scores = []
@@ -68,7 +84,22 @@ def sensitivity(
             sum(judge(n, {k: m[k] for k in (n, *NEEDS.get(n, ()))}).match for n in FIGURES)
         )
     means = np.mean(np.reshape(scores, (len(SPREADS), draws)), axis=1)
-    return {f"{100 * s:g}%": round(float(x), 3) for s, x in zip(SPREADS, means, strict=True)}
+    named = {f"{100 * s:g}%": round(float(x), 3) for s, x in zip(SPREADS, means, strict=True)}
+    return named, redrawn
+
+
+def redraw_note(redrawn: int) -> str:
+    """For the source of a result; nothing to say about none."""
+    return f"; {redrawn} draws refused by the plant and drawn again" if redrawn else ""
+
+
+def _refusal(setup: Setup) -> UserError | None:
+    """What the plant has against this rig: it says so before the first step."""
+    try:
+        sim.run(dataclasses.replace(job(Run(setup, FIGURES[0], NOISE_SEED)), max_steps=1))
+    except UserError as error:
+        return error
+    return None
 
 
 def run_count(draws: int = DRAWS) -> int:
