@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from zerohertz.check.certificate import certify, check_entry
+from zerohertz.check.certificate import INTERVAL_ROOM, NO_BOUND, certify, check_entry
 from zerohertz.check.exact import is_positive_definite, solve
 from zerohertz.check.inequalities import failing, hermitian, mirrored
 from zerohertz.check.plots import figure_4, figure_gamma
@@ -26,6 +26,7 @@ from zerohertz.paths import ROOT
 
 FOLDERS = [ROOT / "gain_tables" / name for name in ("hasegawa2005", "im_4kw_400v")]
 BOTH = pytest.mark.parametrize("folder", FOLDERS, ids=lambda f: f.name)
+COLUMNS = ("gain", "gamma", "X", "poles")
 SAMPLE = (0, 1, 5, 29, 30, 31, 60, 150, 450, 900, 1500, 1800)
 
 
@@ -58,6 +59,8 @@ def test_every_entry_is_proven(folder: Path) -> None:
     assert report.passed
     assert report.proven == report.entries == 1801
     assert set(report.holds.values()) == {1801}
+    assert report.intervals == 1801
+    assert report.without_bound == 0
     assert 0.3 < report.max_gamma < 0.35
     assert report.max_angle_deg == pytest.approx(math.degrees(2 * math.atan(report.max_gamma)))
     assert 0.99 < report.max_euler_radius < 1.0
@@ -124,6 +127,51 @@ def test_each_inequality_is_checked_on_its_own(folder: Path) -> None:
         name.startswith("gamma (14)")
         for name in check_entry(dataclasses.replace(table, machine=doubled), k).failing
     )
+
+
+@BOTH
+def test_an_entry_holds_between_the_grid_speeds(folder: Path) -> None:
+    """Inside the interval as at its ends, with the gamma that is claimed; far outside not."""
+    table = read_stored_table(folder)
+    for k in SAMPLE:
+        assert check_entry(table, k).interval
+        gamma, X = table.gamma[k], hermitian(*table.X[k])
+
+        def unproven(steps: Fraction, k: int = k, gamma=gamma, X=X) -> list[str]:
+            omega_rad_s = (k + steps) * table.step_rad_s
+            A = table.machine.error_matrix(omega_rad_s, table.gain[k][:2], table.gain[k][2:])
+            return failing(table.machine, A, INTERVAL_ROOM * gamma, X)
+
+        assert not any(unproven(Fraction(n, 8)) for n in range(-4, 5))
+        # At high speed 1 % of gamma goes a long way; near the largest gamma it does not.
+        assert k not in (29, 30, 31) or unproven(Fraction(-10))
+
+
+def test_an_interval_needs_more_than_its_middle() -> None:
+    """Steps ten times as long: the entry is proven, the speeds between it and the next not."""
+    table, k = read_stored_table(FOLDERS[0]), 2
+    coarse = dataclasses.replace(
+        with_entry(table, k, **{name: getattr(table, name)[10 * k] for name in COLUMNS}),
+        step_rad_s=10 * table.step_rad_s,
+    )
+    report = check_entry(coarse, k)
+    assert not report.failing
+    assert not report.interval
+
+
+def test_a_gamma_of_one_bounds_nothing() -> None:
+    table = read_stored_table(FOLDERS[0])
+    useless = with_entry(table, 900, gamma=Fraction(1))
+    assert check_entry(useless, 900).failing == (NO_BOUND,)
+    report = certify(
+        dataclasses.replace(useless, **{n: getattr(useless, n)[900:903] for n in COLUMNS})
+    )
+    # Moved to other speeds, but gamma is what it is.
+    assert report.without_bound == 1
+    assert report.max_angle_deg is None
+    assert not report.passed
+    other = dataclasses.replace(useless, method="pole_shift")
+    assert NO_BOUND not in check_entry(other, 900).failing
 
 
 @BOTH

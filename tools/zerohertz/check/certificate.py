@@ -2,8 +2,17 @@
 
 An entry is proven when its X and gamma satisfy X > 0, (14) for +dw0 and -dw0, (15), (16) and the
 Euler disc with the float32 gain itself, at the speed by which the firmware finds it (entry number
-times the float32 step). Negative speed: A(-w) + conj L C1 is checked to be the exact conjugate, and
-conjugation turns each LMI into the other vertex's with conj X, so the proof carries over.
+times the float32 step).
+
+Negative speed needs no proof of its own: with conj L, A(-w) + conj L C1 is the conjugate of
+A(w) + L C1 by the form of A, and conjugation turns each LMI into the other vertex's with conj X.
+That the entries are conjugated is the firmware's doing, and tested there; that L(0) is real, so
+that both signs agree at standstill, is looked at in stored_table.py.
+
+Between the grid speeds the firmware keeps the nearest entry's L. A is affine in w, and so is every
+LMI with X, L and gamma fixed: what holds at both ends of an entry's interval holds inside it. The
+ends are proven with INTERVAL_ROOM times the entry's gamma, as that is 1.01 x the least one at the
+grid speed itself. The verdict on a table is that at the grid speeds; intervals are counted beside.
 """
 
 from __future__ import annotations
@@ -15,7 +24,7 @@ from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
 
-from zerohertz.check.exact import Matrix, conjugate
+from zerohertz.check.exact import Matrix
 from zerohertz.check.inequalities import (
     ALL,
     MS_PER_S,
@@ -23,15 +32,18 @@ from zerohertz.check.inequalities import (
     failing,
     hermitian,
     holds_alone,
-    mirrored,
 )
-from zerohertz.check.multiplier import find_multiplier, gamma_multiplier
+from zerohertz.check.multiplier import X4, find_multiplier, gamma_multiplier
 from zerohertz.check.stored_table import StoredTable
 
 GAMMA = "gamma (14)"
 HOLDS = (GAMMA, *ALL[3:])
 _POLE_TOLERANCE = 1.0e-3  # 1/s: l_gain.json rounds the poles to 1e-4
 _SHOWN_FAILURES = 5
+INTERVAL_ROOM = Fraction(101, 100)
+# Half a step, and 1e-6 of it for the firmware's rounding of w / step in float32.
+_HALF_STEP = Fraction(1_000_001, 2_000_000)
+NO_BOUND = "gamma < 1: gives no bound of the field orientation"
 
 Progress = Callable[[int], None]
 
@@ -51,6 +63,8 @@ class Report:
     holds: dict[str, int]  # inequality -> entries for which it holds with an X of its own
     faults: tuple[str, ...]
     failures: tuple[str, ...]  # the first entries that are not proven
+    intervals: int = 0  # entries proven over all speeds that they serve, gamma INTERVAL_ROOM larger
+    without_bound: int = 0  # entries with gamma >= 1 or none: nothing said of the field orientation
 
     @property
     def passed(self) -> bool:
@@ -69,6 +83,7 @@ class EntryReport:
     band_rad_s: float
     holds: dict[str, bool]
     failing: tuple[str, ...]  # inequalities not proven with one X; empty: proven
+    interval: bool  # proven at both ends of the speeds that the entry serves, and so between them
     fault: str | None
 
 
@@ -101,6 +116,8 @@ def certify(table: StoredTable, progress: Progress | None = None) -> Report:
         holds=dict(holds),
         faults=tuple(faults[:_SHOWN_FAILURES]),
         failures=tuple(failures[:_SHOWN_FAILURES]),
+        intervals=sum(result.interval for result in results),
+        without_bound=sum(not result.gamma < 1 for result in results),
     )
 
 
@@ -111,12 +128,12 @@ def check_entry(table: StoredTable, k: int) -> EntryReport:
     A = machine.error_matrix(omega_rad_s, l1, l2)
     gamma, X = table.gamma[k], table.X[k]
     if gamma is None or X is None:
-        gamma, holds, unproven = _without_stored_multiplier(machine, A)
+        gamma, X, holds, unproven = _without_stored_multiplier(machine, A)
     else:
         unproven = failing(machine, A, gamma, hermitian(*X))
         holds = {name: not any(u.startswith(name) for u in unproven) for name in HOLDS}
-    if machine.error_matrix(-omega_rad_s, conjugate(l1), conjugate(l2)) != mirrored(A):
-        unproven.append("mirror at negative speed")
+    if table.method == "gamma_pr" and gamma is not None and gamma >= 1:
+        unproven.append(NO_BOUND)
     poles = _poles_per_s(A)
     return EntryReport(
         gamma=math.inf if gamma is None else float(gamma),
@@ -124,20 +141,41 @@ def check_entry(table: StoredTable, k: int) -> EntryReport:
         band_rad_s=_negative_gain_band_rad_s(A),
         holds=holds,
         failing=tuple(unproven),
+        interval=not unproven and _interval_holds(table, k, gamma, hermitian(*X)),
         fault=_pole_fault(table, k, poles),
+    )
+
+
+def _interval_holds(table: StoredTable, k: int, gamma: Fraction, X: Matrix) -> bool:
+    """The LMIs at both ends of the speeds that entry k serves, the last entry's too."""
+    return not any(
+        failing(
+            table.machine,
+            table.machine.error_matrix(
+                end * table.step_rad_s, table.gain[k][:2], table.gain[k][2:]
+            ),
+            INTERVAL_ROOM * gamma,
+            X,
+        )
+        for end in (k - _HALF_STEP, k + _HALF_STEP)
     )
 
 
 def _without_stored_multiplier(
     machine: Machine, A: Matrix
-) -> tuple[Fraction | None, dict[str, bool], list[str]]:
-    """gamma, what holds, and what is not proven, where the table brings no X."""
+) -> tuple[Fraction | None, X4 | None, dict[str, bool], list[str]]:
+    """gamma and X, what holds, and what is not proven, where the table brings no X."""
     gamma, X = find_multiplier(machine, A)
     if X is not None:
-        return gamma, dict.fromkeys(HOLDS, True), []
+        return gamma, X, dict.fromkeys(HOLDS, True), []
     gamma = gamma_multiplier(machine, A)
     holds = {GAMMA: gamma is not None} | holds_alone(machine, A)
-    return gamma, holds, [name for name, held in holds.items() if not held] + ["one X for all"]
+    return (
+        gamma,
+        None,
+        holds,
+        [name for name, held in holds.items() if not held] + ["one X for all"],
+    )
 
 
 def _negative_gain_band_rad_s(A: Matrix) -> float:
