@@ -105,6 +105,7 @@ def _print_table(content: dict[str, Any], results: list[Any], paper: bool) -> No
     console = Console()
     console.print(table)
     console.print(f"score {content['score']} of {len(results)}", highlight=False)
+    console.print(f"beside the predicates, our own: {content['own_condition']}", highlight=False)
     if paper:
         spread = content["sensitivity"]
         text = ", ".join(f"{k}: {v}" for k, v in spread.items()) if spread else "not known"
