@@ -235,24 +235,12 @@ def parameters() -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-class Drive:
-    """One drive. Not for two threads at a time; any number of drives side by side."""
+class _Handle:
+    """An object of the library, closed once: by close(), the end of a with block, or the collector."""
 
-    def __init__(
-        self,
-        motor_dir: StrPath,
-        board: StrPath,
-        overrides: Mapping[str, float] | None = None,
-    ) -> None:
-        """UserError, with the file and the key at fault, when anything is refused."""
-        self._handle: int | None = None
-        self._lib = library()
-        self._in = _In(struct_size=ctypes.sizeof(_In))
-        self._out = _Out(struct_size=ctypes.sizeof(_Out))
-        lines = override_lines(overrides or {})
-        self._handle = self._lib.zh_sil_open(os.fsencode(motor_dir), os.fsencode(board), lines)
-        if not self._handle:
-            raise_last_error()
+    _CLOSE: str  # name of the library's function
+    _handle: int | None
+    _lib: ctypes.CDLL
 
     def __enter__(self) -> Self:
         return self
@@ -265,8 +253,30 @@ class Drive:
 
     def close(self) -> None:
         if self._handle:
-            self._lib.zh_sil_close(self._handle)
+            getattr(self._lib, self._CLOSE)(self._handle)
             self._handle = None
+
+
+class Drive(_Handle):
+    """One drive. Not for two threads at a time; any number of drives side by side."""
+
+    _CLOSE = "zh_sil_close"
+
+    def __init__(
+        self,
+        motor_dir: StrPath,
+        board: StrPath,
+        overrides: Mapping[str, float] | None = None,
+    ) -> None:
+        """UserError, with the file and the key at fault, when anything is refused."""
+        self._handle = None
+        self._lib = library()
+        self._in = _In(struct_size=ctypes.sizeof(_In))
+        self._out = _Out(struct_size=ctypes.sizeof(_Out))
+        lines = override_lines(overrides or {})
+        self._handle = self._lib.zh_sil_open(os.fsencode(motor_dir), os.fsencode(board), lines)
+        if not self._handle:
+            raise_last_error()
 
     def step(
         self,
@@ -320,9 +330,10 @@ class Drive:
 _OUTPUT_NAMES = tuple(f.name for f in fields(Output))
 
 
-class Observer:
+class Observer(_Handle):
     """The observer core alone (observer, gain table, speed adaptation) on recorded signals."""
 
+    _CLOSE = "zh_observer_close"
     COLUMNS = (
         "omega_e_hat_rad_s",
         "omega_s_hat_rad_s",
@@ -343,7 +354,7 @@ class Observer:
         period_s: float,
         omega_e_rad_s: float = 0.0,
     ) -> None:
-        self._handle: int | None = None
+        self._handle = None
         self._lib = library()
         lines = override_lines(overrides or {})
         self._handle = self._lib.zh_observer_open(os.fsencode(motor_dir), lines, period_s)
@@ -351,20 +362,6 @@ class Observer:
             raise_last_error()
         if not math.isclose(omega_e_rad_s, 0.0):
             check(self._lib.zh_observer_set_speed(self._handle, omega_e_rad_s))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()
-
-    def close(self) -> None:
-        if self._handle:
-            self._lib.zh_observer_close(self._handle)
-            self._handle = None
 
     def run(
         self,
