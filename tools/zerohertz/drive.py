@@ -236,7 +236,7 @@ def parameters() -> tuple[Parameter, ...]:
 
 
 class _Handle:
-    """An object of the library, closed once: by close(), the end of a with block, or the collector."""
+    """An object of the library, closed once: by close(), a with block or the collector."""
 
     _CLOSE: str  # name of the library's function
     _handle: int | None
