@@ -137,6 +137,7 @@ def write_committed(setup: Setup, content: Mapping[str, Any]) -> Path:
     # What else there is to say about it, such as redrawn rigs, stays.
     note = content["sensitivity_source"].removeprefix(COMPUTED_NOW)
     named = f"committed result, {path.relative_to(ROOT)}"
-    stored["sensitivity_source"] = note if note.startswith(named) else named + note
+    if content["sensitivity"] and not note.startswith(named):
+        stored["sensitivity_source"] = named + note
     path.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
     return path
