@@ -163,15 +163,27 @@ def run(job: Job) -> Record:
     result = _Result(struct_size=ctypes.sizeof(_Result))
     check(lib.zh_sim_run(byref(raw), byref(result)))
     del keep  # the table has to live as long as the call
-    try:
-        return _record(lib, result)
-    finally:
-        lib.zh_sim_free(byref(result))
+    return _record(lib, result)
+
+
+class _Memory:
+    """The library's record as numpy sees it: no copy, freed with the last column in use."""
+
+    def __init__(self, lib: ctypes.CDLL, result: _Result) -> None:
+        self._lib, self._result = lib, result
+        self.__array_interface__ = {
+            "version": 3,
+            "typestr": np.dtype(np.float32).str,
+            "shape": (result.columns, result.stride),
+            "data": (ctypes.cast(result.data, c_void_p).value, False),
+        }
+
+    def __del__(self) -> None:
+        self._lib.zh_sim_free(byref(self._result))
 
 
 def _record(lib: ctypes.CDLL, result: _Result) -> Record:
-    shape = (result.columns, result.stride)
-    data = np.ctypeslib.as_array(result.data, shape=shape)[:, : result.rows].copy()
+    data = np.asarray(_Memory(lib, result))[:, : result.rows]
     return Record(
         columns={name: data[k] for k, name in enumerate(column_texts())},
         steps=result.steps,
