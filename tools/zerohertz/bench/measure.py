@@ -53,7 +53,7 @@ class DesignTime:
 
 
 def simulation_speed(model: str, runs: int = RUNS) -> SimSpeed:
-    """Whole closed-loop runs with the rig's noise and dead time, recorded as `zh figures` does."""
+    """Whole closed-loop runs with the rig's noise and dead time, recorded every 10 ms."""
     job = sim.Job(
         scenario=SCENARIO,
         rig=RIG,
@@ -61,7 +61,7 @@ def simulation_speed(model: str, runs: int = RUNS) -> SimSpeed:
         motor_dir=MOTOR,
         scenario_overrides={"scenario.duration_s": DURATION_S[model]},
         rig_overrides={"inverter.model": model},
-        decimate=5,
+        decimate=50,
     )
     sim.run(dataclasses.replace(job, max_steps=1000))  # files parsed, library warm
     speeds = []
