@@ -45,6 +45,7 @@ def all_stages() -> list[Stage]:
             quick=True,
         ),
         Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
+        Stage("bits", "gcc and clang give the same bits", _bits, needs=("build", "clang")),
         Stage("coverage", "line and branch coverage of the core", _coverage),
         Stage("tidy-cpp", "clang-tidy on the plant", _tidy(".cpp"), needs=("clang",)),
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
@@ -164,6 +165,13 @@ def _tidy(suffix: str) -> Callable[[Log], Outcome]:
         return log.check(*(("clang-tidy", "--quiet", "-p", folder, source) for source in ours))
 
     return run
+
+
+def _bits(log: Log) -> Outcome:
+    libraries = [
+        ROOT / "build" / preset / "host_sim" / "libzerohertz_sil.so" for preset in ("host", "clang")
+    ]
+    return log.check((PYTHON, "-m", "zerohertz.testing.bits", *libraries))
 
 
 def _generated(log: Log) -> Outcome:
