@@ -1,10 +1,28 @@
 #include "firmware.hpp"
 
+#include <string>
 #include <utility>
 
 #include "firmware_setup.hpp"
 
 namespace zh {
+namespace {
+
+// float of a board against the decimals of motor.toml
+constexpr double same_period = 1.0 + 1e-6;
+
+void check_period(const params_t &params, const GainFile &gain)
+{
+    const auto period_s = static_cast<double>(params.period_s);
+    if (params.observer_gain_enable != 0 && period_s > gain.period_s * same_period) {
+        throw ConfigError("l_gain.json: inputs.design.period_s: the table of " + gain.motor +
+                          " is for " + std::to_string(1e6 * gain.period_s) +
+                          " us at most, the board's period is " + std::to_string(1e6 * period_s) +
+                          " us; design it for that period with tools/zh design");
+    }
+}
+
+} // namespace
 
 Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     : params_(params), gain_(std::move(gain))
@@ -12,6 +30,7 @@ Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     if (!host_port_init(&port_, &params_, &gain_->table())) {
         throw ConfigError("overrides: " + refusal_reason(params_));
     }
+    check_period(params_, *gain_);
     port_.background_every = background_every;
     port_.until_background = background_every;
 }

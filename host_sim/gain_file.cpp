@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <numbers>
@@ -65,6 +66,12 @@ Circuit take_circuit(const std::string &path, const Json &root)
             take<double>(path, circuit, "M_H")};
 }
 
+double take_period(const std::string &path, const Json &root)
+{
+    const Json design = take<Json>(path, take<Json>(path, root, "inputs"), "design");
+    return take<double>(path, design, "period_s");
+}
+
 std::vector<observer_gain_t> take_entries(const std::string &path, const Json &root)
 {
     const auto count = take<std::int64_t>(path, root, "entries");
@@ -116,8 +123,8 @@ std::shared_ptr<const GainFile> read(const std::string &path)
         reject(path, "schema: is not " + std::to_string(schema));
     }
     auto gain = std::make_shared<const GainFile>(take<std::string>(path, root, "motor"),
-                                                 take_circuit(path, root), take_entries(path, root),
-                                                 take_step(path, root));
+                                                 take_circuit(path, root), take_period(path, root),
+                                                 take_entries(path, root), take_step(path, root));
     const std::uint32_t stored = word(path, "crc32c", take<std::string>(path, root, "crc32c"));
     if (gain->table().crc32c != stored) {
         reject(path, "crc32c: does not match l_words, the file was changed or damaged");
@@ -159,9 +166,9 @@ constexpr auto racy = std::chrono::milliseconds(50);
 
 } // namespace
 
-GainFile::GainFile(std::string motor_name, const Circuit &designed_for,
+GainFile::GainFile(std::string motor_name, const Circuit &designed_for, double designed_period_s,
                    std::vector<observer_gain_t> entries, float step_rad_s)
-    : motor(std::move(motor_name)), circuit(designed_for),
+    : motor(std::move(motor_name)), circuit(designed_for), period_s(designed_period_s),
       entries_(std::move(entries)), table_{GAIN_TABLE_MAGIC,
                                            GAIN_TABLE_VERSION,
                                            0U,
@@ -205,8 +212,10 @@ std::shared_ptr<const GainFile> gain_from_floats(std::span<const float> words)
     for (std::size_t k = 0; k < entries.size(); ++k) {
         entries[k] = {words[4 * k], words[4 * k + 1], words[4 * k + 2], words[4 * k + 3]};
     }
+    // Whoever gives a table by hand answers for its period.
     auto gain =
-        std::make_shared<const GainFile>("", Circuit{}, std::move(entries), step_rad_s_of_grid);
+        std::make_shared<const GainFile>("", Circuit{}, std::numeric_limits<double>::infinity(),
+                                         std::move(entries), step_rad_s_of_grid);
     if (!gain_table_valid(&gain->table())) {
         throw ConfigError("gain: a gain is not finite, or L at standstill is not real; give "
                           "finite numbers with l1_im = l2_im = 0 in the first entry");

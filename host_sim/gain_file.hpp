@@ -25,13 +25,15 @@ struct Circuit {
 // The table the firmware reads, and the memory it lies in.
 class GainFile {
 public:
-    GainFile(std::string motor_name, const Circuit &designed_for,
+    GainFile(std::string motor_name, const Circuit &designed_for, double designed_period_s,
              std::vector<observer_gain_t> entries, float step_rad_s);
     GainFile(const GainFile &) = delete;
     GainFile &operator=(const GainFile &) = delete;
 
     const std::string motor;
     const Circuit circuit;
+    // The Euler disc is proven for this control period, and so for any shorter one.
+    const double period_s;
     const gain_table_t &table() const
     {
         return table_;

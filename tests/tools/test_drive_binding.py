@@ -276,6 +276,18 @@ def test_spoilt_board_is_refused(tmp_path, old, new, text):
         Drive(MOTOR, board)
 
 
+def test_a_table_proven_for_a_shorter_period_is_refused(motor_dir):
+    def for_100_us(table):
+        table["inputs"]["design"]["period_s"] = 100e-6
+
+    edit_table(motor_dir, for_100_us)
+    with pytest.raises(UserError, match=r"design\.period_s: .*design it for that period"):
+        Drive(motor_dir, BOARD)
+    # At that period, and without the table, there is nothing to object to.
+    Drive(motor_dir, BOARD, {"period_s": 100e-6}).close()
+    Drive(motor_dir, BOARD, {"observer_gain_enable": 0}).close()
+
+
 def test_a_table_written_anew_is_read_anew(motor_dir):
     """The words, not the cache, decide: l1 at standstill doubled, CRC kept up to date."""
     from zerohertz.gain_design.crc32c import crc32c
