@@ -60,6 +60,8 @@ def test_the_bound_of_the_speed_estimate_is_mechanical():
 # ---- words ------------------------------------------------------------------------------------
 
 RUN = {
+    "sustained_error_rpm": 650.0,
+    "ripple_w_hat_rpm": 2.0,
     "pre_error_rpm": 1.0,
     "trip": None,
     "trip_s": None,
@@ -80,6 +82,9 @@ def said(key: str, **change: object) -> str:
 def test_an_instability_says_how():
     away = "runs away, off by up to 700 min^-1, i_q* at its limit 72 % of its worst second"
     assert said("13") == away
+    assert said("6", sustained_error_rpm=40.0, hold_error_rpm=82.0).startswith(
+        "swings, off by up to 82"
+    )
     assert said("15", trip="over speed", trip_s=1.84, worst_second_limit_share=0.0) == (
         "trips (over speed) 1.8 s after the step"
     )
@@ -97,6 +102,8 @@ def test_an_instability_unlike_the_papers_says_so(key):
 def test_a_hold_by_the_bound_says_so():
     held = said("10", hold_error_rpm=5.0, flux_bound_share=0.5, worst_second_limit_share=0.0)
     assert held.endswith("estimate at its bounds 50 % of hold")
+    jumps = said("16", hold_error_rpm=5.0, ripple_w_hat_rpm=2998.0, flux_bound_share=0.0)
+    assert jumps == "shaft stands, estimate jumps, 2998 min^-1 rms"
 
 
 def test_the_json_says_how_each_run_went_and_what_is_ours():

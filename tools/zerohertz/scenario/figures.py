@@ -65,10 +65,15 @@ def _verdict(m: Measured) -> str:
         w, i_q = m["ripple_w_rpm"], m["ripple_i_q_A"]
         bound = m["flux_bound_share"]
         held = f", estimate at its bounds {100 * bound:.0f} % of hold" if bound > 0.0 else ""
+        # An estimate that jumps while the shaft happens to stand still holds nothing.
+        if m["ripple_w_hat_rpm"] > 60.0:
+            return f"shaft stands, estimate jumps, {m['ripple_w_hat_rpm']:.0f} min^-1 rms{held}"
         return f"holds zero, ripple {w:.2g} min^-1, {i_q:.2g} A{limit}{held}"
     if m["hold_error_rpm"] is None:
         return f"ends early{limit}"
-    return f"runs away, off by up to {m['hold_error_rpm']:.0f} min^-1{limit}"
+    sustained_rpm = m["sustained_error_rpm"] or 0.0
+    done = "runs away, off" if sustained_rpm > 100.0 else "swings, off"
+    return f"{done} by up to {m['hold_error_rpm']:.0f} min^-1{limit}"
 
 
 def _limit_text(m: Measured) -> str:
