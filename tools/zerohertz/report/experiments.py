@@ -83,8 +83,8 @@ GROUPS = (
         (10, 11, 12),
     ),
     Group(
-        "Stator resistance 50 % too high for the observer",
-        "The observer is given the nominal resistance divided by 1.5. Only the designed gain and "
+        "The observer's stator resistance is too low",
+        "The observer is given the nominal resistance divided by 1.5. In the paper only L and "
         "the ε₁-modification together hold the drive.",
         (13, 14, 15, 16),
     ),
