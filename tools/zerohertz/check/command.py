@@ -13,6 +13,7 @@ from rich.progress import Progress
 
 from zerohertz.check.certificate import Report, certify
 from zerohertz.check.stored_table import StoredTable, read_stored_table
+from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, ROOT
 
 
@@ -41,7 +42,11 @@ def certify_tables(
     """
     console = Console(stderr=True)
     reports = []
-    for folder in motor_dirs or _default_motor_dirs():
+    for given in motor_dirs or _default_motor_dirs():
+        # The folder may be named by its motor.toml.
+        folder = given.parent if given.name == "motor.toml" else given
+        if given.exists() and not folder.is_dir():
+            raise UserError(f"{given}: is no folder of a motor; name the one that has l_gain.json")
         reports.append(_certified(read_stored_table(folder), console))
         _say(reports[-1], console)
         if plot:

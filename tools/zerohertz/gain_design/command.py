@@ -77,7 +77,8 @@ def design(
         raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
     console = Console(stderr=True)
     outcomes = []
-    for folder in motor_dirs or default_motor_dirs():
+    for given in motor_dirs or default_motor_dirs():
+        folder = motor_folder(given)
         motor = load_motor(folder)
         if method:
             motor = with_design(motor, method=method)
@@ -91,6 +92,14 @@ def design(
         print(json.dumps({"motors": {o.motor: o.as_json() for o in outcomes}}))
     if any(outcome.faults for outcome in outcomes):
         raise typer.Exit(1)
+
+
+def motor_folder(given: Path) -> Path:
+    """The motor's folder, which may be named by its motor.toml."""
+    folder = given.parent if given.name == "motor.toml" else given
+    if given.exists() and not folder.is_dir():
+        raise UserError(f"{given}: is no folder of a motor; name the folder that has motor.toml")
+    return folder
 
 
 def default_motor_dirs() -> list[Path]:
