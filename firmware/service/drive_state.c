@@ -73,7 +73,7 @@ static void fault_state(drive_machine_t *st, const drive_state_in_t *in, uint32_
 static void normal_states(const drive_state_config_t *cfg, drive_machine_t *st,
                           const drive_state_in_t *in, drive_state_out_t *out)
 {
-    const bool run = st->run_armed && ((in->command & DRIVE_STATE_CMD_RUN) != 0u);
+    const bool run = !st->run_blocked && ((in->command & DRIVE_STATE_CMD_RUN) != 0u);
 
     switch (st->id) {
     case DRIVE_STATE_BOOT:
@@ -138,11 +138,11 @@ drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machin
 
     /* A run command still standing after a fault or torque-off must not restart the drive. */
     if ((st->id == DRIVE_STATE_FAULT) || (st->id == DRIVE_STATE_TORQUE_OFF)) {
-        st->run_armed = false;
+        st->run_blocked = true;
     } else if ((in->command & DRIVE_STATE_CMD_RUN) == 0u) {
-        st->run_armed = true;
+        st->run_blocked = false;
     } else {
-        /* armed stays as it is */
+        /* blocked stays as it is */
     }
 
     if (st->id == DRIVE_STATE_PREMAGNETISE) {

@@ -40,7 +40,7 @@ typedef struct {
     uint32_t periods; /* in this state */
     uint32_t faults;  /* latched */
     uint32_t last_command;
-    bool run_armed; /* run was seen low since the last fault or torque-off */
+    bool run_blocked; /* after a fault or torque-off, until run was seen low */
     uvw_t offset_sum_A;
 } drive_machine_t;
 

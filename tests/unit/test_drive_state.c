@@ -117,13 +117,13 @@ static void test_releasing_run_closes_the_gates_in_both_states(void)
     TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
 }
 
-static void test_a_run_command_standing_at_start_does_nothing(void)
+/* run is a level: held from the first period on, the drive starts once its self-test is done. */
+static void test_a_run_command_standing_at_start_runs_after_the_self_test(void)
 {
-    for (int k = 0; k < 20; k++) {
+    for (int k = 0; k < 5; k++) {
         TEST_ASSERT_FALSE(step(RUN, 0u).gates_on);
     }
     TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
-    (void)step(0u, 0u);
     TEST_ASSERT_TRUE(step(RUN, 0u).gates_on);
 }
 
@@ -203,7 +203,7 @@ static void test_only_ready_with_run_turns_the_gates_on(void)
         for (uint32_t command = 0u; command < 8u; command++) {
             for (uint32_t faults = 0u; faults < 2u; faults++) {
                 for (int armed = 0; armed < 2; armed++) {
-                    st = (drive_machine_t){.id = (drive_state_id_t)id, .run_armed = armed != 0};
+                    st = (drive_machine_t){.id = (drive_state_id_t)id, .run_blocked = armed == 0};
                     const bool was_on = (id == 3u) || (id == 4u);
                     const drive_state_out_t out = step(command, faults);
                     const bool may = (id == 2u) && (armed != 0) &&
@@ -246,7 +246,7 @@ int main(void)
     RUN_TEST(test_an_impossible_offset_is_a_fault);
     RUN_TEST(test_run_builds_flux_first);
     RUN_TEST(test_releasing_run_closes_the_gates_in_both_states);
-    RUN_TEST(test_a_run_command_standing_at_start_does_nothing);
+    RUN_TEST(test_a_run_command_standing_at_start_runs_after_the_self_test);
     RUN_TEST(test_a_fault_closes_the_gates_in_the_same_period_and_latches);
     RUN_TEST(test_reset_needs_an_edge_and_the_cause_gone);
     RUN_TEST(test_a_refused_configuration_cannot_be_reset);
