@@ -141,7 +141,7 @@ int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
     // Nobody knows what an unknown mode means: no torque until it is gone and run was seen low.
     const std::uint32_t command =
         mode_known ? (in->command & all_commands) : std::uint32_t{ZH_SIL_TORQUE_OFF};
-    const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc};
+    const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc, 0};
     const float speed_ref_rpm = mode_known ? in->speed_ref_rpm : 0.0F;
     // A reference that is no number goes in as well: the firmware itself has to trip on it.
     const hal_output_t output = handle->firmware.step(sample, speed_ref_rpm, command);

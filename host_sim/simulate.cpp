@@ -34,7 +34,7 @@ double cpu_time_s()
 
 hal_sample_t sample_of(const Words &w)
 {
-    return {w.i_u, w.i_v, w.i_w, w.u_uv, w.u_vw, w.u_dc};
+    return {w.i_u, w.i_v, w.i_w, w.u_uv, w.u_vw, w.u_dc, 0};
 }
 
 // What the operator does, followed forward in time.
@@ -118,8 +118,8 @@ double angle_error_deg(const Row &r)
 
 class Loop {
 public:
-    explicit Loop(const Run &run)
-        : run_(run), firmware_(run.params, run.gain),
+    Loop(const Run &run, Witness *witness)
+        : run_(run), witness_(witness), firmware_(run.params, run.gain),
           plant_(run.rig, run.board, run.scenario.disturbances, run.seed), operator_(run.scenario),
           f_s_(run.board.period_s)
     {
@@ -135,8 +135,10 @@ public:
         while (out_.steps < run_.steps) {
             const double t_s = plant_.time_s();
             speed_ref_rpm_ = operator_.speed_ref_rpm(t_s);
-            const hal_output_t output =
-                firmware_.step(sample_of(plant_.sample()), speed_ref_rpm_, operator_.command(t_s));
+            hal_output_t output{};
+            if (!period(sample_of(plant_.sample()), operator_.command(t_s), output)) {
+                break;
+            }
             ++out_.steps;
             if (--until_row == 0) {
                 until_row = run_.decimate;
@@ -157,6 +159,18 @@ public:
     }
 
 private:
+    // False when a witness ends the run.
+    bool period(const hal_sample_t &sample, std::uint32_t command, hal_output_t &output)
+    {
+        if (witness_ == nullptr) {
+            output = firmware_.step(sample, speed_ref_rpm_, command);
+            return true;
+        }
+        witness_->ask(sample, {command, rad_s_from_rpm(speed_ref_rpm_)});
+        output = firmware_.step(sample, speed_ref_rpm_, command);
+        return witness_->answer(firmware_.app(), output);
+    }
+
     void record(const hal_output_t &output)
     {
         const app_t &app = firmware_.app();
@@ -210,6 +224,7 @@ private:
     }
 
     const Run &run_;
+    Witness *witness_;
     Firmware firmware_;
     Plant plant_;
     PreloadedTimer timer_;
@@ -297,9 +312,9 @@ Column column(std::size_t index)
     return columns[index];
 }
 
-Outcome simulate(const Run &run)
+Outcome simulate(const Run &run, Witness *witness)
 {
-    Outcome out = Loop(run).finish();
+    Outcome out = Loop(run, witness).finish();
     if (run.time_split) {
         time_split(run, out);
     }

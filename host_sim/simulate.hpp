@@ -12,6 +12,7 @@
 #include "firmware.hpp"
 #include "rig.hpp"
 #include "scenario.hpp"
+#include "witness.hpp"
 
 namespace zh {
 
@@ -51,8 +52,9 @@ struct Outcome {
     double plant_ns_per_step = 0.0;
 };
 
-// Throws ConfigError when firmware or plant refuse what they are given.
-Outcome simulate(const Run &run);
+// Throws ConfigError when firmware or plant refuse what they are given. With a witness the plant
+// gets the witness's duties.
+Outcome simulate(const Run &run, Witness *witness = nullptr);
 
 } // namespace zh
 

@@ -76,10 +76,20 @@ static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
         .duty_u = duty.u, .duty_v = duty.v, .duty_w = duty.w, .gates_on = gates_on && valid};
 }
 
+/* The port counts the periods it found late; one is told, two in a row end the drive. */
+static uint32_t late_faults(app_t *app, uint16_t late_periods)
+{
+    const bool late = late_periods != app->late_periods;
+    const bool again = late && app->late;
+    app->late_periods = late_periods;
+    app->late = late;
+    return (late ? MONITOR_PERIOD_LATE : 0u) | (again ? MONITOR_PERIOD_OVERRUN : 0u);
+}
+
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
 {
     const app_command_t command = app->mailbox.slot[app->mailbox.published & 1u];
-    uint32_t faults = app->mailbox.faults;
+    uint32_t faults = app->mailbox.faults | late_faults(app, sample->late_periods);
 
     if (app->configured) {
         const drive_in_t in = {

@@ -40,6 +40,8 @@ typedef struct {
     drive_mode_t mode;
     drive_out_t last; /* of the last period, for telemetry and trace */
     uint32_t period_count;
+    uint16_t late_periods; /* the port's count in the last period */
+    bool late;             /* it had grown then */
 
     app_mailbox_t mailbox;
 

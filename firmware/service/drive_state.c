@@ -124,11 +124,15 @@ drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machin
     st->last_command = in->command;
     const bool torque_off = (in->command & DRIVE_STATE_CMD_TORQUE_OFF) != 0u;
 
-    if ((in->faults != 0u) && (st->id != DRIVE_STATE_FAULT)) {
+    /* Outside FAULT only warnings can be latched; those a reset clears at any time. */
+    if ((st->id != DRIVE_STATE_FAULT) && ((rising & DRIVE_STATE_CMD_FAULT_RESET) != 0u)) {
+        st->faults = 0u;
+    }
+    st->faults |= in->faults;
+    if (((in->faults & ~MONITOR_WARNINGS) != 0u) && (st->id != DRIVE_STATE_FAULT)) {
         enter(st, DRIVE_STATE_FAULT);
     }
     if (st->id == DRIVE_STATE_FAULT) {
-        st->faults |= in->faults;
         fault_state(st, in, rising);
     } else if (torque_off && (st->id != DRIVE_STATE_BOOT) && (st->id != DRIVE_STATE_SELF_TEST)) {
         enter(st, DRIVE_STATE_TORQUE_OFF);

@@ -70,6 +70,8 @@ class Fault(IntFlag):
     CONFIG = 128
     CURRENT_OFFSET = 256
     TABLE_CRC = 512
+    PERIOD_LATE = 1024  # a warning; only a port can raise this and the next
+    PERIOD_OVERRUN = 2048
 
 
 class Access(IntEnum):

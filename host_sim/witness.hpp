@@ -1,0 +1,20 @@
+// Somebody beside the SIL firmware who is given every sample and answers with duties of his own.
+#ifndef ZH_WITNESS_HPP
+#define ZH_WITNESS_HPP
+
+#include "firmware_headers.hpp"
+
+namespace zh {
+
+class Witness {
+public:
+    virtual ~Witness() = default;
+    // Before the firmware's period: the sample and command it is about to get.
+    virtual void ask(const hal_sample_t &sample, const app_command_t &command) = 0;
+    // After it: the witness's output, which the plant then gets. False ends the run.
+    virtual bool answer(const app_t &app, hal_output_t &output) = 0;
+};
+
+} // namespace zh
+
+#endif
