@@ -1,0 +1,72 @@
+/* Vector table of the core and the way from reset to main. */
+#include <stddef.h>
+#include <stdint.h>
+
+#include "cm_fault.h"
+#include "cm_image.h"
+#include "cm_mpu.h"
+#include "cm_port.h"
+#include "cm_registers.h"
+#include "cm_stack.h"
+
+extern uint32_t cm_stack_top[];
+extern const uint32_t cm_data_load[];
+extern uint32_t cm_data_start[];
+extern uint32_t cm_data_end[];
+extern uint32_t cm_bss_start[];
+extern uint32_t cm_bss_end[];
+
+void cm_reset(void);
+void cm_fault_handler(void);
+void cm_unexpected(void);
+
+__attribute__((section(".vectors.core"), used)) static const cm_vector_t vectors[16] = {
+    (cm_vector_t)(uintptr_t)cm_stack_top,
+    cm_reset,
+    port_nmi,
+    cm_fault_handler, /* hard */
+    cm_fault_handler, /* memory management */
+    cm_fault_handler, /* bus */
+    cm_fault_handler, /* usage */
+    cm_unexpected,
+    cm_unexpected,
+    cm_unexpected,
+    cm_unexpected,
+    cm_unexpected, /* SVCall */
+    cm_unexpected,
+    cm_unexpected,
+    cm_unexpected, /* PendSV */
+    cm_unexpected, /* SysTick */
+};
+
+void cm_unexpected(void)
+{
+    cm_stop(CM_END_UNEXPECTED_INTERRUPT);
+}
+
+void cm_reset(void)
+{
+    cm_irq_off();
+    CM_CPACR |= CM_CPACR_FPU_FULL;
+    cm_barrier();
+    port_gates_off();
+    CM_VTOR = (uint32_t)(uintptr_t)vectors;
+    CM_CCR |= CM_CCR_DIV_0_TRP;
+    CM_SHCSR |= CM_SHCSR_FAULTS;
+
+    const uint32_t *from = cm_data_load;
+    for (uint32_t *to = cm_data_start; to < cm_data_end; to++) {
+        *to = *from;
+        from++;
+    }
+    for (uint32_t *to = cm_bss_start; to < cm_bss_end; to++) {
+        *to = 0u;
+    }
+    cm_stack_paint();
+    cm_mpu_enable();
+    if (!cm_image_intact()) {
+        cm_stop(CM_END_IMAGE_CHANGED);
+    }
+    (void)main();
+    cm_stop(CM_END_HARD_FAULT);
+}
