@@ -1,0 +1,100 @@
+#include "inject.h"
+
+#include "cm_mpu.h"
+#include "mps2_registers.h"
+
+#define WILD_ADDRESS 0x30000000u /* no memory, no device */
+
+static void write_word(uint32_t address, uint32_t value)
+{
+    CM_REGISTER(address) = value;
+}
+
+/* Far more levels than the stack holds; each needs the one below, so that it is no loop. */
+__attribute__((noinline)) static uint32_t overflow(volatile uint32_t *above)
+{
+    volatile uint32_t here[16];
+    here[0] = above[0] + 1u;
+    return (here[0] > 100000u) ? 0u : (overflow(here) + here[0]);
+}
+
+static uint32_t divide(volatile uint32_t divisor)
+{
+    return 1000u / divisor;
+}
+
+/* Flash does that by itself; here it takes a moment without the MPU. */
+static void flip_bit(uint32_t address)
+{
+    CM_MPU_CTRL = 0u;
+    cm_barrier();
+    CM_REGISTER(address) ^= 1u << 13;
+    cm_mpu_enable();
+}
+
+static void execute_ram(void)
+{
+    static const uint16_t return_at_once = 0x4770u; /* bx lr */
+    volatile uint16_t code = return_at_once;
+    void (*const entry)(void) = (void (*)(void))((uintptr_t)&code | 1u);
+    entry();
+}
+
+void inject(uint32_t what, app_t *app)
+{
+    volatile uint32_t seed = 0u;
+    switch (what) {
+    case PIL_INJECT_WILD_WRITE:
+        write_word(WILD_ADDRESS, 1u);
+        break;
+    case PIL_INJECT_NULL_WRITE:
+        write_word(0u, 1u);
+        break;
+    case PIL_INJECT_CODE_WRITE:
+        write_word((uint32_t)(uintptr_t)&inject & ~3u, 0u);
+        break;
+    case PIL_INJECT_STACK_OVERFLOW:
+        (void)overflow(&seed);
+        break;
+    case PIL_INJECT_DIVISION_BY_ZERO:
+        seed = divide(0u);
+        break;
+    case PIL_INJECT_UNDEFINED_INSTRUCTION:
+        __asm volatile("udf #0");
+        break;
+    case PIL_INJECT_STUCK_CONTROL:
+        while (true) {
+        }
+    case PIL_INJECT_DEAD_CONTROL:
+        MPS2_TIMER_CTRL(MPS2_TIMER0) = 0u;
+        break;
+    case PIL_INJECT_TABLE_BIT:
+        flip_bit((uint32_t)(uintptr_t)&app->table->entry[100]);
+        break;
+    case PIL_INJECT_IMAGE_BIT:
+        flip_bit((uint32_t)(uintptr_t)&inject & ~3u);
+        break;
+    case PIL_INJECT_EXECUTE_RAM:
+        execute_ram();
+        break;
+    default:
+        break;
+    }
+}
+
+void inject_delay(uint32_t what, uint32_t age, uint32_t period_ticks)
+{
+    const uint32_t late = (what == PIL_INJECT_OVERRUN) ? 1u : 2u;
+    if (((what != PIL_INJECT_OVERRUN) && (what != PIL_INJECT_OVERRUNS)) || (age >= late)) {
+        return;
+    }
+    const uint32_t start = MPS2_TIMER_VALUE(MPS2_TIMER1);
+    while (start - MPS2_TIMER_VALUE(MPS2_TIMER1) < period_ticks) {
+    }
+}
+
+void inject_background(uint32_t what, uint32_t period, uint32_t at)
+{
+    while ((what == PIL_INJECT_STUCK_BACKGROUND) && (period >= at)) {
+    }
+}

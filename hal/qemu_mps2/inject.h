@@ -1,0 +1,20 @@
+/* Defects on demand: how the image ends under each is a test (tests/pil). Only this port has them.
+ */
+#ifndef INJECT_H
+#define INJECT_H
+
+#include <stdint.h>
+
+#include "app.h"
+#include "pil_protocol.h"
+
+/* Inside the control interrupt, at the period asked for; most do not return. */
+void inject(uint32_t what, app_t *app);
+
+/* At the end of the control interrupt, `age` periods after the one asked for. */
+void inject_delay(uint32_t what, uint32_t age, uint32_t period_ticks);
+
+/* In the background, once that period is reached. */
+void inject_background(uint32_t what, uint32_t period, uint32_t at);
+
+#endif

@@ -1,0 +1,216 @@
+/* The drive on the emulated MPS2 board, with the plant behind two FIFOs (pil_protocol.h).
+ *
+ * CMSDK timer 0 is the control interrupt, timer 1 counts instructions, the watchdog is the NMI, LED
+ * lines stand for gate enable and fault. The only file-scope state of the image.
+ */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app.h"
+#include "cm_config.h"
+#include "cm_image.h"
+#include "cm_port.h"
+#include "cm_registers.h"
+#include "cm_stack.h"
+#include "cm_text.h"
+#include "inject.h"
+#include "mps2_registers.h"
+#include "pil_protocol.h"
+#include "semihosting.h"
+
+#define CONTROL_TICKS  (MPS2_CLOCK_HZ / 5000u) /* 200 us */
+#define WATCHDOG_TICKS (MPS2_CLOCK_HZ / 10u)   /* 100 ms */
+#define EXIT_DONE      50u
+#define EXIT_NO_PLANT  51u
+#define END_TEXT_BYTES 64u
+
+static app_t app;
+static cm_image_check_t image_check;
+static int32_t from_plant;
+static int32_t to_plant;
+static uint32_t late_periods;
+static uint32_t background_calls;
+static uint32_t inject_what;
+static uint32_t inject_at;
+static volatile uint32_t periods;
+
+void control_interrupt(void);
+
+__attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
+    [MPS2_TIMER0_IRQ] = control_interrupt,
+};
+
+void port_gates_off(void)
+{
+    MPS2_LEDS = 0u;
+}
+
+/* `end CODE gates G pc X address X`, and the code as the emulator's own exit code. */
+void port_halt(const cm_fault_t *fault)
+{
+    MPS2_LEDS |= MPS2_LEDS_FAULT;
+    const bool gates = (MPS2_LEDS & MPS2_LEDS_GATES) != 0u;
+    char text[END_TEXT_BYTES];
+    char *at = cm_text(text, "end ");
+    at = cm_text_hex(at, (uint32_t)fault->code);
+    at = cm_text(at, gates ? " gates on pc " : " gates off pc ");
+    at = cm_text_hex(at, fault->pc);
+    at = cm_text(at, " address ");
+    at = cm_text_hex(at, fault->address);
+    at = cm_text(at, "\n");
+    *at = '\0';
+    semihosting_print(text);
+    semihosting_exit((uint32_t)fault->code);
+}
+
+void port_nmi(void)
+{
+    cm_watchdog_expired(app.period_count != app.served_count);
+}
+
+static void serve_watchdog(void *context)
+{
+    (void)context;
+    MPS2_WATCHDOG_LOCK = MPS2_WATCHDOG_UNLOCK;
+    MPS2_WATCHDOG_INTCLR = 1u;
+    MPS2_WATCHDOG_LOCK = 0u;
+}
+
+static uint32_t clock_us(void *context)
+{
+    (void)context;
+    return (UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1)) / (MPS2_CLOCK_HZ / 1000000u);
+}
+
+static uint32_t bits_of(float x)
+{
+    union {
+        float value;
+        uint32_t bits;
+    } u = {.value = x};
+    return u.bits;
+}
+
+static void gather(const app_t *a, const hal_output_t *o, uint32_t *signal)
+{
+#define SIGNAL_F(name, value, text) signal[PIL_SIGNAL_##name] = bits_of(value);
+#define SIGNAL_U(name, value, text) signal[PIL_SIGNAL_##name] = (value);
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+}
+
+_Noreturn static void leave(void)
+{
+    const pil_end_t end = {.magic = PIL_MAGIC,
+                           .stack_bytes = cm_stack_size(),
+                           .stack_used_bytes = cm_stack_used(),
+                           .late_periods = late_periods,
+                           .background_calls = background_calls};
+    (void)semihosting_write(to_plant, &end, sizeof end);
+    semihosting_exit(EXIT_DONE);
+}
+
+void control_interrupt(void)
+{
+    const uint32_t latency_ticks = CONTROL_TICKS - MPS2_TIMER_VALUE(MPS2_TIMER0);
+    MPS2_TIMER_INTCLR(MPS2_TIMER0) = 1u;
+
+    pil_in_t in;
+    if (!semihosting_read(from_plant, &in, sizeof in)) {
+        port_gates_off();
+        semihosting_exit(EXIT_NO_PLANT);
+    }
+    if ((in.command & PIL_STOP) != 0u) {
+        leave();
+    }
+    if (periods == inject_at) {
+        inject(inject_what, &app);
+    }
+    in.sample.late_periods = (uint16_t)late_periods;
+    const app_command_t command = {in.command, in.omega_m_ref_rad_s};
+    app_post_command(&app, &command);
+
+    hal_output_t output;
+    const uint32_t start = MPS2_TIMER_VALUE(MPS2_TIMER1);
+    app_control_period(&app, &in.sample, &output);
+    const uint32_t end = MPS2_TIMER_VALUE(MPS2_TIMER1);
+    MPS2_LEDS = output.gates_on ? MPS2_LEDS_GATES : 0u;
+
+    pil_out_t out = {.period_ticks = start - end, .latency_ticks = latency_ticks};
+    gather(&app, &output, out.signal);
+    if (!semihosting_write(to_plant, &out, sizeof out)) {
+        port_gates_off();
+        semihosting_exit(EXIT_NO_PLANT);
+    }
+    inject_delay(inject_what, periods - inject_at, CONTROL_TICKS);
+    periods++;
+    /* The next event came before this one was done. */
+    if (MPS2_TIMER_INTCLR(MPS2_TIMER0) != 0u) {
+        late_periods++;
+    }
+}
+
+static bool connect(void)
+{
+    from_plant = semihosting_open(PIL_FIFO_TO_IMAGE, SEMIHOSTING_READ);
+    to_plant = semihosting_open(PIL_FIFO_FROM_IMAGE, SEMIHOSTING_WRITE);
+    const pil_hello_t hello = {.magic = PIL_MAGIC,
+                               .params_bytes = sizeof(params_t),
+                               .signals = PIL_SIGNALS,
+                               .table_crc32c = cm_config.table->crc32c,
+                               .image_crc32c = cm_image_crc32c(),
+                               .clock_Hz = MPS2_CLOCK_HZ};
+    pil_start_t start;
+    if ((from_plant < 0) || (to_plant < 0) || !semihosting_write(to_plant, &hello, sizeof hello) ||
+        !semihosting_read(from_plant, &start, sizeof start)) {
+        return false;
+    }
+    inject_what = start.inject;
+    inject_at = start.inject_at;
+    const params_t *params = (start.use_params != 0u) ? &start.params : &cm_config.params;
+    const uint32_t refused = app_init(&app, params, cm_config.table) ? 0u : 1u;
+    return semihosting_write(to_plant, &refused, sizeof refused);
+}
+
+static void start_devices(void)
+{
+    MPS2_TIMER_RELOAD(MPS2_TIMER1) = UINT32_MAX;
+    MPS2_TIMER_VALUE(MPS2_TIMER1) = UINT32_MAX;
+    MPS2_TIMER_CTRL(MPS2_TIMER1) = MPS2_TIMER_ENABLE;
+
+    MPS2_WATCHDOG_LOCK = MPS2_WATCHDOG_UNLOCK;
+    MPS2_WATCHDOG_LOAD = WATCHDOG_TICKS;
+    MPS2_WATCHDOG_CTRL = MPS2_WATCHDOG_INTEN | MPS2_WATCHDOG_RESEN;
+    MPS2_WATCHDOG_LOCK = 0u;
+
+    MPS2_TIMER_RELOAD(MPS2_TIMER0) = CONTROL_TICKS - 1u;
+    MPS2_TIMER_VALUE(MPS2_TIMER0) = CONTROL_TICKS - 1u;
+    MPS2_TIMER_CTRL(MPS2_TIMER0) = MPS2_TIMER_ENABLE | MPS2_TIMER_INTERRUPT;
+    cm_nvic_enable(MPS2_TIMER0_IRQ);
+}
+
+int main(void)
+{
+    char banner[CM_IMAGE_BANNER_BYTES];
+    (void)cm_image_banner(banner);
+    semihosting_print(banner);
+    if (!connect()) {
+        semihosting_exit(EXIT_NO_PLANT);
+    }
+    const hal_devices_t devices = {.watchdog_serve = serve_watchdog, .clock_us = clock_us};
+    start_devices();
+    cm_irq_on();
+    while (true) {
+        app_background(&app, &devices);
+        if (!cm_image_check_slice(&image_check)) {
+            cm_stop(CM_END_IMAGE_CHANGED);
+        }
+        if ((app.mailbox.faults & MONITOR_TABLE_CRC) != 0u) {
+            /* The drive has opened the gates by itself; say so in this port's way. */
+            cm_stop(CM_END_TABLE_CHANGED);
+        }
+        inject_background(inject_what, periods, inject_at);
+        background_calls++;
+    }
+}

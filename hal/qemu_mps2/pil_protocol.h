@@ -1,0 +1,88 @@
+/* What passes between the emulated image and the plant on the host: little-endian structs on two
+ * FIFOs, one exchange per control period.
+ *
+ *   image -> hello;  plant -> start;  image -> ready (0: accepted)
+ *   each period: plant -> in, image -> out;  in with a stop flag: image -> end, and it leaves
+ */
+#ifndef PIL_PROTOCOL_H
+#define PIL_PROTOCOL_H
+
+#include <stdint.h>
+
+#include "hal_drive_io.h"
+#include "params.h"
+
+#define PIL_MAGIC 0x5A48504Cu /* "ZHPL" */
+
+/* In the folder the emulator runs in. The image opens TO first, so the plant does too. */
+#define PIL_FIFO_TO_IMAGE   "to_image"
+#define PIL_FIFO_FROM_IMAGE "from_image"
+
+enum {
+#define SIGNAL_F(name, value, text) PIL_SIGNAL_##name,
+#define SIGNAL_U(name, value, text) PIL_SIGNAL_##name,
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+    PIL_SIGNALS
+};
+
+typedef struct {
+    uint32_t magic;
+    uint32_t params_bytes;
+    uint32_t signals;
+    uint32_t table_crc32c;
+    uint32_t image_crc32c;
+    uint32_t clock_Hz; /* of the ticks below */
+} pil_hello_t;
+
+typedef struct {
+    uint32_t use_params; /* 0: the image's own */
+    uint32_t inject;     /* PIL_INJECT_*, at period inject_at */
+    uint32_t inject_at;
+    params_t params;
+} pil_start_t;
+
+/* Defects the image can be told to have, to see how it ends. */
+typedef enum {
+    PIL_INJECT_NONE = 0,
+    PIL_INJECT_WILD_WRITE = 1,
+    PIL_INJECT_NULL_WRITE = 2,
+    PIL_INJECT_CODE_WRITE = 3,
+    PIL_INJECT_STACK_OVERFLOW = 4,
+    PIL_INJECT_DIVISION_BY_ZERO = 5,
+    PIL_INJECT_UNDEFINED_INSTRUCTION = 6,
+    PIL_INJECT_STUCK_CONTROL = 7, /* the interrupt never ends */
+    PIL_INJECT_DEAD_CONTROL = 8,  /* the interrupt no longer comes */
+    PIL_INJECT_STUCK_BACKGROUND = 9,
+    PIL_INJECT_TABLE_BIT = 10,
+    PIL_INJECT_IMAGE_BIT = 11,
+    PIL_INJECT_OVERRUN = 12,  /* one period takes too long */
+    PIL_INJECT_OVERRUNS = 13, /* two in a row do */
+    PIL_INJECT_EXECUTE_RAM = 14,
+    PIL_INJECT_COUNT
+} pil_inject_t;
+
+#define PIL_STOP (1u << 31) /* in `command`: leave */
+
+typedef struct {
+    uint32_t command; /* DRIVE_STATE_CMD_*, PIL_STOP */
+    float omega_m_ref_rad_s;
+    hal_sample_t sample; /* late_periods is the image's own */
+} pil_in_t;
+
+typedef struct {
+    uint32_t period_ticks;  /* inside app_control_period */
+    uint32_t latency_ticks; /* from the timer's event to the interrupt's first statement */
+    uint32_t signal[PIL_SIGNALS];
+} pil_out_t;
+
+typedef struct {
+    uint32_t magic;
+    uint32_t stack_bytes;
+    uint32_t stack_used_bytes;
+    uint32_t late_periods;
+    uint32_t background_calls;
+} pil_end_t;
+
+#endif
