@@ -1,12 +1,14 @@
 #include "sim.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "c_boundary.hpp"
+#include "emulated_core.hpp"
 #include "experiment.hpp"
 #include "firmware_setup.hpp"
 #include "simulate.hpp"
@@ -99,6 +101,30 @@ zh::Run run_of(const zh_sim_job &job)
 }
 
 } // namespace
+
+int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *result)
+{
+    if (job == nullptr || job->struct_size < sizeof(zh_sim_job) || pil == nullptr ||
+        pil->struct_size < sizeof(zh_pil_job) || result == nullptr ||
+        result->struct_size < sizeof(zh_pil_result)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_pil_run: job, pil or result: is NULL or its struct_size "
+                                     "too small; set it to the size of the struct");
+    }
+    *result = zh_pil_result{};
+    result->struct_size = sizeof(zh_pil_result);
+    return zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        const zh::Run run = run_of(*job);
+        zh::EmulatedCore core(*pil, run.params, *run.gain, *result);
+        const auto start = std::chrono::steady_clock::now();
+        (void)zh::simulate(run, &core);
+        result->loop_s =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        if (result->end == ZH_PIL_EQUAL) {
+            core.finish();
+        }
+        return int{ZH_OK};
+    });
+}
 
 int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)
 {

@@ -1,0 +1,192 @@
+#include "emulated_core.hpp"
+
+#include <bit>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <thread>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include "pil_protocol.h"
+#include "toml_reader.hpp"
+
+namespace zh {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto patience = 20s;
+constexpr int patience_ms = 20000;
+
+struct Signal {
+    const char *name;
+};
+
+constexpr Signal signals[] = {
+#define SIGNAL_F(name, value, text) {#name},
+#define SIGNAL_U(name, value, text) {#name},
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+};
+static_assert(std::size(signals) == PIL_SIGNALS);
+
+void gather(const app_t *a, const hal_output_t *o, std::uint32_t (&words)[PIL_SIGNALS])
+{
+#define SIGNAL_F(name, value, text) words[PIL_SIGNAL_##name] = std::bit_cast<std::uint32_t>(value);
+#define SIGNAL_U(name, value, text) words[PIL_SIGNAL_##name] = (value);
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+}
+
+// A FIFO's write end opens only once somebody reads; one who never comes must not hang the run.
+int open_for_writing(const std::string &path)
+{
+    const auto until = std::chrono::steady_clock::now() + patience;
+    while (std::chrono::steady_clock::now() < until) {
+        const int fd = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+        if (fd >= 0) {
+            ::fcntl(fd, F_SETFL, 0);
+            return fd;
+        }
+        if (errno != ENXIO) {
+            break;
+        }
+        std::this_thread::sleep_for(5ms);
+    }
+    throw ConfigError(path + ": no image at the other end; does the emulator run there?");
+}
+
+} // namespace
+
+EmulatedCore::EmulatedCore(const zh_pil_job &job, const params_t &params, const GainFile &gain,
+                           zh_pil_result &result)
+    : result_(result)
+{
+    const std::string folder = job.folder != nullptr ? job.folder : ".";
+    to_image_ = open_for_writing(folder + "/" PIL_FIFO_TO_IMAGE);
+    from_image_ = ::open((folder + "/" PIL_FIFO_FROM_IMAGE).c_str(), O_RDONLY | O_CLOEXEC);
+    introduce(job, params, gain);
+}
+
+EmulatedCore::~EmulatedCore()
+{
+    ::close(to_image_);
+    ::close(from_image_);
+}
+
+void EmulatedCore::introduce(const zh_pil_job &job, const params_t &params, const GainFile &gain)
+{
+    pil_hello_t hello{};
+    if (!read(&hello, sizeof hello) || hello.magic != PIL_MAGIC ||
+        hello.params_bytes != sizeof(params_t) || hello.signals != PIL_SIGNALS) {
+        throw ConfigError("image: is of other sources than the SIL library; build both anew");
+    }
+    if (params.observer_gain_enable != 0 && hello.table_crc32c != gain.table().crc32c) {
+        throw ConfigError("image: carries another gain table than the run's, " + gain.motor +
+                          "; build it with that motor's configuration");
+    }
+    result_.clock_Hz = hello.clock_Hz;
+    pil_start_t start{};
+    start.use_params = job.own_params != 0 ? 0 : 1;
+    start.inject = job.inject;
+    start.inject_at = job.inject_at;
+    start.params = params;
+    std::uint32_t refused = 0;
+    if (!write(&start, sizeof start) || !read(&refused, sizeof refused)) {
+        throw ConfigError("image: left before its first control period");
+    }
+    if (refused != 0) {
+        throw ConfigError("image: refuses parameters that the SIL firmware took");
+    }
+}
+
+bool EmulatedCore::read(void *data, std::size_t n)
+{
+    auto *at = static_cast<char *>(data);
+    while (n > 0) {
+        const ssize_t got = ::read(from_image_, at, n);
+        if (got <= 0) {
+            return false;
+        }
+        at += got;
+        n -= static_cast<std::size_t>(got);
+    }
+    return true;
+}
+
+bool EmulatedCore::write(const void *data, std::size_t n)
+{
+    return ::write(to_image_, data, n) == static_cast<ssize_t>(n);
+}
+
+void EmulatedCore::ask(const hal_sample_t &sample, const app_command_t &command)
+{
+    const pil_in_t in{command.command, command.omega_m_ref_rad_s, sample};
+    (void)write(&in, sizeof in); // a broken pipe shows when the answer is read
+}
+
+bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
+{
+    pil_out_t out{};
+    pollfd waiting{from_image_, POLLIN, 0};
+    if (::poll(&waiting, 1, patience_ms) == 0) {
+        result_.end = ZH_PIL_SILENT;
+        return false;
+    }
+    if (!read(&out, sizeof out)) {
+        result_.end = ZH_PIL_LEFT;
+        return false;
+    }
+    std::uint32_t host[PIL_SIGNALS];
+    gather(&app, &output, host);
+    output = {std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_u]),
+              std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_v]),
+              std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_w]),
+              out.signal[PIL_SIGNAL_gates_on] != 0};
+    result_.gates_on = out.signal[PIL_SIGNAL_gates_on];
+    result_.faults = out.signal[PIL_SIGNAL_faults];
+    result_.warned |= result_.faults;
+    result_.worst_ticks = std::max(result_.worst_ticks, out.period_ticks);
+    result_.worst_latency_ticks = std::max(result_.worst_latency_ticks, out.latency_ticks);
+    if (out.signal[PIL_SIGNAL_state] == DRIVE_STATE_RUN) {
+        ++result_.run_periods;
+        result_.run_ticks += out.period_ticks;
+    }
+    if (std::memcmp(host, out.signal, sizeof host) != 0) {
+        for (std::size_t k = 0; k < PIL_SIGNALS; ++k) {
+            if (host[k] != out.signal[k]) {
+                (void)std::snprintf(result_.difference, sizeof result_.difference,
+                                    "period %llu: %s: image %08x, SIL %08x",
+                                    static_cast<unsigned long long>(result_.periods),
+                                    signals[k].name, out.signal[k], host[k]);
+                break;
+            }
+        }
+        result_.end = ZH_PIL_DIFFERS;
+        return false;
+    }
+    ++result_.periods;
+    return true;
+}
+
+void EmulatedCore::finish()
+{
+    const pil_in_t stop{PIL_STOP, 0.0F, {}};
+    pil_end_t end{};
+    if (!write(&stop, sizeof stop) || !read(&end, sizeof end) || end.magic != PIL_MAGIC) {
+        result_.end = ZH_PIL_LEFT;
+        return;
+    }
+    result_.stack_bytes = end.stack_bytes;
+    result_.stack_used_bytes = end.stack_used_bytes;
+    result_.late_periods = end.late_periods;
+    result_.background_calls = end.background_calls;
+}
+
+} // namespace zh

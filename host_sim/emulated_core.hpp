@@ -1,0 +1,41 @@
+// The flash image on an emulated core, behind two FIFOs (hal/qemu_mps2/pil_protocol.h).
+#ifndef ZH_EMULATED_CORE_HPP
+#define ZH_EMULATED_CORE_HPP
+
+#include <cstdint>
+#include <string>
+
+#include "firmware.hpp"
+#include "pil.h"
+#include "witness.hpp"
+
+namespace zh {
+
+class EmulatedCore : public Witness {
+public:
+    // Waits for the image in `folder`; throws ConfigError when it does not come, is of other
+    // sources, carries another gain table, or refuses the parameters.
+    EmulatedCore(const zh_pil_job &job, const params_t &params, const GainFile &gain,
+                 zh_pil_result &result);
+    EmulatedCore(const EmulatedCore &) = delete;
+    EmulatedCore &operator=(const EmulatedCore &) = delete;
+    ~EmulatedCore() override;
+
+    void ask(const hal_sample_t &sample, const app_command_t &command) override;
+    bool answer(const app_t &app, hal_output_t &output) override;
+    // Tells the image to leave and takes its last words.
+    void finish();
+
+private:
+    bool read(void *data, std::size_t n);
+    bool write(const void *data, std::size_t n);
+    void introduce(const zh_pil_job &job, const params_t &params, const GainFile &gain);
+
+    zh_pil_result &result_;
+    int to_image_ = -1;
+    int from_image_ = -1;
+};
+
+} // namespace zh
+
+#endif

@@ -1,0 +1,59 @@
+/* Processor in the loop: the flash image on an emulated core against the same plant.
+ *
+ * Part of the SIL library. The plant is driven by the image's duties; the SIL firmware runs beside
+ * it on the same samples, and every signal of firmware/app/signal_list.def is compared to the bit,
+ * every control period. Linux only (FIFOs).
+ */
+#ifndef ZH_PIL_H
+#define ZH_PIL_H
+
+#include "sim.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How the run ended. */
+enum {
+    ZH_PIL_EQUAL = 0, /* all periods, every bit the same */
+    ZH_PIL_DIFFERS = 1,
+    ZH_PIL_LEFT = 2,  /* the image stopped by itself: its exit code says why */
+    ZH_PIL_SILENT = 3 /* no answer in time */
+};
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_pil_job), set by the caller */
+    uint32_t inject;      /* defect for the image (hal/qemu_mps2/pil_protocol.h), 0: none */
+    uint32_t inject_at;   /* control period */
+    uint32_t own_params;  /* 1: the image's own parameters must be the run's, nothing is sent */
+    const char *folder;   /* with the FIFOs, where the emulator runs */
+} zh_pil_job;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_pil_result), set by the caller */
+    uint32_t end;         /* ZH_PIL_* */
+    uint64_t periods;     /* compared */
+    uint64_t run_periods; /* of them in state RUN */
+    double run_ticks;     /* sum over those, timer ticks inside app_control_period */
+    uint32_t clock_Hz;    /* of the ticks */
+    uint32_t worst_ticks; /* of all periods */
+    uint32_t worst_latency_ticks;
+    uint32_t late_periods;
+    uint32_t stack_bytes; /* of the image, and its watermark */
+    uint32_t stack_used_bytes;
+    uint32_t background_calls;
+    uint32_t gates_on;    /* in the last period answered */
+    uint32_t faults;      /* latched in the last period answered */
+    uint32_t warned;      /* every bit that ever stood in faults */
+    double loop_s;        /* wall clock */
+    char difference[160]; /* period, signal and both words; empty when none */
+} zh_pil_result;
+
+/* A status of sil.h; text in zh_sil_error(). A difference is no error: see `end`. */
+ZH_API int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
