@@ -50,6 +50,19 @@ def ensure_built(*targets: str) -> Built:
     return Built(folder, folder / "host_sim" / f"lib{SIL_TARGET}.so")
 
 
+def build_image(preset: str) -> Path:
+    """The flash image of a cross-compiling preset, built when out of date: its firmware.elf."""
+    folder = BUILD / preset
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(BUILD / f"{preset}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "build.ninja").is_file():
+            print(f"zh: configuring the image {preset}", file=sys.stderr)
+            _run("cmake", "--preset", preset)
+        _run("cmake", "--build", "--preset", preset)
+    return folder / "firmware.elf"
+
+
 def configure_tests() -> None:
     """Configure preset `host` with its tests, for who needs their compile commands."""
     _run("cmake", "--preset", PRESET, "-DZH_BUILD_TESTS=ON")

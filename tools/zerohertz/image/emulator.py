@@ -1,0 +1,76 @@
+"""The emulated core: qemu-system-arm with the flash image, and a folder with its two FIFOs."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from zerohertz.errors import UserError
+
+TO_IMAGE, FROM_IMAGE = "to_image", "from_image"  # hal/qemu_mps2/pil_protocol.h
+EXIT_DONE = 50  # hal/qemu_mps2/main.c
+
+# One instruction is 64 ns of the emulated clock, so that timers count instructions exactly.
+NS_PER_INSTRUCTION = 64
+_ICOUNT = ("-icount", "shift=6,sleep=off")
+_PATIENCE_S = 30.0
+
+
+@dataclass
+class Emulator:
+    """A running image. `exit_code` and `text` are there once it has ended."""
+
+    folder: Path
+    process: subprocess.Popen[bytes]
+    exit_code: int | None = None
+    text: str = ""
+
+    def wait(self) -> int:
+        """Its exit code: EXIT_DONE, or the code of what stopped it (hal/cortex_m/cm_fault.h)."""
+        if self.exit_code is None:
+            try:
+                out, _ = self.process.communicate(timeout=_PATIENCE_S)
+                self.text = out.decode(errors="replace")
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.communicate()
+                raise UserError("emulator: did not end by itself; it was killed") from None
+            self.exit_code = self.process.returncode
+        return self.exit_code
+
+
+@contextlib.contextmanager
+def emulator(elf: Path, machine: str = "mps2-an386") -> Iterator[Emulator]:
+    """The image, started in a folder of its own; killed when the block is left early."""
+    with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
+        folder = Path(name)
+        for fifo in (TO_IMAGE, FROM_IMAGE):
+            os.mkfifo(folder / fifo)
+        command = (
+            *("qemu-system-arm", "-M", machine, "-nographic", "-monitor", "none"),
+            *("-serial", "none", "-no-reboot", *_ICOUNT),
+            *("-semihosting-config", "enable=on,target=native", "-kernel", str(elf.resolve())),
+        )
+        try:
+            process = subprocess.Popen(
+                command,
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+            )
+        except FileNotFoundError:
+            raise UserError("qemu-system-arm: not installed; run tools/zh setup") from None
+        try:
+            yield Emulator(folder, process)
+        finally:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+            if process.stdout is not None:
+                process.stdout.close()
