@@ -21,17 +21,20 @@ public:
     EmulatedCore &operator=(const EmulatedCore &) = delete;
     ~EmulatedCore() override;
 
-    void ask(const hal_sample_t &sample, const app_command_t &command) override;
+    void ask(hal_sample_t &sample, const app_command_t &command) override;
     bool answer(const app_t &app, hal_output_t &output) override;
     // Tells the image to leave and takes its last words.
     void finish();
 
 private:
     bool read(void *data, std::size_t n);
+    void name_difference(const std::uint32_t *host, const std::uint32_t *image);
     bool write(const void *data, std::size_t n);
     void introduce(const zh_pil_job &job, const params_t &params, const GainFile &gain);
 
     zh_pil_result &result_;
+    std::uint16_t late_periods_ = 0;
+    bool injecting_ = false; // an image with a defect may go its own way: see how it ends
     int to_image_ = -1;
     int from_image_ = -1;
 };

@@ -119,7 +119,7 @@ int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *resu
         (void)zh::simulate(run, &core);
         result->loop_s =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        if (result->end == ZH_PIL_EQUAL) {
+        if (result->end == ZH_PIL_EQUAL || pil->inject != 0) {
             core.finish();
         }
         return int{ZH_OK};

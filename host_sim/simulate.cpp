@@ -160,7 +160,7 @@ public:
 
 private:
     // False when a witness ends the run.
-    bool period(const hal_sample_t &sample, std::uint32_t command, hal_output_t &output)
+    bool period(hal_sample_t sample, std::uint32_t command, hal_output_t &output)
     {
         if (witness_ == nullptr) {
             output = firmware_.step(sample, speed_ref_rpm_, command);

@@ -9,8 +9,9 @@ namespace zh {
 class Witness {
 public:
     virtual ~Witness() = default;
-    // Before the firmware's period: the sample and command it is about to get.
-    virtual void ask(const hal_sample_t &sample, const app_command_t &command) = 0;
+    // Before the firmware's period: the sample and command it is about to get. Late periods are the
+    // witness's to count.
+    virtual void ask(hal_sample_t &sample, const app_command_t &command) = 0;
     // After it: the witness's output, which the plant then gets. False ends the run.
     virtual bool answer(const app_t &app, hal_output_t &output) = 0;
 };

@@ -33,8 +33,8 @@ typedef struct {
 /* Opens the gates, then hands over to the port; from any context. */
 _Noreturn void cm_stop(cm_end_t code);
 
-/* Watchdog at its end (a port's NMI or early interrupt): tells who hangs. `progressed` when control
- * periods ended since the watchdog was last served. */
+/* Watchdog at its end (a port's NMI or early interrupt): tells who hangs. `progressed` when
+ * control periods went on all the time it was not served. */
 _Noreturn void cm_watchdog_expired(int progressed);
 
 #endif

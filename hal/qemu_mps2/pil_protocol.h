@@ -73,6 +73,7 @@ typedef struct {
 
 typedef struct {
     uint32_t period_ticks;  /* inside app_control_period */
+    uint32_t late_periods;  /* so far: the count that comes with the next sample */
     uint32_t latency_ticks; /* from the timer's event to the interrupt's first statement */
     uint32_t signal[PIL_SIGNALS];
 } pil_out_t;

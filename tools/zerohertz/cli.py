@@ -17,6 +17,7 @@ COMMAND_MODULES = (
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
     "zerohertz.replay.command",
+    "zerohertz.image.command",
     "zerohertz.image.params",
     "zerohertz.bench.command",
     "zerohertz.testing.command",

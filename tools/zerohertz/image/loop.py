@@ -1,4 +1,4 @@
-"""Processor in the loop: binding of host_sim/pil.h, with the emulator started and ended round it."""
+"""Processor in the loop: binding of host_sim/pil.h with the emulator round it."""
 
 from __future__ import annotations
 
@@ -51,6 +51,8 @@ class PilRun:
     exit_code: int  # of the image
     text: str  # what it printed: banner, and why it stopped
     periods: int  # compared with the SIL firmware
+    run_periods: int  # of them in state RUN
+    differing_bits: int  # in the first period that differs; 0: none does
     mean_instructions: float  # of a control period in state RUN; 0 without one
     worst_instructions: int  # of all control periods
     worst_latency_instructions: int  # from the timer's event to the interrupt's first statement
@@ -90,7 +92,7 @@ class _Result(Structure):
             for name in (
                 *("clock_Hz", "worst_ticks", "worst_latency_ticks", "late_periods"),
                 *("stack_bytes", "stack_used_bytes", "background_calls"),
-                *("gates_on", "faults", "warned"),
+                *("gates_on", "faults", "warned", "differing_bits"),
             )
         ),
         ("loop_s", c_double),
@@ -135,6 +137,8 @@ def run(
         exit_code=exit_code,
         text=text,
         periods=result.periods,
+        run_periods=result.run_periods,
+        differing_bits=result.differing_bits,
         mean_instructions=instructions(result.run_ticks / max(result.run_periods, 1)),
         worst_instructions=round(instructions(result.worst_ticks)),
         worst_latency_instructions=round(instructions(result.worst_latency_ticks)),

@@ -23,6 +23,9 @@ GENERATED_FOLDER = "gain_tables"  # laid out by its generator, not by clang-form
 SHELL_SCRIPTS = ("tools/zh", "tools/fetch_unity.sh", ".ci/run")
 C_SUFFIXES = (".c", ".h", ".cpp", ".hpp")
 
+# Presets of the flash images.
+IMAGES = ("qemu_mps2", "qemu_mps2_paper")
+
 # CONVENTIONS 11: of the mutants that are not equivalent to the original.
 MUTATION_SCORE_MIN = 0.95
 MUTATION_SAMPLE = 400
@@ -33,10 +36,17 @@ def all_stages() -> list[Stage]:
     """Every stage; the long ones that others wait for come first."""
     return [
         Stage("build", "gcc, warnings as errors", _build("host"), quick=True),
+        Stage("images", "flash images of every port", _images, quick=True),
         Stage("clang", "clang, warnings as errors, and its unit tests", _clang),
         Stage("unit", "unit tests", _ctest("host", "unit"), needs=("build",), quick=True),
         Stage("sil", "plant in the loop", _ctest("host", "sil"), needs=("build",)),
-        Stage("tools", "Python tests", _pytest, needs=("build",)),
+        Stage("tools", "Python tests", _pytest("tests/tools"), needs=("build",)),
+        Stage(
+            "pil",
+            "flash image on the emulated core",
+            _pytest("tests/pil", "tests/fault"),
+            needs=("build", "images"),
+        ),
         Stage(
             "reference",
             "plant against independent truths",
@@ -58,7 +68,7 @@ def all_stages() -> list[Stage]:
             "rules",
             "includes, identifiers, objects, nothing unbuilt",
             _rules,
-            needs=("build",),
+            needs=("build", "images"),
             quick=True,
         ),
         Stage("mutation", "seeded sample of mutants", _mutation, needs=("unit",), cores=2),
@@ -106,18 +116,28 @@ def _build_and_ctest(preset: str) -> Callable[[Log], Outcome]:
     return run
 
 
+def _images(log: Log) -> Outcome:
+    configured = log.check(*(("cmake", "--preset", preset) for preset in IMAGES))
+    if configured.failed:
+        return configured
+    return log.check(*(("cmake", "--build", "--preset", preset) for preset in IMAGES))
+
+
 _clang = _build_and_ctest("clang")
 
 
-def _pytest(log: Log) -> Outcome:
-    junit = LOGS / "pytest.xml"
-    junit.unlink(missing_ok=True)
-    config = ("-c", "tools/pyproject.toml")
-    code = log.run(PYTHON, "-m", "pytest", *config, f"--junitxml={junit}", "tests/tools")
-    outcome = junit_outcome(junit)
-    if code != 0 and outcome.failed == 0:
-        return Outcome(outcome.passed, 1, f"pytest ended with {code}")
-    return outcome
+def _pytest(*folders: str) -> Callable[[Log], Outcome]:
+    def run(log: Log) -> Outcome:
+        junit = LOGS / f"pytest-{Path(folders[0]).name}.xml"
+        junit.unlink(missing_ok=True)
+        config = ("-c", "tools/pyproject.toml")
+        code = log.run(PYTHON, "-m", "pytest", *config, f"--junitxml={junit}", *folders)
+        outcome = junit_outcome(junit)
+        if code != 0 and outcome.failed == 0:
+            return Outcome(outcome.passed, 1, f"pytest ended with {code}")
+        return outcome
+
+    return run
 
 
 def _coverage(log: Log) -> Outcome:
@@ -209,7 +229,11 @@ def _shell(log: Log) -> Outcome:
 def _rules(log: Log) -> Outcome:
     if source_rules.files_checked(ROOT) == 0:
         return Outcome(0, 1, "no source found")
-    database = json.loads((BUILD / "host" / "compile_commands.json").read_text())
+    database = [
+        entry
+        for preset in ("host", *IMAGES)
+        for entry in json.loads((BUILD / preset / "compile_commands.json").read_text())
+    ]
     checks = (
         source_rules.check_tree(ROOT),
         object_rules.check_build(BUILD / "host"),

@@ -1,0 +1,171 @@
+"""`zh pil`: the flash image on an emulated core, in closed loop with the plant, bit for bit."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from zerohertz.errors import UserError
+
+# Configuration -> preset of the image that carries its gain table and parameters.
+PRESETS = {"paper": "qemu_mps2_paper", "recommended": "qemu_mps2"}
+MACHINES = {"an386": "mps2-an386", "an500": "mps2-an500"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Experiment:
+    """One scenario with one configuration, first noise seed."""
+
+    scenario: str
+    config: str
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh pil`."""
+    app.command("pil")(pil)
+
+
+def pil(
+    scenario: Annotated[
+        str, typer.Argument(help="fig06 .. fig18, any file of host_sim/scenarios, or all.")
+    ] = "all",
+    config: Annotated[
+        str | None, typer.Option(help="paper or recommended; all runs both without it.")
+    ] = None,
+    machine: Annotated[
+        str, typer.Option(help="an386 (Cortex-M4F) or an500 (Cortex-M7).")
+    ] = "an386",
+    max_periods: Annotated[
+        int | None, typer.Option(min=1, help="Stop each run after this many control periods.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Run the flash image on an emulated core against the plant and compare it with the SIL.
+
+    The plant gets the image's duties. Every signal of firmware/app/signal_list.def is compared to
+    the bit in every control period; the first difference is named and ends the run with exit 1.
+    Also counts the instructions of the control period, worst and mean.
+    """
+    if machine not in MACHINES:
+        raise UserError(f"--machine: no '{machine}'; there are {', '.join(MACHINES)}")
+    chosen = experiments(scenario, config)
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    runs = []
+    with Progress(*columns, TimeRemainingColumn(), console=console) as progress:
+        task = progress.add_task("processor in the loop", total=len(chosen))
+        for experiment in chosen:
+            progress.update(task, description=f"{experiment.scenario} {experiment.config}")
+            runs.append((experiment, measure(experiment, MACHINES[machine], max_periods)))
+            progress.advance(task)
+    result = summary(runs)
+    if as_json:
+        print(json.dumps(result))
+    else:
+        _show(result)
+    if result["differing_runs"]:
+        raise typer.Exit(1)
+
+
+def experiments(scenario: str, config: str | None) -> list[Experiment]:
+    """What to run; UserError with the choices for a name that is none."""
+    from zerohertz.scenario.evaluate import SITUATIONS
+    from zerohertz.scenario.predicates import FIGURES
+    from zerohertz.scenario.setup import SCENARIOS
+
+    if config is not None and config not in PRESETS:
+        raise UserError(f"--config: no image of '{config}'; there are {', '.join(PRESETS)}")
+    if scenario == "all":
+        paper = [Experiment(f"fig{n:02d}", "paper") for n in FIGURES]
+        recommended = [Experiment(f"fig{n:02d}", "recommended") for n in SITUATIONS.values()]
+        return [e for e in paper + recommended if config in (None, e.config)]
+    known = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
+    if scenario not in known:
+        raise UserError(f"SCENARIO: no '{scenario}'; there are all, {', '.join(known)}")
+    return [Experiment(scenario, config or "paper")]
+
+
+def measure(experiment: Experiment, machine: str, max_periods: int | None) -> Any:
+    """One run on the emulated core: image.loop.PilRun."""
+    from zerohertz import sim
+    from zerohertz.build import build_image
+    from zerohertz.image import loop
+    from zerohertz.scenario.setup import SCENARIOS, load_setup
+
+    setup = load_setup(experiment.config)
+    job = sim.Job(
+        scenario=Path(SCENARIOS / f"{experiment.scenario}.toml"),
+        rig=setup.rig,
+        board=setup.board,
+        motor_dir=setup.motor_dir,
+        firmware_config=setup.params,
+        seed=1,
+        decimate=1_000_000,  # the record is of no interest
+        max_steps=max_periods,
+    )
+    return loop.run(job, build_image(PRESETS[experiment.config]), machine=machine)
+
+
+def summary(runs: list[tuple[Experiment, Any]]) -> dict[str, Any]:
+    """All runs as one JSON object."""
+    periods = sum(run.periods for _, run in runs)
+    seconds = sum(run.loop_s for _, run in runs)
+    started = [run for _, run in runs if run.mean_instructions > 0.0]
+    weight = sum(run.run_periods for run in started)
+    mean = sum(run.mean_instructions * run.run_periods for run in started) / max(weight, 1)
+    return {
+        "runs": [dataclasses.asdict(e) | _as_json(run) for e, run in runs],
+        "periods": periods,
+        "differing_runs": sum(run.end.name != "EQUAL" for _, run in runs),
+        "differing_bits": sum(run.differing_bits for _, run in runs),
+        "periods_per_s": round(periods / seconds) if seconds > 0.0 else 0,
+        "mean_instructions": round(mean, 1),
+        "worst_instructions": max(run.worst_instructions for _, run in runs),
+        "worst_latency_instructions": max(run.worst_latency_instructions for _, run in runs),
+        "late_periods": sum(run.late_periods for _, run in runs),
+        "stack_bytes": max(run.stack_bytes for _, run in runs),
+        "stack_used_bytes": max(run.stack_used_bytes for _, run in runs),
+    }
+
+
+def _as_json(run: Any) -> dict[str, Any]:
+    return dataclasses.asdict(run) | {
+        "end": run.end.name.lower(),
+        "periods_per_s": round(run.periods_per_s),
+        "mean_instructions": round(run.mean_instructions, 1),
+        "loop_s": round(run.loop_s, 3),
+    }
+
+
+def _show(result: dict[str, Any]) -> None:
+    table = Table(title="processor in the loop", title_justify="left")
+    for name in ("scenario", "configuration"):
+        table.add_column(name)
+    for name in ("periods", "differing bits", "instructions: mean", "worst", "periods/s"):
+        table.add_column(name, justify="right")
+    for run in result["runs"]:
+        table.add_row(*_cells(run["scenario"], run["config"], run))
+    table.add_section()
+    table.add_row(*_cells("all", "", result))
+    console = Console()
+    console.print(table)
+    for run in result["runs"]:
+        if run["end"] != "equal":
+            what = run["difference"] or f"the image ended with code {run['exit_code']}"
+            console.print(f"{run['scenario']} {run['config']}: {what}", highlight=False)
+            console.print(run["text"], highlight=False, end="")
+
+
+def _cells(scenario: str, config: str, run: dict[str, Any]) -> tuple[str, ...]:
+    return (
+        *(scenario, config, str(run["periods"]), str(run["differing_bits"])),
+        *(f"{run['mean_instructions']:.0f}", str(run["worst_instructions"])),
+        str(run["periods_per_s"]),
+    )
