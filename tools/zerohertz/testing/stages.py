@@ -23,6 +23,8 @@ GENERATED_FOLDER = "gain_tables"  # laid out by its generator, not by clang-form
 SHELL_SCRIPTS = ("tools/zh", "tools/fetch_unity.sh", ".ci/run")
 C_SUFFIXES = (".c", ".h", ".cpp", ".hpp")
 
+# Of the firmware, with gcc: host_sim/CMakeLists.txt.
+VARIANTS = ("O0", "O2", "O3", "native")
 # Presets of the flash images.
 IMAGES = ("qemu_mps2", "qemu_mps2_paper")
 
@@ -55,11 +57,16 @@ def all_stages() -> list[Stage]:
             quick=True,
         ),
         Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
-        Stage("bits", "gcc and clang give the same bits", _bits, needs=("build", "clang")),
+        Stage(
+            "bits",
+            "gcc -O0 .. -O3, native and clang: the same bits",
+            _bits,
+            needs=("build", "clang"),
+        ),
         Stage("coverage", "line and branch coverage of the core", _coverage),
         Stage("tidy-cpp", "clang-tidy on the plant", _tidy(".cpp"), needs=("clang",)),
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
-        Stage("generated", "gain tables fresh, equal and proven", _generated),
+        Stage("generated", "gain tables fresh and proven, image parameters fresh", _generated),
         Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
@@ -188,15 +195,21 @@ def _tidy(suffix: str) -> Callable[[Log], Outcome]:
 
 
 def _bits(log: Log) -> Outcome:
+    target = ("--target", "sil_variants", "--parallel", "2")
+    if log.run("cmake", "--build", "--preset", "host", *target) != 0:
+        return Outcome(0, 1, "the build failed")
+    name = "libzerohertz_sil"
     libraries = [
-        ROOT / "build" / preset / "host_sim" / "libzerohertz_sil.so" for preset in ("host", "clang")
+        BUILD / "host" / "host_sim" / f"{name}.so",
+        BUILD / "clang" / "host_sim" / f"{name}.so",
+        *(BUILD / "host" / "host_sim" / f"{name}_{variant}.so" for variant in VARIANTS),
     ]
     return log.check((PYTHON, "-m", "zerohertz.testing.bits", *libraries))
 
 
 def _generated(log: Log) -> Outcome:
     zh = (PYTHON, "-m", "zerohertz")
-    return log.check((*zh, "design", "--check"), (*zh, "certify"))
+    return log.check((*zh, "design", "--check"), (*zh, "certify"), (*zh, "params", "--check"))
 
 
 def _cppcheck(log: Log) -> Outcome:
