@@ -7,6 +7,7 @@ float, so the image starts with the very set that was simulated.
 from __future__ import annotations
 
 import json
+import re
 import struct
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +23,7 @@ from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import load_setup
 
 BOARDS = ROOT / "host_sim" / "boards"
+HAL = ROOT / "hal"
 
 
 def register(app: typer.Typer) -> None:
@@ -30,14 +32,22 @@ def register(app: typer.Typer) -> None:
 
 
 def params(
-    config: Annotated[str, typer.Option(help="Configuration: host_sim/configs/<it>.toml.")],
+    config: Annotated[
+        str, typer.Option(help="Configuration: host_sim/configs/<it>.toml.")
+    ] = "recommended",
     board: Annotated[
         str | None,
         typer.Option(help="Board instead of the configuration's: host_sim/boards/<it>.toml."),
     ] = None,
     write: Annotated[Path | None, typer.Option(help="File to write; stdout without it.")] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Exit 1 when a header in hal/ is not fresh.")
+    ] = False,
 ) -> None:
     """Write a configuration as the C header that a flash image is built with."""
+    if check:
+        _check(Console())
+        return
     text = header_text(config, board)
     if write is None:
         print(text, end="")
@@ -47,6 +57,26 @@ def params(
     except OSError as error:
         raise UserError(f"{write}: {error.strerror}; give a file in an existing folder") from None
     Console(stderr=True).print(f"wrote {write}", highlight=False)
+
+
+def stale_headers() -> list[str]:
+    """Headers below hal/ that are not what the command in their first lines gives today."""
+    stale = []
+    for path in sorted(HAL.glob("*/params_*.h")):
+        text = path.read_text(encoding="utf-8")
+        made_by = re.search(r"`zh params --config (\w+)(?: --board (\w+))?`", text)
+        if made_by is None or header_text(made_by[1], made_by[2]) != text:
+            stale.append(str(path.relative_to(ROOT)))
+    return stale
+
+
+def _check(console: Console) -> None:
+    stale = stale_headers()
+    for name in stale:
+        console.print(f"{name}: not fresh; its second line says how to make it", highlight=False)
+    if stale:
+        raise typer.Exit(1)
+    console.print("all parameter headers are fresh", highlight=False)
 
 
 def header_text(config: str, board: str | None) -> str:
