@@ -1,0 +1,110 @@
+/* Template of a Cortex-M port: it links, and stays dark until every FILL IN is done.
+ *
+ * Copy the folder, give the copy the name of your board, replace the functions one by one
+ * (hal/README.md has the order and the checks), and change nothing outside the folder.
+ */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app.h"
+#include "cm_config.h"
+#include "cm_image.h"
+#include "cm_port.h"
+#include "cm_registers.h"
+
+/* FILL IN: number of the interrupt that comes when the ADC is done. */
+#define CONTROL_IRQ 0u
+
+static app_t app; /* the drive; all file-scope state of a port is in its main.c */
+static cm_image_check_t image_check;
+static uint16_t late_periods;
+
+void control_interrupt(void);
+
+__attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
+    [CONTROL_IRQ] = control_interrupt,
+};
+
+/* FILL IN: every switch off, at once; nothing here may depend on RAM or clocks being right. */
+void port_gates_off(void)
+{
+}
+
+/* FILL IN: tell fault->code and fault->pc (LED, UART, memory that survives a reset). */
+void port_halt(const cm_fault_t *fault)
+{
+    (void)fault;
+    while (true) {
+        port_gates_off();
+    }
+}
+
+/* FILL IN when the part raises one: clock failure, watchdog. */
+void port_nmi(void)
+{
+    cm_stop(CM_END_UNEXPECTED_INTERRUPT);
+}
+
+/* FILL IN: clocks; PWM centre-aligned with dead time, preload and break input, outputs off; ADC
+ * triggered at the carrier crest. False: the board is not as it should be, the drive stays off. */
+static bool start_devices(void)
+{
+    return false;
+}
+
+/* FILL IN: the words of this crest, unscaled (hal_drive_io.h). Zeros are out of range: they trip.
+ */
+static void read_adc(hal_sample_t *sample)
+{
+    *sample = (hal_sample_t){0};
+}
+
+/* FILL IN: duties to the timer's preload registers; gates_on false acts at once. */
+static void write_pwm(const hal_output_t *output)
+{
+    (void)output;
+    port_gates_off();
+}
+
+/* FILL IN: the next ADC result is there already. */
+static bool next_sample_is_there(void)
+{
+    return false;
+}
+
+/* FILL IN. */
+static void serve_watchdog(void *context)
+{
+    (void)context;
+}
+
+void control_interrupt(void)
+{
+    hal_sample_t sample;
+    read_adc(&sample);
+    sample.late_periods = late_periods;
+    hal_output_t output;
+    app_control_period(&app, &sample, &output);
+    write_pwm(&output);
+    if (next_sample_is_there()) {
+        late_periods++;
+    }
+}
+
+int main(void)
+{
+    const hal_devices_t devices = {.watchdog_serve = serve_watchdog};
+    if (app_init(&app, &cm_config.params, cm_config.table) && start_devices()) {
+        cm_nvic_enable(CONTROL_IRQ);
+        cm_irq_on();
+    }
+    while (true) {
+        app_background(&app, &devices);
+        if (!cm_image_check_slice(&image_check)) {
+            cm_stop(CM_END_IMAGE_CHANGED);
+        }
+        /* FILL IN: where commands come from; without one the drive stands in READY. */
+        const app_command_t command = {.command = DRIVE_STATE_CMD_TORQUE_OFF};
+        app_post_command(&app, &command);
+    }
+}
