@@ -19,6 +19,7 @@ COMMAND_MODULES = (
     "zerohertz.replay.command",
     "zerohertz.image.command",
     "zerohertz.image.params",
+    "zerohertz.flash.command",
     "zerohertz.bench.command",
     "zerohertz.testing.command",
     "zerohertz.campaign.command",

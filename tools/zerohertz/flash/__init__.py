@@ -1,0 +1,1 @@
+"""Writing an image into a board: the programmer's command line."""

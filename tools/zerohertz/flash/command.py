@@ -1,0 +1,86 @@
+"""`zh flash`: builds the image of a board and writes it with openocd or st-flash."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from zerohertz.errors import UserError
+
+
+@dataclass(frozen=True)
+class Board:
+    """How a board is programmed."""
+
+    openocd_target: str
+    flash_address: int
+
+
+BOARDS = {"stm32f405": Board("target/stm32f4x.cfg", 0x08000000)}
+TOOLS = ("openocd", "st-flash")
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh flash`."""
+    app.command("flash")(flash)
+
+
+def flash(
+    board: Annotated[str, typer.Option(help=f"One of: {', '.join(BOARDS)}.")] = "stm32f405",
+    tool: Annotated[
+        str | None, typer.Option(help="openocd or st-flash; without it, what is installed.")
+    ] = None,
+    interface: Annotated[str, typer.Option(help="openocd's debug probe.")] = "interface/stlink.cfg",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the command.")] = False,
+) -> None:
+    """Build the image of a board, write it and check what was written.
+
+    Parameters stored in the board stay: they lie in sectors of their own.
+    """
+    from zerohertz.build import build_image
+
+    if board not in BOARDS:
+        raise UserError(f"--board: no '{board}'; there are {', '.join(BOARDS)}")
+    chosen = choose(tool, dry_run)
+    elf = build_image(board)
+    line = command_line(BOARDS[board], chosen, elf, interface)
+    print(shlex.join(line), flush=True)
+    if dry_run:
+        return
+    code = subprocess.run(line, check=False).returncode
+    if code != 0:
+        raise UserError(
+            f"{chosen}: ended with {code}; is the probe plugged in and the board powered?"
+        )
+    Console(stderr=True).print(f"{elf.name} is in the board", highlight=False)
+
+
+def choose(tool: str | None, dry_run: bool) -> str:
+    """The programmer; UserError when it is unknown, or not there and wanted in earnest."""
+    if tool is not None and tool not in TOOLS:
+        raise UserError(f"--tool: no '{tool}'; there are {', '.join(TOOLS)}")
+    wanted = TOOLS if tool is None else (tool,)
+    there = [name for name in wanted if shutil.which(name) is not None]
+    if there:
+        return there[0]
+    if dry_run:
+        return wanted[0]
+    packages = {"openocd": "openocd", "st-flash": "stlink-tools"}
+    remedy = " or ".join(f"apt-get install {packages[name]}" for name in wanted)
+    raise UserError(f"{' or '.join(wanted)}: not installed; {remedy}")
+
+
+def command_line(board: Board, tool: str, elf: Path, interface: str) -> tuple[str, ...]:
+    """What writes, verifies and starts the image."""
+    if tool == "openocd":
+        script = f"program {{{elf}}} verify reset exit"
+        return ("openocd", "-f", interface, "-f", board.openocd_target, "-c", script)
+    binary = str(elf.with_suffix(".bin"))
+    return ("st-flash", "--reset", "write", binary, f"0x{board.flash_address:08x}")
