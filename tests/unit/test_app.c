@@ -43,7 +43,7 @@ void tearDown(void)
 /* At rest: mid-scale currents and voltages, 283 V. */
 static hal_sample_t rest(void)
 {
-    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u};
+    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
 }
 
 static hal_output_t periods(uint32_t command, float omega_m_rad_s, int n)
