@@ -27,7 +27,7 @@ ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float 
     }
     const uvw_t i_A = uvw_from_ab(i_predicted_A);
     const float per_A = cfg->inv_i_threshold_per_A;
-    const uvw_t sat = {clampf(i_A.u * per_A, -1.0f, 1.0f), clampf(i_A.v * per_A, -1.0f, 1.0f),
-                       clampf(i_A.w * per_A, -1.0f, 1.0f)};
+    const uvw_t sat = {limitf(i_A.u * per_A, 1.0f), limitf(i_A.v * per_A, 1.0f),
+                       limitf(i_A.w * per_A, 1.0f)};
     return ab_scale(ab_from_uvw(sat), lost_V);
 }

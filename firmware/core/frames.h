@@ -75,7 +75,7 @@ static inline bool ab_finite(ab_t a)
 /* Both components limited to +-limit; NaN becomes -limit. */
 static inline ab_t ab_clamp(ab_t a, float limit)
 {
-    return (ab_t){clampf(a.alpha, -limit, limit), clampf(a.beta, -limit, limit)};
+    return (ab_t){limitf(a.alpha, limit), limitf(a.beta, limit)};
 }
 
 /* Clarke, power invariant; the zero-sequence component is dropped. */

@@ -35,9 +35,12 @@ bool gain_table_valid(const gain_table_t *table)
 
 observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s)
 {
-    const uint32_t last = table->entry_count - 1u;
-    const float nearest = absf(omega_e_rad_s) / table->step_rad_s + 0.5f;
-    observer_gain_t gain = table->entry[(uint32_t)clampf(nearest, 0.0f, (float)last)];
+    const float last = (float)(table->entry_count - 1u);
+    float nearest = absf(omega_e_rad_s) / table->step_rad_s + 0.5f;
+    if (!(nearest <= last)) {
+        nearest = clampf(nearest, 0.0f, last);
+    }
+    observer_gain_t gain = table->entry[(uint32_t)nearest];
     if (omega_e_rad_s < 0.0f) {
         gain.l1_im_per_s = -gain.l1_im_per_s;
         gain.l2_im_ohm = -gain.l2_im_ohm;

@@ -71,9 +71,11 @@ static rows_t advance(rows_t x, float k, rows_t rate)
  * field angle. NaN ends inside as well. */
 static ab_t limited(ab_t x, float limit)
 {
+    if (ab_norm2(x) <= limit * limit) {
+        return x;
+    }
     const ab_t boxed = ab_clamp(x, limit);
-    const float norm2 = ab_norm2(boxed);
-    return (norm2 > limit * limit) ? ab_scale(boxed, limit / sqrtf(norm2)) : boxed;
+    return ab_scale(boxed, limit / sqrtf(ab_norm2(boxed)));
 }
 
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in)

@@ -15,9 +15,3 @@ bool pi_init(pi_config_t *cfg, float kp, float ki_per_s, float x_max, float peri
     cfg->x_max = x_max;
     return true;
 }
-
-void pi_update(const pi_config_t *cfg, pi_state_t *st, float error, float realised_minus_asked)
-{
-    const float x = st->x + cfg->ki_T * error + cfg->tracking * realised_minus_asked;
-    st->x = clampf(x, -cfg->x_max, cfg->x_max);
-}

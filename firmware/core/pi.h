@@ -30,6 +30,11 @@ static inline float pi_output(const pi_config_t *cfg, const pi_state_t *st, floa
 }
 
 /* realised - asked: what the limits behind the controller took away, 0 when nothing. */
-void pi_update(const pi_config_t *cfg, pi_state_t *st, float error, float realised_minus_asked);
+static inline void pi_update(const pi_config_t *cfg, pi_state_t *st, float error,
+                             float realised_minus_asked)
+{
+    const float x = st->x + cfg->ki_T * error + cfg->tracking * realised_minus_asked;
+    st->x = limitf(x, cfg->x_max);
+}
 
 #endif

@@ -99,14 +99,14 @@ speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cf
     float x_rad_s = st->x_rad_s + cfg->ki_T_rad_per_s_Wb_A * z_Wb_A;
     if (leak_on(cfg, st, in->omega_s_hat_rad_s)) {
         /* eq. (19); a share above 1 would overshoot the prior. */
-        const float x0_rad_s = cfg->p.leak_to_prior ? clampf(in->prior_rad_s, -limit, limit) : 0.0f;
+        const float x0_rad_s = cfg->p.leak_to_prior ? limitf(in->prior_rad_s, limit) : 0.0f;
         const float share = minf(cfg->leak_T_per_Wb_A * absf(z_Wb_A), 1.0f);
         x_rad_s -= share * (st->x_rad_s - x0_rad_s);
     }
-    st->x_rad_s = clampf(x_rad_s, -limit, limit);
+    st->x_rad_s = limitf(x_rad_s, limit);
     const float omega_rad_s = cfg->p.kp_rad_per_s_Wb_A * z_Wb_A + st->x_rad_s;
     return (speed_adaptation_out_t){.z_Wb_A = z_Wb_A,
-                                    .omega_e_hat_rad_s = clampf(omega_rad_s, -limit, limit)};
+                                    .omega_e_hat_rad_s = limitf(omega_rad_s, limit)};
 }
 
 float speed_adaptation_leak_from_literal(float eps1_per_s_Wb_A)

@@ -41,19 +41,17 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
 {
     const float slew = cfg->slew_step_rad_s;
 
-    st->omega_ref_rad_s +=
-        clampf(finite_or_zero(in->omega_ref_rad_s - st->omega_ref_rad_s), -slew, slew);
+    st->omega_ref_rad_s += limitf(finite_or_zero(in->omega_ref_rad_s - st->omega_ref_rad_s), slew);
     st->omega_filtered_rad_s +=
         cfg->filter_gain * finite_or_zero(in->omega_hat_rad_s - st->omega_filtered_rad_s);
 
     /* i_d first: what is left of |i_s| is for torque; none when i_d takes it all (or is NaN). */
-    const float i_q_room2_A2 =
-        clampf(cfg->i_max2_A2 - in->i_d_ref_A * in->i_d_ref_A, 0.0f, cfg->i_max2_A2);
+    const float i_q_room2_A2 = maxf(cfg->i_max2_A2 - in->i_d_ref_A * in->i_d_ref_A, 0.0f);
     const float i_q_limit_A = minf(cfg->i_q_max_A, sqrtf(i_q_room2_A2));
 
     const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
     const float asked_A = pi_output(&cfg->pi, &st->pi, omega_err_rad_s);
-    const float i_q_ref_A = clampf(asked_A, -i_q_limit_A, i_q_limit_A);
+    const float i_q_ref_A = limitf(asked_A, i_q_limit_A);
     pi_update(&cfg->pi, &st->pi, omega_err_rad_s, i_q_ref_A - asked_A);
     return i_q_ref_A;
 }

@@ -1,5 +1,7 @@
 #include "num.h"
 
+#include <math.h>
+
 #include "exact.h"
 
 void setUp(void)
@@ -37,6 +39,20 @@ static void test_clamp_limits_what_is_outside(void)
 static void test_clamp_turns_nan_into_the_lower_limit(void)
 {
     ASSERT_SAME_FLOAT(-1.0f, clampf(NAN, -1.0f, 2.0f));
+}
+
+static void test_symmetric_limit_keeps_what_is_inside_and_its_sign_outside(void)
+{
+    ASSERT_SAME_FLOAT(0.5f, limitf(0.5f, 2.0f));
+    ASSERT_SAME_FLOAT(-0.5f, limitf(-0.5f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, limitf(2.0f, 2.0f));
+    ASSERT_SAME_FLOAT(-2.0f, limitf(-2.0f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, limitf(2.5f, 2.0f));
+    ASSERT_SAME_FLOAT(-2.0f, limitf(-2.5f, 2.0f));
+    ASSERT_SAME_FLOAT(2.0f, limitf(INFINITY, 2.0f));
+    ASSERT_SAME_FLOAT(-2.0f, limitf(-INFINITY, 2.0f));
+    ASSERT_SAME_FLOAT(-2.0f, limitf(NAN, 2.0f));
+    ASSERT_SAME_FLOAT(0.0f, limitf(0.1f, 0.0f));
 }
 
 static void test_absolute_value_drops_the_sign(void)
@@ -97,6 +113,7 @@ int main(void)
     RUN_TEST(test_clamp_keeps_what_is_inside);
     RUN_TEST(test_clamp_limits_what_is_outside);
     RUN_TEST(test_clamp_turns_nan_into_the_lower_limit);
+    RUN_TEST(test_symmetric_limit_keeps_what_is_inside_and_its_sign_outside);
     RUN_TEST(test_absolute_value_drops_the_sign);
     RUN_TEST(test_larger_and_smaller_are_picked);
     RUN_TEST(test_second_argument_wins_against_nan);
