@@ -62,16 +62,11 @@ void app_post_command(app_t *app, const app_command_t *command)
 }
 
 /* The last line before the hardware: whatever went wrong above, a duty is in 0..1. */
-static bool duties_valid(uvw_t d)
-{
-    return (d.u >= 0.0f) && (d.u <= 1.0f) && (d.v >= 0.0f) && (d.v <= 1.0f) && (d.w >= 0.0f) &&
-           (d.w <= 1.0f);
-}
-
 static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
 {
-    const bool valid = duties_valid(app->last.duty);
-    const uvw_t duty = valid ? app->last.duty : (uvw_t){0.5f, 0.5f, 0.5f};
+    const uvw_t d = app->last.duty;
+    const bool valid = is_duty(d.u) && is_duty(d.v) && is_duty(d.w);
+    const uvw_t duty = valid ? d : (uvw_t){0.5f, 0.5f, 0.5f};
     *output = (hal_output_t){
         .duty_u = duty.u, .duty_v = duty.v, .duty_w = duty.w, .gates_on = gates_on && valid};
 }
@@ -156,17 +151,18 @@ void app_background(app_t *app, const hal_devices_t *devices)
 void app_telemetry(const app_t *app, app_telemetry_t *t)
 {
     const drive_out_t *o = &app->last;
+    const drive_state_t *d = &app->drive;
     const float p = app->configured ? app->drive_cfg.motor.pole_pairs : 1.0f;
     *t = (app_telemetry_t){.state = (uint32_t)app->machine.id,
                            .faults = app->machine.faults,
-                           .omega_m_hat_rad_s = o->omega_e_hat_rad_s / p,
-                           .lambda_hat_Wb = sqrtf(ab_norm2(o->lambda_r_hat_Wb)),
-                           .lambda_angle_rad = trig_angle(o->lambda_r_hat_Wb),
+                           .omega_m_hat_rad_s = d->omega_e_hat_rad_s / p,
+                           .lambda_hat_Wb = sqrtf(ab_norm2(d->observer.lambda_r_hat_Wb)),
+                           .lambda_angle_rad = trig_angle(d->observer.lambda_r_hat_Wb),
                            .i_d_A = o->i_A.d,
                            .i_q_A = o->i_A.q,
                            .i_q_ref_A = o->i_ref_A.q,
-                           .e1_alpha_A = o->e1_A.alpha,
-                           .e1_beta_A = o->e1_A.beta,
-                           .stator_frequency_Hz = o->omega_s_hat_rad_s / NUM_TWO_PI,
+                           .e1_alpha_A = d->observer.e1_A.alpha,
+                           .e1_beta_A = d->observer.e1_A.beta,
+                           .stator_frequency_Hz = d->omega_s_hat_rad_s / NUM_TWO_PI,
                            .gain = o->gain};
 }

@@ -9,10 +9,6 @@
 /* Below this share of the flux reference the estimate does not say where the flux is. */
 #define DRIVE_LAMBDA_MIN_PU 0.05f
 
-/* Largest angle any delay compensation may turn: a wild speed estimate must not spin the voltage.
- */
-#define DRIVE_COMP_MAX_RAD 1.0f
-
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
 {
     return measurement_init(&cfg->measurement, &params->measurement) &&
@@ -66,10 +62,11 @@ void drive_reset(drive_state_t *st)
     st->measurement = measurement;
 }
 
-/* Unit vector turned by w t ahead, the angle limited. */
+/* Unit vector turned by w t ahead, by an eighth of a turn at most: a wild speed estimate must not
+ * spin the voltage. */
 static ab_t turn_ahead(float omega_rad_s, float time_s)
 {
-    return trig_unit(clampf(omega_rad_s * time_s, -DRIVE_COMP_MAX_RAD, DRIVE_COMP_MAX_RAD));
+    return trig_unit_small(limitf(omega_rad_s * time_s, TRIG_SMALL_MAX_RAD));
 }
 
 static observer_gain_t gain_at(const drive_config_t *cfg, float omega_e_rad_s)
@@ -155,16 +152,17 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     const ab_t lambda_Wb = st->observer.lambda_r_hat_Wb;
     const float magnitude_Wb = sqrtf(ab_norm2(lambda_Wb));
     const ab_t axis = flux_axis(cfg, lambda_Wb, magnitude_Wb, in->mode);
-    out->i_A = dq_from_ab(out->meas.i_s_A, axis);
-    out->i_ref_A.d = flux_control_step(&cfg->flux, &st->flux, magnitude_Wb);
+    dq_t i_ref_A = {flux_control_step(&cfg->flux, &st->flux, magnitude_Wb), 0.0f};
 
     if (in->mode == DRIVE_RUN) {
         st->omega_s_hat_rad_s = flux_frequency(cfg, st, out->gain, magnitude_Wb);
         const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
                                              .omega_hat_rad_s = st->omega_e_hat_rad_s,
-                                             .i_d_ref_A = out->i_ref_A.d};
-        out->i_ref_A.q = speed_control_step(&cfg->speed, &st->speed, &speed_in);
+                                             .i_d_ref_A = i_ref_A.d};
+        i_ref_A.q = speed_control_step(&cfg->speed, &st->speed, &speed_in);
     }
+    out->i_A = dq_from_ab(out->meas.i_s_A, axis);
+    out->i_ref_A = i_ref_A;
 
     const current_control_in_t cc_in = {.i_ref_A = out->i_ref_A,
                                         .i_A = out->i_A,
@@ -181,24 +179,29 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
                            dq_from_ab(st->u_pending_V, axis_ahead));
 }
 
+/* Gates off: nothing to estimate or control; monitor goes on counting. */
+static void rest(drive_state_t *st, drive_out_t *out)
+{
+    const monitor_state_t monitor = st->monitor;
+    drive_reset(st);
+    st->monitor = monitor;
+    out->duty = (uvw_t){0.5f, 0.5f, 0.5f};
+    out->u_s_V = (ab_t){0.0f, 0.0f};
+    out->i_ref_A = (dq_t){0.0f, 0.0f};
+    out->i_A = (dq_t){0.0f, 0.0f};
+    out->gain = (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+}
+
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                 drive_out_t *out)
 {
-    *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
     if (in->mode == DRIVE_OFF) {
-        const monitor_state_t monitor = st->monitor;
-        drive_reset(st);
-        st->monitor = monitor;
+        rest(st, out);
     } else {
         estimate(cfg, st, in, out);
         control(cfg, st, in, out);
     }
-    out->omega_e_hat_rad_s = st->omega_e_hat_rad_s;
-    out->omega_s_hat_rad_s = st->omega_s_hat_rad_s;
-    out->lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb;
-    out->e1_A = st->observer.e1_A;
-
     const monitor_in_t mon_in = {.meas = &out->meas,
                                  .duty = out->duty,
                                  .i_s_hat_A = st->observer.i_s_hat_A,

@@ -93,15 +93,12 @@ typedef struct {
     float omega_e_ref_rad_s;
 } drive_in_t;
 
-/* What happened in one period: duties for the port, the rest for telemetry and trace. */
+/* What happened in one period and is not kept in the state: duties for the port, the rest for
+ * telemetry and trace. */
 typedef struct {
     uvw_t duty;
     uint32_t faults;
     measurement_out_t meas;
-    float omega_e_hat_rad_s;
-    float omega_s_hat_rad_s;
-    ab_t lambda_r_hat_Wb;
-    ab_t e1_A;
     ab_t u_s_V; /* voltage given to the observer */
     dq_t i_ref_A;
     dq_t i_A;

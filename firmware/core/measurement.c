@@ -42,15 +42,17 @@ static bool at_an_end(uint32_t max_counts, uint32_t word_counts)
 
 static uint32_t adc_flags(uint32_t max_counts, const measurement_in_t *in)
 {
-    /* max_counts is all ones: a word above it shows in the union of all bits. */
-    const uint32_t bits = (uint32_t)in->i_u_counts | in->i_v_counts | in->i_w_counts |
-                          in->u_uv_counts | in->u_vw_counts | in->u_dc_counts;
     const bool saturated =
         at_an_end(max_counts, in->i_u_counts) || at_an_end(max_counts, in->i_v_counts) ||
         at_an_end(max_counts, in->i_w_counts) || at_an_end(max_counts, in->u_uv_counts) ||
         at_an_end(max_counts, in->u_vw_counts) || (in->u_dc_counts >= max_counts);
-    return (saturated ? MEASUREMENT_SATURATED : 0u) |
-           ((bits > max_counts) ? MEASUREMENT_OUT_OF_RANGE : 0u);
+    if (!saturated) {
+        return 0u; /* a word above the range is beyond its end as well */
+    }
+    /* max_counts is all ones: a word above it shows in the union of all bits. */
+    const uint32_t bits = (uint32_t)in->i_u_counts | in->i_v_counts | in->i_w_counts |
+                          in->u_uv_counts | in->u_vw_counts | in->u_dc_counts;
+    return MEASUREMENT_SATURATED | ((bits > max_counts) ? MEASUREMENT_OUT_OF_RANGE : 0u);
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,

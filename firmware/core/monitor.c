@@ -29,11 +29,6 @@ static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in
     return faults;
 }
 
-static bool is_duty(float x)
-{
-    return (x >= 0.0f) && (x <= 1.0f);
-}
-
 /* Values that enter and leave are numbers, and a duty is one the timer can do. One sum stands for
  * all: infinity and NaN survive any addition, and no sum of limited values overflows. */
 static bool all_finite(const monitor_in_t *in)
@@ -56,25 +51,29 @@ static uint32_t periods_with(bool flag, uint32_t periods, uint32_t limit)
     return (periods < limit) ? (periods + 1u) : limit;
 }
 
-uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in)
+/* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */
+static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t *st, uint32_t flags)
 {
     const uint32_t limit = cfg->plausibility_periods;
+    const bool range = (flags & (MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE)) != 0u;
+    const bool sum = (flags & MEASUREMENT_CURRENT_SUM) != 0u;
+    st->adc_periods = periods_with(range, st->adc_periods, limit);
+    st->sum_periods = periods_with(sum, st->sum_periods, limit);
+    return ((st->adc_periods >= limit) ? MONITOR_ADC_RANGE : 0u) |
+           ((st->sum_periods >= limit) ? MONITOR_CURRENT_SUM : 0u);
+}
+
+uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in)
+{
     const uint32_t flags = in->meas->flags;
     uint32_t faults = limit_faults(cfg, in);
 
     if (!all_finite(in)) {
         faults |= MONITOR_NON_FINITE;
     }
-
-    /* One disturbed sample is no broken sensor. */
-    const bool range = (flags & (MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE)) != 0u;
-    st->adc_periods = periods_with(range, st->adc_periods, limit);
-    if (st->adc_periods >= limit) {
-        faults |= MONITOR_ADC_RANGE;
-    }
-    st->sum_periods = periods_with((flags & MEASUREMENT_CURRENT_SUM) != 0u, st->sum_periods, limit);
-    if (st->sum_periods >= limit) {
-        faults |= MONITOR_CURRENT_SUM;
+    /* Nothing odd now nor before: nothing to count. */
+    if ((flags | st->adc_periods | st->sum_periods) != 0u) {
+        faults |= lasting_faults(cfg, st, flags);
     }
     return faults;
 }

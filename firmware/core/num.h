@@ -8,6 +8,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stdint.h>
 
 #define NUM_PI       3.14159265358979323846f
 #define NUM_TWO_PI   6.28318530717958647692f
@@ -65,6 +66,23 @@ static inline bool is_finite(float x)
 static inline bool positivef(float x)
 {
     return (x > 0.0f) && (x <= FLT_MAX);
+}
+
+/* The 32 bits of x. */
+static inline uint32_t float_bits(float x)
+{
+    const union {
+        float value;
+        uint32_t bits;
+    } u = {.value = x};
+    return u.bits;
+}
+
+/* +0..1, what a duty has to be. One unsigned comparison: positive floats are ordered as their bits
+ * are; those of infinity, NaN and everything negative, -0 included, are larger than those of 1. */
+static inline bool is_duty(float x)
+{
+    return float_bits(x) <= 0x3F800000u;
 }
 
 /* Finite and >= 0. */

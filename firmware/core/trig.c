@@ -15,16 +15,6 @@
 #define TWO_PI_LOW      3.019916050561733e-7f
 #define ONE_OVER_TWO_PI 0.15915494309189533577f
 
-/* Minimax over -pi/4..pi/4: sin r = r + r^3 P(r^2), error 2e-9. */
-#define SIN_3 (-0.16666650772094727f)
-#define SIN_5 0.008331977762281895f
-#define SIN_7 (-0.00019495567539706826f)
-
-/* cos r = 1 - r^2/2 + r^4 P(r^2), error 1e-10. */
-#define COS_4 0.04166664555668831f
-#define COS_6 (-0.0013887366512790322f)
-#define COS_8 2.4438379114144482e-5f
-
 /* Minimax over 0..1: atan t = t + t^3 P(t^2), error 5e-8. */
 #define ATAN_3  (-0.3333165943622589f)
 #define ATAN_5  0.19962704181671143f
@@ -49,13 +39,11 @@ ab_t trig_unit(float angle_rad)
     const int32_t quarters = round_to_int(angle * TWO_OVER_PI);
     const float n = (float)quarters;
     const float r = ((angle - n * HALF_PI_HIGH) - n * HALF_PI_MIDDLE) - n * HALF_PI_LOW;
-    const float r2 = r * r;
-    const float s = r + r * r2 * (SIN_3 + r2 * (SIN_5 + r2 * SIN_7));
-    const float c = (1.0f - 0.5f * r2) + r2 * r2 * (COS_4 + r2 * (COS_6 + r2 * COS_8));
+    const ab_t part = trig_unit_small(r);
 
     /* A quarter turn is multiplication by j, half a turn by -1. */
     const uint32_t quadrant = (uint32_t)quarters;
-    const ab_t unit = ((quadrant & 1u) != 0u) ? (ab_t){-s, c} : (ab_t){c, s};
+    const ab_t unit = ((quadrant & 1u) != 0u) ? (ab_t){-part.beta, part.alpha} : part;
     return ((quadrant & 2u) != 0u) ? (ab_t){-unit.alpha, -unit.beta} : unit;
 }
 

@@ -11,6 +11,28 @@
 /* Beyond this an angle is taken as this: float has less than 1e-3 rad left there. */
 #define TRIG_ANGLE_MAX_RAD 10000.0f
 
+/* An eighth of a turn, rounded down: so small an angle needs no reduction. */
+#define TRIG_SMALL_MAX_RAD 0.785f
+
+/* Minimax over -pi/4..pi/4: sin r = r + r^3 P(r^2), error 2e-9. */
+#define TRIG_SIN_3 (-0.16666650772094727f)
+#define TRIG_SIN_5 0.008331977762281895f
+#define TRIG_SIN_7 (-0.00019495567539706826f)
+
+/* cos r = 1 - r^2/2 + r^4 P(r^2), error 1e-10. */
+#define TRIG_COS_4 0.04166664555668831f
+#define TRIG_COS_6 (-0.0013887366512790322f)
+#define TRIG_COS_8 2.4438379114144482e-5f
+
+/* (cos, sin) of |angle| <= pi/4: the same bits as trig_unit, without looking where it lies. */
+static inline ab_t trig_unit_small(float angle_rad)
+{
+    const float r = angle_rad;
+    const float r2 = r * r;
+    return (ab_t){(1.0f - 0.5f * r2) + r2 * r2 * (TRIG_COS_4 + r2 * (TRIG_COS_6 + r2 * TRIG_COS_8)),
+                  r + r * r2 * (TRIG_SIN_3 + r2 * (TRIG_SIN_5 + r2 * TRIG_SIN_7))};
+}
+
 /* (cos, sin) of the angle. NaN and infinity give (1, 0). */
 ab_t trig_unit(float angle_rad);
 

@@ -9,7 +9,7 @@
 
 #include "unity.h"
 
-static inline uint32_t float_bits(float x)
+static inline uint32_t exact_bits(float x)
 {
     uint32_t bits;
     memcpy(&bits, &x, sizeof bits);
@@ -18,7 +18,7 @@ static inline uint32_t float_bits(float x)
 
 /* The very same float, the sign of zero included. */
 #define ASSERT_SAME_FLOAT(expected, actual)                                                        \
-    TEST_ASSERT_EQUAL_HEX32(float_bits(expected), float_bits(actual))
+    TEST_ASSERT_EQUAL_HEX32(exact_bits(expected), exact_bits(actual))
 
 /* |actual - expected| <= tolerance; fails for NaN. */
 #define ASSERT_NEAR(tolerance, expected, actual)                                                   \

@@ -235,12 +235,12 @@ static void test_eps1_units_reach_the_law_converted(void)
 static void test_telemetry_says_what_the_period_did(void)
 {
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
-    app.last.omega_e_hat_rad_s = 20.0f;
-    app.last.omega_s_hat_rad_s = 6.2831853f;
-    app.last.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
+    app.drive.omega_e_hat_rad_s = 20.0f;
+    app.drive.omega_s_hat_rad_s = 6.2831853f;
+    app.drive.observer.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
     app.last.i_A = (dq_t){1.0f, 2.0f};
     app.last.i_ref_A = (dq_t){1.5f, 2.5f};
-    app.last.e1_A = (ab_t){0.1f, 0.2f};
+    app.drive.observer.e1_A = (ab_t){0.1f, 0.2f};
     app.last.gain.l1_re_per_s = -7.0f;
     const app_telemetry_t t = telemetry();
     TEST_ASSERT_EQUAL_FLOAT(10.0f, t.omega_m_hat_rad_s);

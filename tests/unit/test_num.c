@@ -96,6 +96,26 @@ static void test_positive_is_finite_and_above_zero(void)
     }
 }
 
+static void test_bits_are_those_of_ieee_754(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(0x3F800000u, float_bits(1.0f));
+    TEST_ASSERT_EQUAL_HEX32(0xC0490FDBu, float_bits(-NUM_PI));
+}
+
+static void test_duty_is_zero_to_one(void)
+{
+    TEST_ASSERT_TRUE(is_duty(0.0f));
+    TEST_ASSERT_TRUE(is_duty(0.5f));
+    TEST_ASSERT_TRUE(is_duty(1.0f));
+    TEST_ASSERT_FALSE(is_duty(nextafterf(1.0f, 2.0f)));
+    TEST_ASSERT_FALSE(is_duty(nextafterf(0.0f, -1.0f)));
+    TEST_ASSERT_FALSE(is_duty(-0.0f));
+    TEST_ASSERT_FALSE(is_duty(-0.5f));
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        TEST_ASSERT_FALSE(is_duty(not_finite(k)));
+    }
+}
+
 static void test_nonnegative_is_positive_or_zero(void)
 {
     TEST_ASSERT_TRUE(nonnegativef(FLT_MAX));
@@ -119,6 +139,8 @@ int main(void)
     RUN_TEST(test_second_argument_wins_against_nan);
     RUN_TEST(test_finite_is_all_but_nan_and_infinity);
     RUN_TEST(test_positive_is_finite_and_above_zero);
+    RUN_TEST(test_bits_are_those_of_ieee_754);
+    RUN_TEST(test_duty_is_zero_to_one);
     RUN_TEST(test_nonnegative_is_positive_or_zero);
     return UNITY_END();
 }

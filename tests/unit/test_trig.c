@@ -70,6 +70,17 @@ static void test_unit_of_a_small_angle_keeps_its_sine(void)
     ASSERT_SAME_FLOAT(-1e-30f, trig_unit(-1e-30f).beta);
 }
 
+static void test_a_small_angle_needs_no_reduction(void)
+{
+    for (int k = -1000; k <= 1000; k++) {
+        const float angle = (float)k * (TRIG_SMALL_MAX_RAD / 1000.0f);
+        const ab_t small = trig_unit_small(angle);
+        const ab_t unit = trig_unit(angle);
+        ASSERT_SAME_FLOAT(unit.alpha, small.alpha);
+        ASSERT_SAME_FLOAT(unit.beta, small.beta);
+    }
+}
+
 static void test_unit_mirrors_with_the_angle(void)
 {
     for (int k = 1; k < 5000; k++) {
@@ -234,6 +245,7 @@ int main(void)
     RUN_TEST(test_unit_is_exact_to_rounding_beside_every_quarter_turn);
     RUN_TEST(test_unit_of_zero_is_one);
     RUN_TEST(test_unit_of_a_small_angle_keeps_its_sine);
+    RUN_TEST(test_a_small_angle_needs_no_reduction);
     RUN_TEST(test_unit_mirrors_with_the_angle);
     RUN_TEST(test_unit_of_a_non_finite_angle_is_one);
     RUN_TEST(test_unit_holds_beyond_the_largest_angle);
