@@ -74,11 +74,13 @@ static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
 /* The port counts the periods it found late; one is told, two in a row end the drive. */
 static uint32_t late_faults(app_t *app, uint16_t late_periods)
 {
-    const bool late = late_periods != app->late_periods;
-    const bool again = late && app->late;
+    const bool again = app->late;
+    app->late = late_periods != app->late_periods;
     app->late_periods = late_periods;
-    app->late = late;
-    return (late ? MONITOR_PERIOD_LATE : 0u) | (again ? MONITOR_PERIOD_OVERRUN : 0u);
+    if (!app->late) {
+        return 0u;
+    }
+    return MONITOR_PERIOD_LATE | (again ? MONITOR_PERIOD_OVERRUN : 0u);
 }
 
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
@@ -105,7 +107,7 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
         .command = command.command, .faults = faults, .i_raw_A = app->last.meas.i_raw_A};
     const drive_state_out_t state = drive_state_step(&app->state_cfg, &app->machine, &state_in);
     if (state.offsets_ready) {
-        app->drive.measurement.offset_A = state.offset_A;
+        app->drive.measurement.offset_A = app->machine.offset_A;
     }
     app->mode = state.mode;
     write_output(app, state.gates_on, output);

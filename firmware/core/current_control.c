@@ -27,13 +27,15 @@ bool current_control_init(current_control_config_t *cfg, const current_control_p
 dq_t current_control_output(const current_control_config_t *cfg, const current_control_state_t *st,
                             const current_control_in_t *in)
 {
-    const float leakage_V_per_A = in->omega_s_rad_s * cfg->sigma_Ls_H;
-    const float emf_V = cfg->kr * in->omega_e_rad_s * in->lambda_Wb;
-    const dq_t coupling_V = {-leakage_V_per_A * in->i_A.q, leakage_V_per_A * in->i_A.d + emf_V};
-
-    return (dq_t){
-        pi_output(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d) + cfg->decoupling * coupling_V.d,
-        pi_output(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q) + cfg->decoupling * coupling_V.q};
+    dq_t u_V = {pi_output(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d),
+                pi_output(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q)};
+    if (cfg->decoupling > 0.0f) {
+        const float leakage_V_per_A = in->omega_s_rad_s * cfg->sigma_Ls_H;
+        const float emf_V = cfg->kr * in->omega_e_rad_s * in->lambda_Wb;
+        u_V.d += cfg->decoupling * (-leakage_V_per_A * in->i_A.q);
+        u_V.q += cfg->decoupling * (leakage_V_per_A * in->i_A.d + emf_V);
+    }
+    return u_V;
 }
 
 void current_control_update(const current_control_config_t *cfg, current_control_state_t *st,

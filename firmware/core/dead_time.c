@@ -17,6 +17,12 @@ bool dead_time_init(dead_time_config_t *cfg, const dead_time_params_t *params, f
     return true;
 }
 
+/* Beyond the threshold, either way, is the usual case. NaN gives -1. */
+static inline float saturated(float x)
+{
+    return (x > 1.0f) ? 1.0f : maxf(x, -1.0f);
+}
+
 ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float u_dc_V)
 {
     const float lost_V = cfg->k * u_dc_V + cfg->drop_V;
@@ -27,7 +33,7 @@ ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float 
     }
     const uvw_t i_A = uvw_from_ab(i_predicted_A);
     const float per_A = cfg->inv_i_threshold_per_A;
-    const uvw_t sat = {limitf(i_A.u * per_A, 1.0f), limitf(i_A.v * per_A, 1.0f),
-                       limitf(i_A.w * per_A, 1.0f)};
+    const uvw_t sat = {saturated(i_A.u * per_A), saturated(i_A.v * per_A),
+                       saturated(i_A.w * per_A)};
     return ab_scale(ab_from_uvw(sat), lost_V);
 }

@@ -64,7 +64,7 @@ void drive_reset(drive_state_t *st)
 
 /* Unit vector turned by w t ahead, by an eighth of a turn at most: a wild speed estimate must not
  * spin the voltage. */
-static ab_t turn_ahead(float omega_rad_s, float time_s)
+static inline ab_t turn_ahead(float omega_rad_s, float time_s)
 {
     return trig_unit_small(limitf(omega_rad_s * time_s, TRIG_SMALL_MAX_RAD));
 }
@@ -114,8 +114,8 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
 
 /* d axis of the controllers. During premagnetisation it is fixed: there is no flux to follow yet.
  */
-static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude_Wb,
-                      drive_mode_t mode)
+static inline ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude_Wb,
+                             drive_mode_t mode)
 {
     if ((mode != DRIVE_RUN) || !(magnitude_Wb > cfg->lambda_min_Wb)) {
         return (ab_t){1.0f, 0.0f};
@@ -125,8 +125,8 @@ static ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude
 
 /* How fast the estimated flux turns, by the flux row of eq. (3): the speed, and the slip that the
  * estimated current and the correction make. With e1 = 0 that is w + (M Rr/Lr) i_q / lambda. */
-static float flux_frequency(const drive_config_t *cfg, const drive_state_t *st,
-                            observer_gain_t gain, float magnitude_Wb)
+static inline float flux_frequency(const drive_config_t *cfg, const drive_state_t *st,
+                                   observer_gain_t gain, float magnitude_Wb)
 {
     const ab_t l2_ohm = {gain.l2_re_ohm, gain.l2_im_ohm};
     const ab_t pull_V = ab_add(ab_scale(st->observer.i_s_hat_A, cfg->observer.m_tau_ohm),

@@ -40,10 +40,10 @@ observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s)
     if (!(nearest <= last)) {
         nearest = clampf(nearest, 0.0f, last);
     }
-    observer_gain_t gain = table->entry[(uint32_t)nearest];
-    if (omega_e_rad_s < 0.0f) {
-        gain.l1_im_per_s = -gain.l1_im_per_s;
-        gain.l2_im_ohm = -gain.l2_im_ohm;
-    }
-    return gain;
+    const observer_gain_t *gain = &table->entry[(uint32_t)nearest];
+    const bool backward = omega_e_rad_s < 0.0f;
+    return (observer_gain_t){.l1_re_per_s = gain->l1_re_per_s,
+                             .l1_im_per_s = backward ? -gain->l1_im_per_s : gain->l1_im_per_s,
+                             .l2_re_ohm = gain->l2_re_ohm,
+                             .l2_im_ohm = backward ? -gain->l2_im_ohm : gain->l2_im_ohm};
 }

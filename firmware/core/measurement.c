@@ -79,9 +79,7 @@ void measurement_step(const measurement_config_t *cfg, const measurement_state_t
     out->i_s_A = ab_from_uvw(i_A);
     out->u_line_V = ab_from_line(uv_V, vw_V);
     out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
-    out->flags = adc_flags(cfg->max_counts, in);
     /* Written so that a NaN, from an offset, is flagged as well. */
-    if (!(absf(i_A.u + i_A.v + i_A.w) <= cfg->current_sum_max_A)) {
-        out->flags |= MEASUREMENT_CURRENT_SUM;
-    }
+    const bool sum = !(absf(i_A.u + i_A.v + i_A.w) <= cfg->current_sum_max_A);
+    out->flags = adc_flags(cfg->max_counts, in) | (sum ? MEASUREMENT_CURRENT_SUM : 0u);
 }

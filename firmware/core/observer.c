@@ -67,15 +67,17 @@ static rows_t advance(rows_t x, float k, rows_t rate)
                     .flux = ab_add(x.flux, ab_scale(rate.flux, k))};
 }
 
-/* |x| <= limit with the angle kept: a limit per component would be a square whose corners hold the
- * field angle. NaN ends inside as well. */
-static ab_t limited(ab_t x, float limit)
+static ab_t shortened(ab_t x, float limit)
 {
-    if (ab_norm2(x) <= limit * limit) {
-        return x;
-    }
     const ab_t boxed = ab_clamp(x, limit);
     return ab_scale(boxed, limit / sqrtf(ab_norm2(boxed)));
+}
+
+/* |x| <= limit with the angle kept: a limit per component would be a square whose corners hold the
+ * field angle. NaN ends inside as well. */
+static inline ab_t limited(ab_t x, float limit)
+{
+    return (ab_norm2(x) <= limit * limit) ? x : shortened(x, limit);
 }
 
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in)

@@ -12,6 +12,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     const float ki_per_s = params->ki_factor * params->bandwidth_rad_s * kp;
     speed_control_config_t c = {
         .i_q_max_A = params->i_q_max_A,
+        .i_q_max2_A2 = params->i_q_max_A * params->i_q_max_A,
         .i_max2_A2 = params->i_max_A * params->i_max_A,
         .filter_gain = period_s / (period_s + params->filter_s),
         .slew_step_rad_s = params->slew_rad_s2 * period_s,
@@ -30,28 +31,34 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     return true;
 }
 
-/* A non-finite difference moves nothing: monitor trips on it, no filter may remember it. */
-static float finite_or_zero(float x)
+/* The step of the slew-limited reference. A difference that is not finite moves nothing: monitor
+ * trips on it, nothing may remember it. */
+static inline float slewed(float difference_rad_s, float slew_rad_s)
 {
-    return is_finite(x) ? x : 0.0f;
+    if (absf(difference_rad_s) <= slew_rad_s) {
+        return difference_rad_s;
+    }
+    return is_finite(difference_rad_s) ? limitf(difference_rad_s, slew_rad_s) : 0.0f;
+}
+
+/* i_d first: what is left of |i_s| is for torque; none when i_d takes it all (or is NaN). */
+static inline float i_q_limit_A(const speed_control_config_t *cfg, float i_d_ref_A)
+{
+    const float room2_A2 = cfg->i_max2_A2 - i_d_ref_A * i_d_ref_A;
+    return (room2_A2 >= cfg->i_q_max2_A2) ? cfg->i_q_max_A : sqrtf(maxf(room2_A2, 0.0f));
 }
 
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
                          const speed_control_in_t *in)
 {
-    const float slew = cfg->slew_step_rad_s;
-
-    st->omega_ref_rad_s += limitf(finite_or_zero(in->omega_ref_rad_s - st->omega_ref_rad_s), slew);
-    st->omega_filtered_rad_s +=
-        cfg->filter_gain * finite_or_zero(in->omega_hat_rad_s - st->omega_filtered_rad_s);
-
-    /* i_d first: what is left of |i_s| is for torque; none when i_d takes it all (or is NaN). */
-    const float i_q_room2_A2 = maxf(cfg->i_max2_A2 - in->i_d_ref_A * in->i_d_ref_A, 0.0f);
-    const float i_q_limit_A = minf(cfg->i_q_max_A, sqrtf(i_q_room2_A2));
-
+    st->omega_ref_rad_s += slewed(in->omega_ref_rad_s - st->omega_ref_rad_s, cfg->slew_step_rad_s);
+    const float behind_rad_s = in->omega_hat_rad_s - st->omega_filtered_rad_s;
+    if (is_finite(behind_rad_s)) {
+        st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
+    }
     const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
     const float asked_A = pi_output(&cfg->pi, &st->pi, omega_err_rad_s);
-    const float i_q_ref_A = limitf(asked_A, i_q_limit_A);
+    const float i_q_ref_A = limitf(asked_A, i_q_limit_A(cfg, in->i_d_ref_A));
     pi_update(&cfg->pi, &st->pi, omega_err_rad_s, i_q_ref_A - asked_A);
     return i_q_ref_A;
 }

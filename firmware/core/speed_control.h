@@ -25,6 +25,7 @@ typedef struct {
 typedef struct {
     pi_config_t pi;
     float i_q_max_A;
+    float i_q_max2_A2;
     float i_max2_A2;
     float filter_gain; /* T/(T + filter_s) */
     float slew_step_rad_s;

@@ -1,6 +1,6 @@
 #include "svpwm.h"
 
-/* Share of the hexagon in which no rounding can bring a duty to its limits. */
+/* Share of the hexagon in which no rounding brings a duty to its limits: none needs a look. */
 #define SVPWM_FREE_PU 0.999999f
 
 typedef struct {
@@ -44,7 +44,7 @@ static float realisable_duty(float duty, float min_duty)
 
 /* Largest and smallest of three voltages that add up to zero: w is no number only when u or v is
  * none, so it may lose every comparison. */
-static span_t span_of(uvw_t u_V)
+static inline span_t span_of(uvw_t u_V)
 {
     span_t s = (u_V.u > u_V.v) ? (span_t){u_V.u, u_V.v} : (span_t){u_V.v, u_V.u};
     if (u_V.w > s.max_V) {
@@ -57,36 +57,46 @@ static span_t span_of(uvw_t u_V)
     return s;
 }
 
+/* Centred between the rails; per_V is 1 over the dc link or over the span. */
+static inline uvw_t duties(uvw_t u_V, span_t s, float per_V)
+{
+    const float mid_V = 0.5f * (s.max_V + s.min_V);
+    return (uvw_t){0.5f + (u_V.u - mid_V) * per_V, 0.5f + (u_V.v - mid_V) * per_V,
+                   0.5f + (u_V.w - mid_V) * per_V};
+}
+
+/* Outside the hexagon u_dc/span shortens the vector: dividing by the span does both. */
+static uvw_t limited_duties(uvw_t u_V, span_t s, float u_dc_V, float min_duty)
+{
+    const uvw_t d = duties(u_V, s, 1.0f / maxf(u_dc_V, s.max_V - s.min_V));
+    return (uvw_t){realisable_duty(d.u, min_duty), realisable_duty(d.v, min_duty),
+                   realisable_duty(d.w, min_duty)};
+}
+
 svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
 {
+    const svpwm_out_t none = {.duty = {0.5f, 0.5f, 0.5f}, .limited = true};
     const uvw_t u_V = uvw_from_ab(u_ref_V);
     const span_t s = span_of(u_V);
     const float span_V = s.max_V - s.min_V; /* the largest line voltage wanted */
-    /* Every pulse is long enough and no duty is beyond 0 or 1; false when one of them is NaN. */
-    const bool inside = span_V <= (SVPWM_FREE_PU - 2.0f * cfg->min_duty) * u_dc_V;
 
-    /* No zero of the voltage is wrong: all legs alike. A reference that is not finite leaves a
-     * span that is not. */
-    if (!(u_dc_V >= cfg->u_dc_min_V) || !is_finite(u_dc_V) || (!inside && !is_finite(span_V))) {
-        return (svpwm_out_t){.duty = {0.5f, 0.5f, 0.5f}, .limited = true};
+    /* No zero of the voltage is wrong: all legs alike. */
+    if (!(u_dc_V >= cfg->u_dc_min_V) || !is_finite(u_dc_V)) {
+        return none;
     }
-
-    /* Outside the hexagon u_dc/span shortens the vector: dividing by the span does both. */
-    const float per_V = 1.0f / (inside ? u_dc_V : maxf(u_dc_V, span_V));
-    const float mid_V = 0.5f * (s.max_V + s.min_V);
-    uvw_t duty = {0.5f + (u_V.u - mid_V) * per_V, 0.5f + (u_V.v - mid_V) * per_V,
-                  0.5f + (u_V.w - mid_V) * per_V};
-    if (!inside) {
-        duty =
-            (uvw_t){realisable_duty(duty.u, cfg->min_duty), realisable_duty(duty.v, cfg->min_duty),
-                    realisable_duty(duty.w, cfg->min_duty)};
+    uvw_t duty;
+    if (span_V <= (SVPWM_FREE_PU - 2.0f * cfg->min_duty) * u_dc_V) {
+        duty = duties(u_V, s, 1.0f / u_dc_V);
+    } else if (is_finite(span_V)) {
+        duty = limited_duties(u_V, s, u_dc_V, cfg->min_duty);
+    } else {
+        return none; /* a reference that is not finite leaves a span that is not */
     }
-
-    svpwm_out_t out;
-    out.duty.u = duty.u;
-    out.duty.v = cfg->swap_vw ? duty.w : duty.v;
-    out.duty.w = cfg->swap_vw ? duty.v : duty.w;
+    svpwm_out_t out = {.duty = duty, .limited = span_V > u_dc_V};
+    if (cfg->swap_vw) {
+        out.duty.v = duty.w;
+        out.duty.w = duty.v;
+    }
     out.u_realised_V = ab_from_line((duty.u - duty.v) * u_dc_V, (duty.v - duty.w) * u_dc_V);
-    out.limited = span_V > u_dc_V;
     return out;
 }

@@ -53,7 +53,7 @@ static void self_test(const drive_state_config_t *cfg, drive_machine_t *st,
             return;
         }
         out->offsets_ready = true;
-        out->offset_A = offset;
+        st->offset_A = offset;
     }
     enter(st, DRIVE_STATE_READY);
 }
@@ -116,10 +116,10 @@ static void normal_states(const drive_state_config_t *cfg, drive_machine_t *st,
     }
 }
 
-drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machine_t *st,
-                                   const drive_state_in_t *in)
+/* Faults, commands and transitions of one period. */
+static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
+                        const drive_state_in_t *in, drive_state_out_t *out)
 {
-    drive_state_out_t out = {.mode = DRIVE_OFF};
     const uint32_t rising = in->command & ~st->last_command;
     st->last_command = in->command;
     const bool torque_off = (in->command & DRIVE_STATE_CMD_TORQUE_OFF) != 0u;
@@ -137,7 +137,7 @@ drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machin
     } else if (torque_off && (st->id != DRIVE_STATE_BOOT) && (st->id != DRIVE_STATE_SELF_TEST)) {
         enter(st, DRIVE_STATE_TORQUE_OFF);
     } else {
-        normal_states(cfg, st, in, &out);
+        normal_states(cfg, st, in, out);
     }
 
     /* A run command still standing after a fault or torque-off must not restart the drive. */
@@ -148,11 +148,28 @@ drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machin
     } else {
         /* blocked stays as it is */
     }
+}
 
-    if (st->id == DRIVE_STATE_PREMAGNETISE) {
-        out.mode = DRIVE_PREMAGNETISE;
-    } else if (st->id == DRIVE_STATE_RUN) {
+/* Running, told to run as before, and no fault: no transition has anything to do. Only saves time,
+ * in the state in which time is short. */
+static bool goes_on(const drive_machine_t *st, const drive_state_in_t *in)
+{
+    return (st->id == DRIVE_STATE_RUN) && (in->faults == 0u) &&
+           (in->command == DRIVE_STATE_CMD_RUN) && (st->last_command == DRIVE_STATE_CMD_RUN) &&
+           !st->run_blocked;
+}
+
+drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machine_t *st,
+                                   const drive_state_in_t *in)
+{
+    drive_state_out_t out = {.mode = DRIVE_OFF};
+    if (!goes_on(st, in)) {
+        transitions(cfg, st, in, &out);
+    }
+    if (st->id == DRIVE_STATE_RUN) {
         out.mode = DRIVE_RUN;
+    } else if (st->id == DRIVE_STATE_PREMAGNETISE) {
+        out.mode = DRIVE_PREMAGNETISE;
     } else {
         out.mode = DRIVE_OFF;
     }

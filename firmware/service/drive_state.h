@@ -42,6 +42,7 @@ typedef struct {
     uint32_t last_command;
     bool run_blocked; /* after a fault or torque-off, until run was seen low */
     uvw_t offset_sum_A;
+    uvw_t offset_A; /* the mean, once SELF_TEST has it */
 } drive_machine_t;
 
 typedef struct {
@@ -53,8 +54,7 @@ typedef struct {
 typedef struct {
     drive_mode_t mode; /* for the next step of the control law */
     bool gates_on;
-    bool offsets_ready; /* one period: take offset_A */
-    uvw_t offset_A;
+    bool offsets_ready; /* one period: take the machine's offset_A */
 } drive_state_out_t;
 
 CHECKED bool drive_state_init(drive_state_config_t *cfg, float offset_s, float premagnetise_s,

@@ -57,9 +57,9 @@ static void test_start_averages_offsets_and_waits_for_the_run_command(void)
     }
     const drive_state_out_t out = step(0u, 0u);
     TEST_ASSERT_TRUE(out.offsets_ready);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, out.offset_A.u);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, -0.2f, out.offset_A.v);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.3f, out.offset_A.w);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, st.offset_A.u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, -0.2f, st.offset_A.v);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.3f, st.offset_A.w);
     TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
     TEST_ASSERT_FALSE(out.gates_on);
     TEST_ASSERT_FALSE(step(0u, 0u).offsets_ready); /* once */
@@ -159,7 +159,7 @@ static void test_reset_needs_an_edge_and_the_cause_gone(void)
         out = step(0u, 0u);
     }
     TEST_ASSERT_TRUE(out.offsets_ready);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, out.offset_A.u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, st.offset_A.u);
 }
 
 static void test_a_refused_configuration_cannot_be_reset(void)

@@ -22,6 +22,7 @@ static const speed_control_params_t good = {.bandwidth_rad_s = 31.0f,
 static const speed_control_config_t simple = {
     .pi = {.kp = 0.5f, .ki_T = 0.125f, .tracking = 0.25f, .x_max = 15.0f},
     .i_q_max_A = 15.0f,
+    .i_q_max2_A2 = 225.0f,
     .i_max2_A2 = 289.0f, /* 17^2 = 8^2 + 15^2 */
     .filter_gain = 0.5f,
     .slew_step_rad_s = 2.0f};
@@ -52,6 +53,7 @@ static void test_init_derives_the_gains_of_both_machines(void)
         ASSERT_NEAR(1e-9, 0.25 * 31.0 * 2e-4, cfg.pi.tracking);
         ASSERT_SAME_FLOAT(15.0f, cfg.pi.x_max);
         ASSERT_SAME_FLOAT(15.0f, cfg.i_q_max_A);
+        ASSERT_SAME_FLOAT(225.0f, cfg.i_q_max2_A2);
         ASSERT_NEAR(1e-4, 15.8 * 15.8, cfg.i_max2_A2);
         ASSERT_NEAR(1e-8, 0.2 / 3.2, cfg.filter_gain);
         ASSERT_NEAR(1e-7, 0.2, cfg.slew_step_rad_s);
