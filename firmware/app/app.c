@@ -74,12 +74,13 @@ static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
 /* The port counts the periods it found late; one is told, two in a row end the drive. */
 static uint32_t late_faults(app_t *app, uint16_t late_periods)
 {
-    const bool again = app->late;
-    app->late = late_periods != app->late_periods;
-    app->late_periods = late_periods;
-    if (!app->late) {
+    if (late_periods == app->late_periods) {
+        app->late = false;
         return 0u;
     }
+    const bool again = app->late;
+    app->late = true;
+    app->late_periods = late_periods;
     return MONITOR_PERIOD_LATE | (again ? MONITOR_PERIOD_OVERRUN : 0u);
 }
 

@@ -75,10 +75,11 @@ static inline bool ab_finite(ab_t a)
 /* Both components limited to +-limit; NaN becomes -limit. */
 static inline ab_t ab_clamp(ab_t a, float limit)
 {
-    if (absf(a.alpha) + absf(a.beta) <= limit) {
-        return a; /* neither can be beyond: one comparison in the usual case */
+    /* When their sum is inside, both are: one comparison in the usual case. */
+    if (!(absf(a.alpha) + absf(a.beta) <= limit)) {
+        a = (ab_t){limitf(a.alpha, limit), limitf(a.beta, limit)};
     }
-    return (ab_t){limitf(a.alpha, limit), limitf(a.beta, limit)};
+    return a;
 }
 
 /* Clarke, power invariant; the zero-sequence component is dropped. */

@@ -50,10 +50,10 @@ static inline float absf(float x)
 /* x limited to +-limit (limit >= 0); -limit for NaN. The usual case, inside, is one comparison. */
 static inline float limitf(float x, float limit)
 {
-    if (absf(x) <= limit) {
-        return x;
+    if (!(absf(x) <= limit)) {
+        x = (x > 0.0f) ? limit : -limit;
     }
-    return (x > 0.0f) ? limit : -limit;
+    return x;
 }
 
 /* The 32 bits of x. Positive floats are ordered as these are, then come infinity, NaN and

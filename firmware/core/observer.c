@@ -77,7 +77,10 @@ static ab_t shortened(ab_t x, float limit)
  * field angle. NaN ends inside as well. */
 static inline ab_t limited(ab_t x, float limit)
 {
-    return (ab_norm2(x) <= limit * limit) ? x : shortened(x, limit);
+    if (!(ab_norm2(x) <= limit * limit)) {
+        x = shortened(x, limit);
+    }
+    return x;
 }
 
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in)

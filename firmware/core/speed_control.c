@@ -35,10 +35,11 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
  * trips on it, nothing may remember it. */
 static inline float slewed(float difference_rad_s, float slew_rad_s)
 {
-    if (absf(difference_rad_s) <= slew_rad_s) {
-        return difference_rad_s;
+    float step_rad_s = difference_rad_s;
+    if (!(absf(difference_rad_s) <= slew_rad_s)) {
+        step_rad_s = is_finite(difference_rad_s) ? limitf(difference_rad_s, slew_rad_s) : 0.0f;
     }
-    return is_finite(difference_rad_s) ? limitf(difference_rad_s, slew_rad_s) : 0.0f;
+    return step_rad_s;
 }
 
 /* i_d first: what is left of |i_s| is for torque; none when i_d takes it all (or is NaN). */
