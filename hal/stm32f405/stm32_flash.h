@@ -1,0 +1,33 @@
+/* Flash sectors of the parameters: erase, program a word. Nothing else can be touched from here.
+ *
+ * Sectors 4 (64 KiB) and 5 (128 KiB), behind the image (memory.ld). The core stands still while the
+ * flash is busy, up to 2 s for an erase: gates off, and the watchdog's time set before that.
+ * Option bytes are out of reach: their key is never written.
+ */
+#ifndef STM32_FLASH_H
+#define STM32_FLASH_H
+
+#include "stm32_registers.h"
+
+#define STM32_FLASH_SECTOR_A 4u
+#define STM32_FLASH_SECTOR_B 5u
+#define STM32_FLASH_START    0x08010000u /* of sector A */
+#define STM32_FLASH_END      0x08040000u /* behind sector B */
+
+/* Polls of BSY; each takes several clocks: above the 2 s of the largest sector. */
+#define STM32_FLASH_POLLS 400000000u
+
+typedef enum {
+    STM32_FLASH_OK = 0,
+    STM32_FLASH_REFUSED = 1, /* another sector, an address outside or not of a word */
+    STM32_FLASH_TIMEOUT = 2,
+    STM32_FLASH_FAILED = 3 /* write protection, alignment, parallelism or sequence */
+} stm32_flash_status_t;
+
+stm32_flash_status_t stm32_flash_erase(stm32_flash_t *flash, uint32_t sector, uint32_t polls);
+
+/* `to` is where the word goes: its own address on the target. */
+stm32_flash_status_t stm32_flash_program(stm32_flash_t *flash, uint32_t address,
+                                         volatile uint32_t *to, uint32_t word, uint32_t polls);
+
+#endif

@@ -1,0 +1,58 @@
+/* TIM1: centre-aligned PWM of three legs, one carrier period per control period.
+ *
+ * Counter up 0..ARR and down again; PWM mode 1: the upper switch is on while CNT < CCR, so the on
+ * pulse is centred on CNT = 0 and the crest is CNT = ARR. RCR 1 with the update event at counting
+ * up's end: preloaded compare values are taken at every crest, once per carrier period, so what is
+ * written after the sample of crest k acts from crest k+1 on (hal/README.md). The same event is
+ * TRGO, which starts the ADC.
+ * CH1..3 = legs u, v, w, upper switch; CHxN the lower one; active high; dead time by hardware at
+ * both edges. MOE off: all six outputs are driven to their inactive level (OSSI, OSSR). The break
+ * input (active low: an open wire breaks) clears MOE without the core; AOE is off, so only
+ * stm32_pwm_write sets it again, and not while a break is latched.
+ */
+#ifndef STM32_PWM_H
+#define STM32_PWM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal_drive_io.h"
+#include "stm32_registers.h"
+
+typedef struct {
+    uint32_t clock_Hz; /* of TIM1: 168 MHz */
+    float period_s;    /* carrier = control period */
+    float dead_time_s;
+} stm32_pwm_params_t;
+
+/* Outputs off, counter running. False, and nothing started, when period or dead time are beyond
+ * what the timer can do. */
+bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params);
+
+/* Duties to the preload registers, gates on or off at once. A duty outside 0..1 or no number opens
+ * the gates. */
+void stm32_pwm_write(stm32_tim_t *tim, const hal_output_t *output);
+
+/* From any context. */
+static inline void stm32_pwm_gates_off(stm32_tim_t *tim)
+{
+    tim->BDTR &= ~TIM_BDTR_MOE;
+}
+
+/* The counter is on its way down: the last update was at a crest, as it has to be. To be asked less
+ * than half a period after the trigger. */
+static inline bool stm32_pwm_past_crest(const stm32_tim_t *tim)
+{
+    return (tim->CR1 & TIM_CR1_DIR) != 0u;
+}
+
+/* The break input was active since the last clear. */
+bool stm32_pwm_broken(const stm32_tim_t *tim);
+
+/* Stays latched while the input is still active. */
+void stm32_pwm_clear_break(stm32_tim_t *tim);
+
+/* DTG field for at least that many timer ticks; false beyond 1008. RM0090, TIMx_BDTR. */
+bool stm32_pwm_dead_time_code(uint32_t ticks, uint32_t *code);
+
+#endif

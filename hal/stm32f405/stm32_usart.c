@@ -1,0 +1,46 @@
+#include "stm32_usart.h"
+
+#define OVERSAMPLING 16u /* fewer clocks to a bit cannot be sampled */
+#define BRR_MAX      0xFFFFu
+
+bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud)
+{
+    /* Mantissa and fraction together are the bus clocks of one bit. */
+    const uint32_t clocks = (baud == 0u) ? 0u : ((bus_Hz + baud / 2u) / baud);
+    if ((clocks < OVERSAMPLING) || (clocks > BRR_MAX)) {
+        return false;
+    }
+    usart->BRR = clocks;
+    usart->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
+    return true;
+}
+
+static bool send_byte(stm32_usart_t *usart, char byte)
+{
+    for (uint32_t n = 0u; n < STM32_USART_POLLS; n++) {
+        if ((usart->SR & USART_SR_TXE) != 0u) {
+            usart->DR = (uint8_t)byte;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool stm32_usart_send(stm32_usart_t *usart, const char *text)
+{
+    for (; *text != '\0'; text++) {
+        if (!send_byte(usart, *text)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool stm32_usart_receive(stm32_usart_t *usart, char *byte)
+{
+    if ((usart->SR & USART_SR_RXNE) == 0u) {
+        return false;
+    }
+    *byte = (char)(usart->DR & 0x7Fu);
+    return true;
+}

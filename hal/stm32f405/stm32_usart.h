@@ -1,0 +1,21 @@
+/* Serial port, 8 bits, no parity, polled. No wait is longer than a byte takes. */
+#ifndef STM32_USART_H
+#define STM32_USART_H
+
+#include <stdbool.h>
+
+#include "stm32_registers.h"
+
+/* Polls of "transmit register empty": some bytes' time at 115200 baud and 168 MHz. */
+#define STM32_USART_POLLS 20000u
+
+/* False when the bus clock does not allow the rate. */
+bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud);
+
+/* False when the transmitter did not take all of it; the rest is dropped. */
+bool stm32_usart_send(stm32_usart_t *usart, const char *text);
+
+/* A byte when there is one. */
+bool stm32_usart_receive(stm32_usart_t *usart, char *byte);
+
+#endif
