@@ -19,7 +19,9 @@ typedef enum {
     CM_END_BACKGROUND_STUCK = 117, /* the watchdog was not served while periods went on */
     CM_END_TABLE_CHANGED = 118,
     CM_END_IMAGE_CHANGED = 119,
-    CM_END_UNEXPECTED_INTERRUPT = 121
+    CM_END_UNEXPECTED_INTERRUPT = 121,
+    CM_END_CLOCK_LOST = 122,  /* the crystal failed while the drive ran */
+    CM_END_NOT_AT_CREST = 123 /* sampling and carrier are out of step */
 } cm_end_t;
 
 typedef struct {

@@ -1,0 +1,212 @@
+/* The drive on an inverter board with an STM32F405: pins, interrupts, commands. README.md has the
+ * pin table and the timing. The only file-scope state of the image. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app.h"
+#include "cm_config.h"
+#include "cm_image.h"
+#include "cm_port.h"
+#include "cm_registers.h"
+#include "cm_text.h"
+#include "console.h"
+#include "stm32_adc.h"
+#include "stm32_clock.h"
+#include "stm32_gpio.h"
+#include "stm32_map.h"
+#include "stm32_pwm.h"
+#include "stm32_timebase.h"
+#include "stm32_usart.h"
+#include "stm32_watchdog.h"
+
+#define BAUD        115200u
+#define WATCHDOG_MS 100u
+#define END_BYTES   64u
+
+#define PIN_LED_RUN   13u /* of port C */
+#define PIN_LED_FAULT 14u
+
+static stm32_rcc_t *const rcc = (stm32_rcc_t *)STM32_RCC_BASE;
+static stm32_tim_t *const tim1 = (stm32_tim_t *)STM32_TIM1_BASE;
+static stm32_tim_t *const tim5 = (stm32_tim_t *)STM32_TIM5_BASE;
+static stm32_gpio_t *const port_a = (stm32_gpio_t *)STM32_GPIOA_BASE;
+static stm32_gpio_t *const port_b = (stm32_gpio_t *)STM32_GPIOB_BASE;
+static stm32_gpio_t *const port_c = (stm32_gpio_t *)STM32_GPIOC_BASE;
+static stm32_usart_t *const usart = (stm32_usart_t *)STM32_USART3_BASE;
+static stm32_iwdg_t *const iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE;
+static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *)STM32_ADC2_BASE,
+                                  (stm32_adc_t *)STM32_ADC3_BASE,
+                                  (stm32_adc_common_t *)STM32_ADC_COMMON_BASE};
+
+static app_t app;
+static cm_image_check_t image_check;
+static console_t console;
+static uint16_t late_periods;
+
+void control_interrupt(void);
+
+__attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
+    [STM32_IRQ_ADC] = control_interrupt,
+};
+
+/* Before the timer has its clock this writes to nobody: the gates are off from reset on. */
+void port_gates_off(void)
+{
+    stm32_pwm_gates_off(tim1);
+}
+
+/* Stays here, dark and served: a reset would hide why, and start the drive again. */
+void port_halt(const cm_fault_t *fault)
+{
+    char text[END_BYTES];
+    char *at = cm_text_hex(cm_text(text, "end "), (uint32_t)fault->code);
+    at = cm_text_hex(cm_text(at, " gates off pc "), fault->pc);
+    at = cm_text_hex(cm_text(at, " address "), fault->address);
+    at = cm_text(at, "\r\n");
+    *at = '\0';
+    (void)stm32_usart_send(usart, text);
+    stm32_gpio_write(port_c, PIN_LED_FAULT, true);
+    while (true) {
+        port_gates_off();
+        stm32_watchdog_serve(iwdg);
+    }
+}
+
+/* The crystal failed; the timer's break has already opened the gates. */
+void port_nmi(void)
+{
+    rcc->CIR |= RCC_CIR_CSSC;
+    cm_stop(CM_END_CLOCK_LOST);
+}
+
+void control_interrupt(void)
+{
+    hal_sample_t sample;
+    stm32_adc_read(&adcs, &sample);
+    sample.late_periods = late_periods;
+    if (!stm32_pwm_past_crest(tim1)) {
+        cm_stop(CM_END_NOT_AT_CREST);
+    }
+    hal_output_t output;
+    app_control_period(&app, &sample, &output);
+    stm32_pwm_write(tim1, &output);
+    if (stm32_adc_ready(&adcs)) {
+        late_periods++;
+    }
+}
+
+static void serve_watchdog(void *context)
+{
+    (void)context;
+    stm32_watchdog_serve(iwdg);
+}
+
+static uint32_t clock_us(void *context)
+{
+    (void)context;
+    return stm32_timebase_us(tim5);
+}
+
+static void start_pins(void)
+{
+    rcc->AHB1ENR |= RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN | RCC_AHB1ENR_GPIOCEN;
+    for (uint32_t pin = 0u; pin < 3u; pin++) {
+        stm32_gpio_configure(port_a, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
+        stm32_gpio_configure(port_c, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
+        stm32_gpio_configure(port_a, 8u + pin, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
+        stm32_gpio_configure(port_b, 13u + pin, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
+    }
+    stm32_gpio_configure(port_b, 12u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
+    stm32_gpio_configure(port_b, 10u, STM32_GPIO_ALTERNATE, STM32_GPIO_FLOATING, 7u);
+    stm32_gpio_configure(port_b, 11u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_UP, 7u);
+    stm32_gpio_configure(port_c, PIN_LED_RUN, STM32_GPIO_OUTPUT, STM32_GPIO_FLOATING, 0u);
+    stm32_gpio_configure(port_c, PIN_LED_FAULT, STM32_GPIO_OUTPUT, STM32_GPIO_FLOATING, 0u);
+}
+
+/* Serial port and clock first, so that whatever fails afterwards can be told. */
+static stm32_clock_t start_clock_and_serial_port(void)
+{
+    const stm32_clock_t clock = stm32_clock_start(rcc, (stm32_flash_t *)STM32_FLASH_BASE,
+                                                  (stm32_pwr_t *)STM32_PWR_BASE, STM32_CLOCK_POLLS);
+    rcc->APB1ENR |= RCC_APB1ENR_TIM5EN | RCC_APB1ENR_USART3EN;
+    rcc->APB2ENR |=
+        RCC_APB2ENR_TIM1EN | RCC_APB2ENR_ADC1EN | RCC_APB2ENR_ADC2EN | RCC_APB2ENR_ADC3EN;
+    start_pins();
+    (void)stm32_usart_start(usart, stm32_clock_apb1_Hz(clock), BAUD);
+    char banner[CM_IMAGE_BANNER_BYTES];
+    (void)cm_image_banner(banner);
+    (void)stm32_usart_send(usart, banner);
+    return clock;
+}
+
+/* Says what is wrong; true when the drive may run. */
+static bool start_drive(stm32_clock_t clock)
+{
+    const stm32_pwm_params_t pwm = {.clock_Hz = stm32_clock_core_Hz(clock),
+                                    .period_s = cm_config.params.period_s,
+                                    .dead_time_s = cm_config.params.dead_time_s};
+    const char *wrong = "";
+    if (clock != STM32_CLOCK_CRYSTAL) {
+        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL; drive off\r\n"
+                                                : "clock: no crystal; drive off\r\n";
+    } else if (!app_init(&app, &cm_config.params, cm_config.table)) {
+        wrong = "parameters or gain table refused; drive off\r\n";
+    } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
+        wrong = "watchdog does not start; drive off\r\n";
+    } else {
+        stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
+        stm32_adc_start(&adcs);
+        if (!stm32_pwm_start(tim1, &pwm)) {
+            wrong = "period or dead time beyond the timer; drive off\r\n";
+        }
+    }
+    (void)stm32_usart_send(usart, (*wrong != '\0') ? wrong : "clock: 168 MHz crystal\r\n");
+    return *wrong == '\0';
+}
+
+/* Lines of the serial port, the break input and what it means for the drive. */
+static void follow_commands(void)
+{
+    char byte;
+    while (stm32_usart_receive(usart, &byte)) {
+        (void)stm32_usart_send(usart, console_byte(&console, byte));
+    }
+    const bool broken = stm32_pwm_broken(tim1);
+    if (broken && ((console.command & DRIVE_STATE_CMD_FAULT_RESET) != 0u)) {
+        stm32_pwm_clear_break(tim1);
+    }
+    const app_command_t command = {.command =
+                                       console.command | (broken ? DRIVE_STATE_CMD_TORQUE_OFF : 0u),
+                                   .omega_m_ref_rad_s = console.omega_m_ref_rad_s};
+    app_post_command(&app, &command);
+    stm32_gpio_write(port_c, PIN_LED_RUN, app.mode != DRIVE_OFF);
+    stm32_gpio_write(port_c, PIN_LED_FAULT, app.machine.faults != 0u);
+}
+
+int main(void)
+{
+    const hal_devices_t devices = {.watchdog_serve = serve_watchdog, .clock_us = clock_us};
+    const stm32_clock_t clock = start_clock_and_serial_port();
+    const bool watchdog = (rcc->CSR & RCC_CSR_WDGRSTF) != 0u;
+    rcc->CSR |= RCC_CSR_RMVF;
+    if (watchdog) {
+        (void)stm32_usart_send(usart, "last reset: watchdog\r\n");
+    }
+    const bool running = start_drive(clock);
+    stm32_gpio_write(port_c, PIN_LED_FAULT, !running);
+    if (running) {
+        cm_nvic_enable(STM32_IRQ_ADC);
+        cm_irq_on();
+    }
+    while (true) {
+        if (running) {
+            app_background(&app, &devices);
+            follow_commands();
+        } else {
+            stm32_watchdog_serve(iwdg);
+        }
+        if (!cm_image_check_slice(&image_check)) {
+            cm_stop(CM_END_IMAGE_CHANGED);
+        }
+    }
+}
