@@ -7,26 +7,29 @@ bool monitor_init(const monitor_config_t *cfg)
            positivef(cfg->omega_max_rad_s) && (cfg->plausibility_periods > 0u);
 }
 
-/* All limits are written as !(x <= limit), so that a NaN trips and does not pass. */
+/* All limits are written as x <= limit, so that a NaN trips and does not pass. */
+static inline bool within(float x, float limit)
+{
+    return absf(x) <= limit;
+}
+
+static inline bool currents_within(uvw_t i_A, float limit_A)
+{
+    return within(i_A.u, limit_A) && within(i_A.v, limit_A) && within(i_A.w, limit_A);
+}
+
 static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in)
 {
-    const uvw_t i_A = in->meas->i_A;
-    uint32_t faults = 0u;
+    const bool current = currents_within(in->meas->i_A, cfg->i_trip_A);
+    const bool below_max = in->meas->u_dc_V <= cfg->u_dc_max_V;
+    const bool above_min = in->meas->u_dc_V >= cfg->u_dc_min_V;
+    const bool speed = within(in->omega_e_hat_rad_s, cfg->omega_max_rad_s);
 
-    if (!(absf(i_A.u) <= cfg->i_trip_A) || !(absf(i_A.v) <= cfg->i_trip_A) ||
-        !(absf(i_A.w) <= cfg->i_trip_A)) {
-        faults |= MONITOR_OVER_CURRENT;
+    if (current && below_max && above_min && speed) {
+        return 0u;
     }
-    if (!(in->meas->u_dc_V <= cfg->u_dc_max_V)) {
-        faults |= MONITOR_DC_OVER_VOLTAGE;
-    }
-    if (!(in->meas->u_dc_V >= cfg->u_dc_min_V)) {
-        faults |= MONITOR_DC_UNDER_VOLTAGE;
-    }
-    if (!(absf(in->omega_e_hat_rad_s) <= cfg->omega_max_rad_s)) {
-        faults |= MONITOR_OVER_SPEED;
-    }
-    return faults;
+    return (current ? 0u : MONITOR_OVER_CURRENT) | (below_max ? 0u : MONITOR_DC_OVER_VOLTAGE) |
+           (above_min ? 0u : MONITOR_DC_UNDER_VOLTAGE) | (speed ? 0u : MONITOR_OVER_SPEED);
 }
 
 /* Values that enter and leave are numbers, and a duty is one the timer can do. One sum stands for

@@ -32,10 +32,13 @@ static int32_t round_to_int(float x)
 
 ab_t trig_unit(float angle_rad)
 {
+    if (absf(angle_rad) <= TRIG_SMALL_MAX_RAD) {
+        return trig_unit_small(angle_rad);
+    }
     if (!is_finite(angle_rad)) {
         return (ab_t){1.0f, 0.0f};
     }
-    const float angle = clampf(angle_rad, -TRIG_ANGLE_MAX_RAD, TRIG_ANGLE_MAX_RAD);
+    const float angle = limitf(angle_rad, TRIG_ANGLE_MAX_RAD);
     const int32_t quarters = round_to_int(angle * TWO_OVER_PI);
     const float n = (float)quarters;
     const float r = ((angle - n * HALF_PI_HIGH) - n * HALF_PI_MIDDLE) - n * HALF_PI_LOW;
@@ -51,17 +54,18 @@ float trig_angle(ab_t x)
 {
     const float a = absf(x.alpha);
     const float b = absf(x.beta);
-    const float longer = maxf(a, b);
+    const bool steep = b > a; /* beyond 45 degrees */
+    const float longer = steep ? b : a;
     if (!ab_finite(x) || !(longer > 0.0f)) {
         return 0.0f;
     }
-    const float t = minf(a, b) / longer;
+    const float t = (steep ? a : b) / longer;
     const float t2 = t * t;
     const float p9 = ATAN_9 + t2 * (ATAN_11 + t2 * (ATAN_13 + t2 * ATAN_15));
     float angle = t + t * t2 * (ATAN_3 + t2 * (ATAN_5 + t2 * (ATAN_7 + t2 * p9)));
 
     /* Out of the first octant by reflection at 45 degrees and at both axes. */
-    if (b > a) {
+    if (steep) {
         angle = NUM_HALF_PI - angle;
     }
     if (x.alpha < 0.0f) {
@@ -75,7 +79,7 @@ float trig_wrap(float angle_rad)
     if (!is_finite(angle_rad)) {
         return 0.0f;
     }
-    const float angle = clampf(angle_rad, -TRIG_ANGLE_MAX_RAD, TRIG_ANGLE_MAX_RAD);
+    const float angle = limitf(angle_rad, TRIG_ANGLE_MAX_RAD);
     const float n = (float)round_to_int(angle * ONE_OVER_TWO_PI);
     const float r = ((angle - n * TWO_PI_HIGH) - n * TWO_PI_MIDDLE) - n * TWO_PI_LOW;
 
