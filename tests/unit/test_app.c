@@ -203,6 +203,40 @@ static void test_over_current_opens_the_gates_in_the_same_period(void)
     TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, telemetry().faults);
 }
 
+/* Periods of a drive that runs, each with the port's count of late ones. */
+static hal_output_t late(const uint16_t *count, int n)
+{
+    hal_sample_t s = rest();
+    hal_output_t out = {0};
+    for (int k = 0; k < n; k++) {
+        s.late_periods = count[k];
+        app_control_period(&app, &s, &out);
+    }
+    return out;
+}
+
+static void test_one_late_period_is_told_and_the_drive_goes_on(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 10);
+    const uint16_t apart[] = {1u, 1u, 2u, 2u, 2u, 3u};
+    TEST_ASSERT_TRUE(late(apart, 6).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE, telemetry().faults);
+}
+
+/* The count wraps: late is a change, not a larger number. */
+static void test_two_late_periods_in_a_row_open_the_gates(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 10);
+    const uint16_t row[] = {65535u, 65535u, 0u, 1u};
+    TEST_ASSERT_TRUE(late(row, 3).gates_on);
+    TEST_ASSERT_FALSE(late(&row[3], 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE | MONITOR_PERIOD_OVERRUN, telemetry().faults);
+}
+
 static void test_live_change_is_taken_or_refused_as_a_whole(void)
 {
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
@@ -269,6 +303,8 @@ int main(void)
     RUN_TEST(test_watchdog_is_fed_only_while_the_control_period_lives);
     RUN_TEST(test_a_speed_reference_that_is_no_number_is_a_fault);
     RUN_TEST(test_over_current_opens_the_gates_in_the_same_period);
+    RUN_TEST(test_one_late_period_is_told_and_the_drive_goes_on);
+    RUN_TEST(test_two_late_periods_in_a_row_open_the_gates);
     RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
     RUN_TEST(test_eps1_units_reach_the_law_converted);
     RUN_TEST(test_telemetry_says_what_the_period_did);

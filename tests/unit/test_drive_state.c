@@ -140,6 +140,26 @@ static void test_a_fault_closes_the_gates_in_the_same_period_and_latches(void)
     TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
 }
 
+static void test_a_warning_is_latched_and_leaves_the_gates_on_until_it_is_reset(void)
+{
+    go_run();
+    TEST_ASSERT_TRUE(step(RUN, MONITOR_PERIOD_LATE).gates_on);
+    TEST_ASSERT_TRUE(step(RUN, 0u).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE, st.faults);
+    TEST_ASSERT_TRUE(step(RUN | RESET, 0u).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.faults);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, st.id);
+}
+
+static void test_a_warning_stands_beside_the_fault_that_follows(void)
+{
+    go_run();
+    (void)step(RUN, MONITOR_PERIOD_LATE);
+    TEST_ASSERT_FALSE(step(RUN, MONITOR_PERIOD_LATE | MONITOR_PERIOD_OVERRUN).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE | MONITOR_PERIOD_OVERRUN, st.faults);
+}
+
 static void test_reset_needs_an_edge_and_the_cause_gone(void)
 {
     go_run();
@@ -248,6 +268,8 @@ int main(void)
     RUN_TEST(test_releasing_run_closes_the_gates_in_both_states);
     RUN_TEST(test_a_run_command_standing_at_start_runs_after_the_self_test);
     RUN_TEST(test_a_fault_closes_the_gates_in_the_same_period_and_latches);
+    RUN_TEST(test_a_warning_is_latched_and_leaves_the_gates_on_until_it_is_reset);
+    RUN_TEST(test_a_warning_stands_beside_the_fault_that_follows);
     RUN_TEST(test_reset_needs_an_edge_and_the_cause_gone);
     RUN_TEST(test_a_refused_configuration_cannot_be_reset);
     RUN_TEST(test_torque_off_wins_over_run_and_needs_run_again);
