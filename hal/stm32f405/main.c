@@ -156,6 +156,9 @@ static bool start_drive(stm32_clock_t clock)
     } else {
         stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
         stm32_adc_start(&adcs);
+        cm_nvic_enable(STM32_IRQ_ADC);
+        cm_irq_on();
+        /* Last: the first crest, half a period later, finds everything waiting for it. */
         if (!stm32_pwm_start(tim1, &pwm)) {
             wrong = "period or dead time beyond the timer; drive off\r\n";
         }
@@ -194,10 +197,6 @@ int main(void)
     }
     const bool running = start_drive(clock);
     stm32_gpio_write(port_c, PIN_LED_FAULT, !running);
-    if (running) {
-        cm_nvic_enable(STM32_IRQ_ADC);
-        cm_irq_on();
-    }
     while (true) {
         if (running) {
             app_background(&app, &devices);

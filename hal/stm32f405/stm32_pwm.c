@@ -2,6 +2,7 @@
 
 #define CENTRE_ALIGNED   1u /* compare flags when counting down; the same waveform in all modes */
 #define PWM_MODE_1       6u
+#define TRGO_ENABLE      1u
 #define TRGO_UPDATE      2u
 #define LOCK_LEVEL_1     1u /* dead time, break and idle states can no longer be changed */
 #define ARR_MAX          65535u
@@ -30,7 +31,7 @@ static bool timing(const stm32_pwm_params_t *params, uint32_t *arr, uint32_t *co
     const float half_ticks = 0.5f * params->period_s * (float)params->clock_Hz;
     const float dead_ticks = params->dead_time_s * (float)params->clock_Hz;
     if (!((half_ticks >= (float)ARR_MIN) && (half_ticks <= (float)ARR_MAX)) ||
-        !((dead_ticks >= 0.0f) && (dead_ticks <= half_ticks))) {
+        !((dead_ticks >= 1.0f) && (dead_ticks <= half_ticks))) {
         return false;
     }
     *arr = (uint32_t)(half_ticks + 0.5f);
@@ -47,7 +48,7 @@ bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params)
         return false;
     }
     tim->CR1 = TIM_CR1_ARPE | (CENTRE_ALIGNED << TIM_CR1_CMS_Pos);
-    tim->CR2 = TRGO_UPDATE << TIM_CR2_MMS_Pos;
+    tim->CR2 = TRGO_ENABLE << TIM_CR2_MMS_Pos; /* until UG is over: that is no crest to sample at */
     tim->PSC = 0u;
     tim->ARR = arr;
     tim->CCR1 = arr / 2u;
@@ -66,6 +67,8 @@ bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params)
     tim->RCR = 0u;
     tim->EGR = TIM_EGR_UG;
     tim->RCR = ONCE_PER_CARRIER;
+    tim->CR2 = TRGO_UPDATE << TIM_CR2_MMS_Pos; /* after UG, which is no crest */
+    tim->CR2 = TRGO_UPDATE << TIM_CR2_MMS_Pos;
     tim->CR1 |= TIM_CR1_CEN;
     return true;
 }
@@ -85,13 +88,17 @@ void stm32_pwm_write(stm32_tim_t *tim, const hal_output_t *output)
     if (!duties) {
         return;
     }
-    /* Compare 0: never on; ARR + 1: always on. */
-    const float ticks = (float)(tim->ARR + 1u);
-    tim->CCR1 = (uint32_t)(output->duty_u * ticks);
-    tim->CCR2 = (uint32_t)(output->duty_v * ticks);
-    tim->CCR3 = (uint32_t)(output->duty_w * ticks);
+    /* On for CCR counts of the ARR up and of the ARR down: compare 0 is never on, ARR always. */
+    const float counts = (float)tim->ARR;
+    tim->CCR1 = (uint32_t)(output->duty_u * counts + 0.5f);
+    tim->CCR2 = (uint32_t)(output->duty_v * counts + 0.5f);
+    tim->CCR3 = (uint32_t)(output->duty_w * counts + 0.5f);
     if (output->gates_on && !stm32_pwm_broken(tim)) {
         tim->BDTR |= TIM_BDTR_MOE;
+    }
+    /* A break shorter than that read, change and write would be undone by it; its latch is not. */
+    if (stm32_pwm_broken(tim)) {
+        stm32_pwm_gates_off(tim);
     }
 }
 

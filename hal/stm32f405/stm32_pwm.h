@@ -26,17 +26,20 @@ typedef struct {
 } stm32_pwm_params_t;
 
 /* Outputs off, counter running. False, and nothing started, when period or dead time are beyond
- * what the timer can do. */
+ * what the timer can do, or without any dead time: that is a short circuit. */
 bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params);
 
 /* Duties to the preload registers, gates on or off at once. A duty outside 0..1 or no number opens
  * the gates. */
 void stm32_pwm_write(stm32_tim_t *tim, const hal_output_t *output);
 
-/* From any context. */
+/* From any context. Writes only when there is something to take away: the first write to BDTR after
+ * a reset freezes LOCK, and that has to be the one of stm32_pwm_start. */
 static inline void stm32_pwm_gates_off(stm32_tim_t *tim)
 {
-    tim->BDTR &= ~TIM_BDTR_MOE;
+    if ((tim->BDTR & TIM_BDTR_MOE) != 0u) {
+        tim->BDTR &= ~TIM_BDTR_MOE;
+    }
 }
 
 /* The counter is on its way down: the last update was at a crest, as it has to be. To be asked less
