@@ -1,7 +1,9 @@
 /* TIM1 on a register block in RAM: configuration, dead time, duties, gates, break. */
+#define _DEFAULT_SOURCE /* mmap */
 #include "stm32_pwm.h"
 
 #include <math.h>
+#include <sys/mman.h>
 
 #include "unity.h"
 
@@ -94,7 +96,8 @@ static void test_what_the_timer_cannot_do_is_refused_and_nothing_starts(void)
     const stm32_pwm_params_t bad[] = {
         {CLOCK_HZ, 200e-6f, 7e-6f}, /* 1176 ticks */
         {CLOCK_HZ, 1e-3f, 2e-6f},   /* 84 000 */
-        {CLOCK_HZ, 1e-6f, 0.0f},    /* 84 */
+        {CLOCK_HZ, 1e-6f, 0.1e-6f}, /* 84 */
+        {CLOCK_HZ, 200e-6f, 0.0f},  /* a short circuit at every edge */
         {CLOCK_HZ, NAN, 2e-6f},      {CLOCK_HZ, 200e-6f, NAN},
         {CLOCK_HZ, 200e-6f, -1e-6f}, {CLOCK_HZ, 200e-6f, INFINITY},
     };
@@ -117,15 +120,38 @@ static void test_duties_go_to_the_legs_in_their_order(void)
     TEST_ASSERT_TRUE(gates_on());
 }
 
-/* Compare 0 is never above the counter, ARR + 1 always. */
+/* Compare 0 is never on, ARR always: RM0090, figure "centre-aligned PWM waveforms (ARR = 8)". */
 static void test_duty_0_is_never_on_and_1_always(void)
 {
     tim.ARR = HALF_TICKS;
     const hal_output_t output = duties(0.0f, 1.0f, 1.0f, true);
     stm32_pwm_write(&tim, &output);
     TEST_ASSERT_EQUAL_UINT32(0u, tim.CCR1);
-    TEST_ASSERT_EQUAL_UINT32(HALF_TICKS + 1u, tim.CCR2);
-    TEST_ASSERT_EQUAL_UINT32(HALF_TICKS + 1u, tim.CCR3);
+    TEST_ASSERT_EQUAL_UINT32(HALF_TICKS, tim.CCR2);
+    TEST_ASSERT_EQUAL_UINT32(HALF_TICKS, tim.CCR3);
+}
+
+/* CCR has 16 bits: one more than the longest period would be a duty of 0. */
+static void test_duty_1_fits_the_register_at_the_longest_period(void)
+{
+    tim.ARR = 65535u;
+    const hal_output_t output = duties(1.0f, 0.0f, 0.0f, true);
+    stm32_pwm_write(&tim, &output);
+    TEST_ASSERT_EQUAL_UINT32(65535u, tim.CCR1);
+}
+
+static void test_compare_is_the_nearest_to_the_duty(void)
+{
+    tim.ARR = HALF_TICKS;
+    for (uint32_t c = 1u; c < HALF_TICKS; c++) {
+        const float below = ((float)c - 0.4f) / (float)HALF_TICKS;
+        const float above = ((float)c + 0.4f) / (float)HALF_TICKS;
+        const hal_output_t output = duties(below, (float)c / (float)HALF_TICKS, above, true);
+        stm32_pwm_write(&tim, &output);
+        TEST_ASSERT_EQUAL_UINT32(c, tim.CCR1);
+        TEST_ASSERT_EQUAL_UINT32(c, tim.CCR2);
+        TEST_ASSERT_EQUAL_UINT32(c, tim.CCR3);
+    }
 }
 
 static void test_gates_off_acts_at_once_and_duties_are_still_taken(void)
@@ -168,6 +194,25 @@ static void test_a_latched_break_keeps_the_gates_off_until_it_is_cleared(void)
     TEST_ASSERT_TRUE(gates_on());
 }
 
+/* Where the core took MOE for set a moment before the break cleared it, and wrote it again. */
+static void test_gates_that_are_on_in_spite_of_a_latched_break_are_opened(void)
+{
+    tim = (stm32_tim_t){.ARR = HALF_TICKS, .SR = TIM_SR_BIF, .BDTR = TIM_BDTR_MOE | TIM_BDTR_BKE};
+    const hal_output_t output = duties(0.5f, 0.5f, 0.5f, true);
+    stm32_pwm_write(&tim, &output);
+    TEST_ASSERT_EQUAL_HEX32(TIM_BDTR_BKE, tim.BDTR);
+}
+
+/* LOCK is frozen by the first write to BDTR after a reset: a write of nothing would cost the lock.
+ * On a read-only page any write ends this test. */
+static void test_gates_off_with_the_gates_off_writes_nothing(void)
+{
+    stm32_tim_t *locked = mmap(NULL, sizeof *locked, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(locked != MAP_FAILED);
+    stm32_pwm_gates_off(locked);
+    TEST_ASSERT_EQUAL_INT(0, munmap(locked, sizeof *locked));
+}
+
 static void test_gates_off_leaves_the_rest_of_the_register(void)
 {
     tim.BDTR = UINT32_MAX;
@@ -192,9 +237,13 @@ int main(void)
     RUN_TEST(test_what_the_timer_cannot_do_is_refused_and_nothing_starts);
     RUN_TEST(test_duties_go_to_the_legs_in_their_order);
     RUN_TEST(test_duty_0_is_never_on_and_1_always);
+    RUN_TEST(test_duty_1_fits_the_register_at_the_longest_period);
+    RUN_TEST(test_compare_is_the_nearest_to_the_duty);
     RUN_TEST(test_gates_off_acts_at_once_and_duties_are_still_taken);
     RUN_TEST(test_a_duty_that_is_none_opens_the_gates_and_is_not_written);
     RUN_TEST(test_a_latched_break_keeps_the_gates_off_until_it_is_cleared);
+    RUN_TEST(test_gates_that_are_on_in_spite_of_a_latched_break_are_opened);
+    RUN_TEST(test_gates_off_with_the_gates_off_writes_nothing);
     RUN_TEST(test_gates_off_leaves_the_rest_of_the_register);
     RUN_TEST(test_counting_down_means_past_the_crest);
     return UNITY_END();
