@@ -7,6 +7,7 @@
 #define RISING_EDGE           1u
 #define TWO_RANKS             1u
 #define WORD_MASK             0xFFFFu
+#define STABLE_READS          200u /* 3 us from ADON on: a read takes 4 clocks of 168 MHz or more */
 
 /* A group of two has its channels in JSQ3 and JSQ4 (RM0090: the sequence is right aligned). */
 static uint32_t sequence(uint32_t first, uint32_t second)
@@ -35,6 +36,9 @@ void stm32_adc_start(const stm32_adcs_t *adcs)
     configure(adcs->adc2, 1u, 11u);
     configure(adcs->adc3, 2u, 12u);
     configure(adcs->adc1, 0u, 10u);
+    for (uint32_t n = 0u; n < STABLE_READS; n++) {
+        (void)adcs->adc1->SR;
+    }
     /* Only the master has trigger and interrupt. */
     adcs->adc1->SR = 0u;
     adcs->adc1->CR1 = ADC_CR1_SCAN | ADC_CR1_JEOCIE;

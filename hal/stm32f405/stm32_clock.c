@@ -46,8 +46,10 @@ static bool run_on_pll(stm32_rcc_t *rcc, stm32_flash_t *flash, bool crystal, uin
         return false;
     }
     const uint32_t other = rcc->CFGR & ~(RCC_CFGR_PPRE1_Msk | RCC_CFGR_PPRE2_Msk | RCC_CFGR_SW_Msk);
-    rcc->CFGR =
-        other | (DIVIDE_BY_4 << RCC_CFGR_PPRE1_Pos) | (DIVIDE_BY_2 << RCC_CFGR_PPRE2_Pos) | SW_PLL;
+    const uint32_t buses =
+        other | (DIVIDE_BY_4 << RCC_CFGR_PPRE1_Pos) | (DIVIDE_BY_2 << RCC_CFGR_PPRE2_Pos);
+    rcc->CFGR = buses; /* takes up to 16 clocks to act, so not together with the switch */
+    rcc->CFGR = buses | SW_PLL;
     return wait_for(&rcc->CFGR, RCC_CFGR_SWS_Msk, SWS_PLL, polls);
 }
 

@@ -21,7 +21,8 @@ typedef enum {
     STM32_FLASH_OK = 0,
     STM32_FLASH_REFUSED = 1, /* another sector, an address outside or not of a word */
     STM32_FLASH_TIMEOUT = 2,
-    STM32_FLASH_FAILED = 3 /* write protection, alignment, parallelism or sequence */
+    STM32_FLASH_FAILED = 3 /* write protection, alignment, parallelism, sequence, closed, or it
+                              reads back as something else */
 } stm32_flash_status_t;
 
 stm32_flash_status_t stm32_flash_erase(stm32_flash_t *flash, uint32_t sector, uint32_t polls);

@@ -1,8 +1,8 @@
 /* Register blocks of the STM32F405, as far as this port uses them (reference manual RM0090).
  *
  * Drivers get pointers to blocks, so that unit tests run them on blocks in RAM. Every offset, base
- * and bit below is compared with ST's own description (tests/tools/test_stm32_svd.py);
- * stm32_check.def is the list. Names are ST's.
+ * and bit below is compared with ST's own description (tests/tools/test_stm32_svd.py), which reads
+ * this file. Names are ST's.
  */
 #ifndef STM32_REGISTERS_H
 #define STM32_REGISTERS_H
@@ -90,6 +90,7 @@ typedef struct {
 #define FLASH_ACR_PRFTEN      (1u << 8)
 #define FLASH_ACR_ICEN        (1u << 9)
 #define FLASH_ACR_DCEN        (1u << 10)
+#define FLASH_ACR_DCRST       (1u << 12)
 #define FLASH_SR_WRPERR       (1u << 4)
 #define FLASH_SR_PGAERR       (1u << 5)
 #define FLASH_SR_PGPERR       (1u << 6)
@@ -148,6 +149,9 @@ typedef struct {
 #define ADC_JSQR_JL_Pos       20u
 #define ADC_CCR_MULT_Pos      0u
 #define ADC_CCR_ADCPRE_Pos    16u
+#define USART_SR_PE           (1u << 0)
+#define USART_SR_FE           (1u << 1)
+#define USART_SR_NF           (1u << 2)
 #define USART_SR_RXNE         (1u << 5)
 #define USART_SR_TXE          (1u << 7)
 #define USART_CR1_RE          (1u << 2)

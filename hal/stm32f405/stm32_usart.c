@@ -38,9 +38,15 @@ bool stm32_usart_send(stm32_usart_t *usart, const char *text)
 
 bool stm32_usart_receive(stm32_usart_t *usart, char *byte)
 {
-    if ((usart->SR & USART_SR_RXNE) == 0u) {
+    const uint32_t status = usart->SR;
+    if ((status & USART_SR_RXNE) == 0u) {
         return false;
     }
-    *byte = (char)(usart->DR & 0x7Fu);
+    /* The read clears the errors too, an overrun among them: the byte itself is good then. */
+    const uint32_t data = usart->DR;
+    if ((status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) != 0u) {
+        return false;
+    }
+    *byte = (char)(data & 0x7Fu);
     return true;
 }

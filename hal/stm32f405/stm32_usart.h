@@ -15,7 +15,7 @@ bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud);
 /* False when the transmitter did not take all of it; the rest is dropped. */
 bool stm32_usart_send(stm32_usart_t *usart, const char *text);
 
-/* A byte when there is one. */
+/* A byte when there is one; one that arrived with noise or without its stop bit is dropped. */
 bool stm32_usart_receive(stm32_usart_t *usart, char *byte);
 
 #endif

@@ -33,7 +33,7 @@ void setUp(void)
     usart = (stm32_usart_t){0};
     iwdg = (stm32_iwdg_t){0};
     tim = (stm32_tim_t){0};
-    flash = (stm32_flash_t){.CR = FLASH_CR_LOCK};
+    flash = (stm32_flash_t){.ACR = FLASH_ACR_DCEN | FLASH_ACR_ICEN | 5u}; /* opened by the keys */
     word = UINT32_MAX;
 }
 
@@ -156,6 +156,18 @@ static void test_a_byte_is_received_when_there_is_one(void)
     TEST_ASSERT_EQUAL_HEX8('r', byte);
 }
 
+static void test_a_byte_with_noise_or_without_its_end_is_dropped(void)
+{
+    const uint32_t error[] = {USART_SR_PE, USART_SR_FE, USART_SR_NF};
+    usart.DR = 'r';
+    for (size_t k = 0u; k < sizeof error / sizeof error[0]; k++) {
+        char byte = 'x';
+        usart.SR = USART_SR_RXNE | error[k];
+        TEST_ASSERT_FALSE(stm32_usart_receive(&usart, &byte));
+        TEST_ASSERT_EQUAL_HEX8('x', byte);
+    }
+}
+
 static void test_watchdog_counts_milliseconds_and_is_served_at_start(void)
 {
     TEST_ASSERT_TRUE(stm32_watchdog_start(&iwdg, 100u));
@@ -195,8 +207,28 @@ static void test_time_base_counts_microseconds(void)
 static void test_a_sector_of_the_parameters_is_erased_and_the_flash_locked_again(void)
 {
     TEST_ASSERT_EQUAL(STM32_FLASH_OK, stm32_flash_erase(&flash, 5u, POLLS));
+    TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, flash.CR);
+    /* The data cache was emptied and is on again, the rest as before. */
+    TEST_ASSERT_EQUAL_HEX32(FLASH_ACR_DCEN | FLASH_ACR_ICEN | 5u, flash.ACR);
+}
+
+/* A closed flash ignores what it is told and raises no flag. */
+static void test_a_flash_that_does_not_open_is_told_and_not_written(void)
+{
+    flash.CR = FLASH_CR_LOCK;
+    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED, stm32_flash_erase(&flash, 4u, POLLS));
     TEST_ASSERT_EQUAL_HEX32(0xCDEF89ABu, flash.KEYR);
     TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, flash.CR);
+    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED,
+                      stm32_flash_program(&flash, STM32_FLASH_START, &word, 42u, POLLS));
+    TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, word);
+}
+
+/* The control register stands for a cell: it does not keep what is written either. */
+static void test_a_word_that_reads_back_otherwise_is_told(void)
+{
+    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED,
+                      stm32_flash_program(&flash, STM32_FLASH_START, &flash.CR, 42u, POLLS));
 }
 
 static void test_no_other_sector_can_be_erased(void)
@@ -263,11 +295,14 @@ int main(void)
     RUN_TEST(test_a_baud_rate_the_clock_cannot_give_is_refused);
     RUN_TEST(test_text_is_sent_and_a_stuck_transmitter_is_told);
     RUN_TEST(test_a_byte_is_received_when_there_is_one);
+    RUN_TEST(test_a_byte_with_noise_or_without_its_end_is_dropped);
     RUN_TEST(test_watchdog_counts_milliseconds_and_is_served_at_start);
     RUN_TEST(test_a_watchdog_that_does_not_take_its_time_is_told);
     RUN_TEST(test_watchdog_times_beyond_reach_are_refused_untouched);
     RUN_TEST(test_time_base_counts_microseconds);
     RUN_TEST(test_a_sector_of_the_parameters_is_erased_and_the_flash_locked_again);
+    RUN_TEST(test_a_flash_that_does_not_open_is_told_and_not_written);
+    RUN_TEST(test_a_word_that_reads_back_otherwise_is_told);
     RUN_TEST(test_no_other_sector_can_be_erased);
     RUN_TEST(test_a_word_is_programmed_inside_the_parameters_only);
     RUN_TEST(test_a_flash_that_stays_busy_is_told_and_left_alone);
