@@ -112,26 +112,14 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
     }
 }
 
-/* d axis of the controllers. During premagnetisation it is fixed: there is no flux to follow yet.
- */
-static inline ab_t flux_axis(const drive_config_t *cfg, ab_t lambda_Wb, float magnitude_Wb,
-                             drive_mode_t mode)
-{
-    if ((mode != DRIVE_RUN) || !(magnitude_Wb > cfg->lambda_min_Wb)) {
-        return (ab_t){1.0f, 0.0f};
-    }
-    return ab_scale(lambda_Wb, 1.0f / magnitude_Wb);
-}
-
 /* How fast the estimated flux turns, by the flux row of eq. (3): the speed, and the slip that the
  * estimated current and the correction make. With e1 = 0 that is w + (M Rr/Lr) i_q / lambda. */
 static inline float flux_frequency(const drive_config_t *cfg, const drive_state_t *st,
-                                   observer_gain_t gain, float magnitude_Wb)
+                                   observer_gain_t gain, float base_Wb)
 {
     const ab_t l2_ohm = {gain.l2_re_ohm, gain.l2_im_ohm};
     const ab_t pull_V = ab_add(ab_scale(st->observer.i_s_hat_A, cfg->observer.m_tau_ohm),
                                ab_mul(l2_ohm, st->observer.e1_A));
-    const float base_Wb = maxf(magnitude_Wb, cfg->lambda_min_Wb);
     return st->omega_e_hat_rad_s +
            ab_cross(st->observer.lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
 }
@@ -151,11 +139,16 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
 {
     const ab_t lambda_Wb = st->observer.lambda_r_hat_Wb;
     const float magnitude_Wb = sqrtf(ab_norm2(lambda_Wb));
-    const ab_t axis = flux_axis(cfg, lambda_Wb, magnitude_Wb, in->mode);
+    /* d axis of the controllers: along the flux, fixed while there is none to follow, as in
+     * premagnetisation. A NaN is no flux. */
+    const bool flux = magnitude_Wb > cfg->lambda_min_Wb;
+    const ab_t axis = ((in->mode == DRIVE_RUN) && flux) ? ab_scale(lambda_Wb, 1.0f / magnitude_Wb)
+                                                        : (ab_t){1.0f, 0.0f};
     dq_t i_ref_A = {flux_control_step(&cfg->flux, &st->flux, magnitude_Wb), 0.0f};
 
     if (in->mode == DRIVE_RUN) {
-        st->omega_s_hat_rad_s = flux_frequency(cfg, st, out->gain, magnitude_Wb);
+        st->omega_s_hat_rad_s =
+            flux_frequency(cfg, st, out->gain, flux ? magnitude_Wb : cfg->lambda_min_Wb);
         const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
                                              .omega_hat_rad_s = st->omega_e_hat_rad_s,
                                              .i_d_ref_A = i_ref_A.d};

@@ -56,10 +56,11 @@ float trig_angle(ab_t x)
     const float b = absf(x.beta);
     const bool steep = b > a; /* beyond 45 degrees */
     const float longer = steep ? b : a;
+    const float shorter = steep ? a : b;
     if (!ab_finite(x) || !(longer > 0.0f)) {
         return 0.0f;
     }
-    const float t = (steep ? a : b) / longer;
+    const float t = shorter / longer;
     const float t2 = t * t;
     const float p9 = ATAN_9 + t2 * (ATAN_11 + t2 * (ATAN_13 + t2 * ATAN_15));
     float angle = t + t * t2 * (ATAN_3 + t2 * (ATAN_5 + t2 * (ATAN_7 + t2 * p9)));
