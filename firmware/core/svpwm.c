@@ -18,6 +18,7 @@ bool svpwm_init(svpwm_config_t *cfg, const svpwm_params_t *params, float period_
         return false;
     }
     cfg->min_duty = min_duty;
+    cfg->inside_pu = SVPWM_FREE_PU - 2.0f * min_duty;
     cfg->u_dc_min_V = params->u_dc_min_V;
     cfg->swap_vw = params->swap_vw;
     return true;
@@ -85,7 +86,7 @@ svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
         return none;
     }
     uvw_t duty;
-    if (span_V <= (SVPWM_FREE_PU - 2.0f * cfg->min_duty) * u_dc_V) {
+    if (span_V <= cfg->inside_pu * u_dc_V) {
         duty = duties(u_V, s, 1.0f / u_dc_V);
     } else if (is_finite(span_V)) {
         duty = limited_duties(u_V, s, u_dc_V, cfg->min_duty);

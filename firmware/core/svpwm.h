@@ -21,6 +21,7 @@ typedef struct {
 
 typedef struct {
     float min_duty;
+    float inside_pu; /* span over dc link up to which no duty comes near a limit */
     float u_dc_min_V;
     bool swap_vw;
 } svpwm_config_t;

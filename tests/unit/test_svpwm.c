@@ -10,14 +10,24 @@
 #define U_DC_V   283.0f
 
 static const double pi = 3.14159265358979323846;
-static const svpwm_config_t plain = {.min_duty = 0.0f, .u_dc_min_V = 50.0f, .swap_vw = false};
+static svpwm_config_t plain;
 
 /* Roundings of a duty, and of a voltage relative to the dc link. */
 #define DUTY_TOLERANCE       3e-7
 #define VOLTAGE_TOLERANCE_PU 6e-7
 
+/* No pulse shorter than this, as a share of the period. */
+static svpwm_config_t with_shortest(float shortest)
+{
+    const svpwm_params_t params = {.min_pulse_s = shortest, .u_dc_min_V = 50.0f};
+    svpwm_config_t cfg = {0};
+    TEST_ASSERT_TRUE(svpwm_init(&cfg, &params, 1.0f));
+    return cfg;
+}
+
 void setUp(void)
 {
+    plain = with_shortest(0.0f);
 }
 
 void tearDown(void)
@@ -74,6 +84,8 @@ static void test_init_derives_the_shortest_duty(void)
     svpwm_config_t cfg = {0};
     TEST_ASSERT_TRUE(svpwm_init(&cfg, &params, PERIOD_S));
     TEST_ASSERT_FLOAT_WITHIN(1e-8f, 0.025f, cfg.min_duty);
+    TEST_ASSERT_FLOAT_WITHIN(2e-6f, 0.95f, cfg.inside_pu);
+    TEST_ASSERT_TRUE(cfg.inside_pu < 0.95f);
     ASSERT_SAME_FLOAT(40.0f, cfg.u_dc_min_V);
     TEST_ASSERT_TRUE(cfg.swap_vw);
 }
@@ -265,8 +277,7 @@ static ab_t alpha_for_short_pulses(float pulse_pu)
 
 static void assert_short_pulse(float wanted, float shortest, double expected)
 {
-    svpwm_config_t cfg = plain;
-    cfg.min_duty = shortest;
+    const svpwm_config_t cfg = with_shortest(shortest);
     const svpwm_out_t out = svpwm_step(&cfg, alpha_for_short_pulses(wanted), U_DC_V);
     TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, expected, (double)out.duty.v);
     TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, expected, (double)out.duty.w);
@@ -300,23 +311,21 @@ static void test_half_of_the_shortest_pulse_is_lengthened_and_not_dropped(void)
 {
     const ab_t u_V = alpha_for_short_pulses(0.015f);
     const svpwm_out_t free = svpwm_step(&plain, u_V, U_DC_V);
-    svpwm_config_t cfg = plain;
 
-    cfg.min_duty = 2.0f * free.duty.v;
+    svpwm_config_t cfg = with_shortest(2.0f * free.duty.v);
     ASSERT_SAME_FLOAT(cfg.min_duty, svpwm_step(&cfg, u_V, U_DC_V).duty.v);
-    cfg.min_duty = nextafterf(cfg.min_duty, 1.0f);
+    cfg = with_shortest(nextafterf(cfg.min_duty, 1.0f));
     ASSERT_SAME_FLOAT(0.0f, svpwm_step(&cfg, u_V, U_DC_V).duty.v);
 
-    cfg.min_duty = 2.0f * (1.0f - free.duty.u);
+    cfg = with_shortest(2.0f * (1.0f - free.duty.u));
     ASSERT_SAME_FLOAT(1.0f - cfg.min_duty, svpwm_step(&cfg, u_V, U_DC_V).duty.u);
-    cfg.min_duty = nextafterf(cfg.min_duty, 1.0f);
+    cfg = with_shortest(nextafterf(cfg.min_duty, 1.0f));
     ASSERT_SAME_FLOAT(1.0f, svpwm_step(&cfg, u_V, U_DC_V).duty.u);
 }
 
 static void test_a_leg_that_does_not_switch_needs_no_pulse(void)
 {
-    svpwm_config_t cfg = plain;
-    cfg.min_duty = 0.02f;
+    const svpwm_config_t cfg = with_shortest(0.02f);
     const svpwm_out_t out = svpwm_step(&cfg, (ab_t){1000.0f, 0.0f}, U_DC_V);
     ASSERT_SAME_FLOAT(1.0f, out.duty.u);
     ASSERT_SAME_FLOAT(0.0f, out.duty.v);
@@ -326,8 +335,7 @@ static void test_a_leg_that_does_not_switch_needs_no_pulse(void)
 static void test_no_pulse_is_ever_shorter_than_the_shortest(void)
 {
     const float shortest = 0.04f;
-    svpwm_config_t cfg = plain;
-    cfg.min_duty = shortest;
+    const svpwm_config_t cfg = with_shortest(shortest);
     for (int degree = 0; degree < 360; degree++) {
         for (int step = 0; step <= 40; step++) {
             const ab_t u_V = polar(8.0 * step, degree * pi / 180.0);
