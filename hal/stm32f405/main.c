@@ -23,8 +23,8 @@
 #define WATCHDOG_MS 100u
 #define END_BYTES   64u
 
-#define PIN_LED_RUN   13u /* of port C */
-#define PIN_LED_FAULT 14u
+#define PIN_LED_RUN   6u /* of port C; 13 to 15 must not source a current (data sheet) */
+#define PIN_LED_FAULT 7u
 
 static stm32_rcc_t *const rcc = (stm32_rcc_t *)STM32_RCC_BASE;
 static stm32_tim_t *const tim1 = (stm32_tim_t *)STM32_TIM1_BASE;
@@ -84,7 +84,8 @@ void control_interrupt(void)
     hal_sample_t sample;
     stm32_adc_read(&adcs, &sample);
     sample.late_periods = late_periods;
-    if (!stm32_pwm_past_crest(tim1)) {
+    /* After a late period this one may begin anywhere: that is counted and no reason to stop. */
+    if ((late_periods == 0u) && !stm32_pwm_past_crest(tim1)) {
         cm_stop(CM_END_NOT_AT_CREST);
     }
     hal_output_t output;
@@ -131,6 +132,7 @@ static stm32_clock_t start_clock_and_serial_port(void)
     rcc->APB1ENR |= RCC_APB1ENR_TIM5EN | RCC_APB1ENR_USART3EN;
     rcc->APB2ENR |=
         RCC_APB2ENR_TIM1EN | RCC_APB2ENR_ADC1EN | RCC_APB2ENR_ADC2EN | RCC_APB2ENR_ADC3EN;
+    (void)rcc->APB2ENR; /* a device answers some clocks after it got one */
     start_pins();
     (void)stm32_usart_start(usart, stm32_clock_apb1_Hz(clock), BAUD);
     char banner[CM_IMAGE_BANNER_BYTES];
