@@ -376,7 +376,7 @@ def test_command_exits_1_for_a_defect_and_prints_one_json_object(copied: Path) -
     bad = zh_certify(copied, "--json")
     assert bad.returncode == 1
     assert json.loads(bad.stdout)["motors"]["hasegawa2005"]["proven"] == 1800
-    assert "600 elec. min^-1: not proven: gamma (14)" in bad.stderr
+    assert "600 elec. min^-1: not proven: gamma (14)" in bad.stdout
     (copied / "l_gain.json").unlink()
     missing = zh_certify(copied)
     assert missing.returncode == 2

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from zerohertz.gain_design import cones
+from zerohertz.errors import UserError
+from zerohertz.gain_design import command, cones
 from zerohertz.gain_design.c_source import c_files, read_table_json
 from zerohertz.gain_design.closed_form import closed_form_gain, gain_for_poles
 from zerohertz.gain_design.crc32c import crc32c
@@ -215,7 +216,7 @@ def test_impossible_requirements_name_the_keys() -> None:
 
 def test_circuit_whose_gain_no_float_holds_is_an_error() -> None:
     inputs = with_design(MOTORS[0], method="closed_form", p1_per_s=-1e29, a=1e12).inputs()
-    inputs["circuit"] |= {"Rr_ohm": 1e6}
+    inputs["circuit"] |= {"Rr_ohm": 1e3}
     with pytest.raises(MotorError, match=r"circuit: L is beyond float32"):
         design_table(motor_from_dict(inputs))
 
@@ -305,7 +306,7 @@ def test_check_rejects_c_that_differs_from_the_json(short_motor: Path, name: str
     path.write_text(path.read_text(encoding="utf-8") + " ", encoding="utf-8")
     run = zh("design", "--check", short_motor)
     assert run.returncode == 1
-    assert f"{name}: is not what l_gain.json gives" in run.stderr
+    assert f"{name}: is not what l_gain.json gives" in run.stdout
 
 
 def test_check_rejects_a_table_that_a_fresh_design_does_not_give(short_motor: Path) -> None:
@@ -320,7 +321,7 @@ def test_check_rejects_a_table_that_a_fresh_design_does_not_give(short_motor: Pa
         (short_motor / name).write_text(source, encoding="utf-8")
     run = zh("design", "--check", short_motor)
     assert run.returncode == 1
-    assert "off a fresh design" in run.stderr
+    assert "off a fresh design" in run.stdout
 
 
 def test_check_rejects_a_table_of_other_inputs(short_motor: Path) -> None:
@@ -328,7 +329,7 @@ def test_check_rejects_a_table_of_other_inputs(short_motor: Path) -> None:
     (short_motor / "motor.toml").write_text(motor_toml(motor), encoding="utf-8")
     run = zh("design", "--check", short_motor)
     assert run.returncode == 1
-    assert "was designed for other inputs" in run.stderr
+    assert "was designed for other inputs" in run.stdout
 
 
 def test_other_method_goes_to_another_folder(short_motor: Path, tmp_path) -> None:
@@ -340,6 +341,23 @@ def test_other_method_goes_to_another_folder(short_motor: Path, tmp_path) -> Non
     words = read_table_json(out / "im_4kw_400v" / "l_gain.json")["l_words"]
     assert set(words) == {"00000000"}
     assert load_motor(out / "im_4kw_400v").design.method == "zero"
+
+
+def test_a_motor_of_gain_tables_bears_the_name_of_its_folder(tmp_path, monkeypatch) -> None:
+    """Two tables of one name could not be linked into one image."""
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    folder = tmp_path / "gain_tables" / "im_4kw_400v"
+    folder.mkdir(parents=True)
+    command._require_own_name(MOTORS[1], folder)
+    with pytest.raises(UserError, match=r"motor\.name: is 'hasegawa2005', the folder is 'im_4kw"):
+        command._require_own_name(MOTORS[0], folder)
+    command._require_own_name(MOTORS[0], tmp_path)  # elsewhere a folder is called as one likes
+
+
+def test_a_motor_may_be_named_by_its_file(short_motor: Path) -> None:
+    run = zh("design", "--check", short_motor / "motor.toml", "--json")
+    assert run.returncode == 0
+    assert json.loads(run.stdout)["motors"]["im_4kw_400v"]["faults"] == []
 
 
 def test_bad_motor_data_ends_with_one_line_and_exit_code_2(short_motor: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 
 import pytest
@@ -80,6 +81,25 @@ def test_leakage_is_needed_right_up_to_the_limit(content: dict) -> None:
     assert motor_from_dict(content).circuit.eps_H > 0.0
     content["circuit"]["M_H"] = limit * (1.0 + 1e-6)
     with pytest.raises(MotorError, match="no leakage"):
+        motor_from_dict(content)
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "text"),
+    [
+        ("circuit", "Ls_H", 110.0, "circuit.Ls_H: is 110, outside 1e-06 .. 10; give henry"),
+        ("circuit", "Rs_ohm", 2e3, "circuit.Rs_ohm: is 2000, outside"),
+        ("circuit", "Rr_ohm", 5e-5, "circuit.Rr_ohm: is 5e-05, outside"),
+        ("nameplate", "speed_rpm", 1800.0, "nameplate.speed_rpm: is 1800; rated speed lies"),
+        ("nameplate", "speed_rpm", 900.0, "the synchronous 1800 min"),
+        ("nameplate", "pole_pairs", 4, "the synchronous 900 min"),
+    ],
+)
+def test_what_no_motor_has_is_a_slip_of_the_unit(
+    content: dict, section: str, key: str, value: float, text: str
+) -> None:
+    content[section][key] = value
+    with pytest.raises(MotorError, match=re.escape(text)):
         motor_from_dict(content)
 
 

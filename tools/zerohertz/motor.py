@@ -206,6 +206,7 @@ def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
         file=file,
     )
     _require_leakage(motor.circuit, file)
+    _require_plausible(motor, file)
     return motor
 
 
@@ -285,6 +286,29 @@ def _require_leakage(circuit: Circuit, file: str) -> None:
         raise MotorError(
             f"{file}: circuit.M_H: {circuit.M_H} H leaves no leakage (M^2 >= Ls Lr); "
             f"it must be below {math.sqrt(circuit.Ls_H * circuit.Lr_H):.6g} H"
+        )
+
+
+# What the firmware takes (param_list.def), and beyond which a unit has slipped.
+_CIRCUIT_LIMITS = {
+    **dict.fromkeys(("Rs_ohm", "Rr_ohm"), (1e-4, 1e3, "ohm, not milliohm")),
+    **dict.fromkeys(("Ls_H", "Lr_H", "M_H"), (1e-6, 10.0, "henry, not millihenry")),
+}
+
+
+def _require_plausible(motor: Motor, file: str) -> None:
+    for key, (low, high, unit) in _CIRCUIT_LIMITS.items():
+        value = getattr(motor.circuit, key)
+        if not low <= value <= high:
+            raise MotorError(
+                f"{file}: circuit.{key}: is {value:g}, outside {low:g} .. {high:g}; give {unit}"
+            )
+    plate = motor.nameplate
+    synchronous_rpm = 60.0 * plate.frequency_Hz / plate.pole_pairs
+    if not 0.5 * synchronous_rpm < plate.speed_rpm < synchronous_rpm:
+        raise MotorError(
+            f"{file}: nameplate.speed_rpm: is {plate.speed_rpm:g}; rated speed lies a little below "
+            f"the synchronous {synchronous_rpm:g} min^-1 of frequency_Hz and pole_pairs"
         )
 
 

@@ -38,9 +38,12 @@ def certify_tables(
     The verdict is that at the speeds of the entries; how many are proven for all speeds up to half
     a step off, with a gamma 1 % larger, is told besides. Exit 1 when an entry of a gamma_pr table
     is not proven or its gamma is 1 or more, which bounds nothing; tables of other methods only
-    have to be stable, and it is said which inequalities hold.
+    have to be stable, and it is said which inequalities hold. "any" (null in the JSON) is a bound
+    that does not exist: the orientation error where gamma is 1 or more or where there is no gamma.
     """
     console = Console(stderr=True)
+    # What was found is the answer; with --json that is the object alone.
+    answer = Console(stderr=as_json)
     reports = []
     for given in motor_dirs or _default_motor_dirs():
         # The folder may be named by its motor.toml.
@@ -48,7 +51,7 @@ def certify_tables(
         if given.exists() and not folder.is_dir():
             raise UserError(f"{given}: is no folder of a motor; name the one that has l_gain.json")
         reports.append(_certified(read_stored_table(folder), console))
-        _say(reports[-1], console)
+        _say(reports[-1], answer)
         if plot:
             _draw(folder, reports[-1].name, console)
     if as_json:

@@ -76,10 +76,13 @@ def design(
     if method and not out:
         raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
     console = Console(stderr=True)
+    # What was found is the answer; with --json that is the object alone.
+    answer = Console(stderr=as_json)
     outcomes = []
     for given in motor_dirs or default_motor_dirs():
         folder = motor_folder(given)
         motor = load_motor(folder)
+        _require_own_name(motor, folder)
         if method:
             motor = with_design(motor, method=method)
         fresh, cpu_s = _timed_design(motor, console)
@@ -87,7 +90,7 @@ def design(
             outcomes.append(_check(folder, fresh, cpu_s))
         else:
             outcomes.append(_store(out / motor.name if out else folder, fresh, cpu_s, bool(out)))
-        _say(outcomes[-1], console)
+        _say(outcomes[-1], answer)
     if as_json:
         print(json.dumps({"motors": {o.motor: o.as_json() for o in outcomes}}))
     if any(outcome.faults for outcome in outcomes):
@@ -100,6 +103,15 @@ def motor_folder(given: Path) -> Path:
     if given.exists() and not folder.is_dir():
         raise UserError(f"{given}: is no folder of a motor; name the folder that has motor.toml")
     return folder
+
+
+def _require_own_name(motor: Motor, folder: Path) -> None:
+    """In gain_tables the folder's name is the motor's: two tables of one name cannot be linked."""
+    if folder.resolve().parent == ROOT / "gain_tables" and motor.name != folder.resolve().name:
+        raise UserError(
+            f"{folder / 'motor.toml'}: motor.name: is '{motor.name}', the folder is "
+            f"'{folder.resolve().name}'; give both one name"
+        )
 
 
 def default_motor_dirs() -> list[Path]:
