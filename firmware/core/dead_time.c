@@ -17,12 +17,6 @@ bool dead_time_init(dead_time_config_t *cfg, const dead_time_params_t *params, f
     return true;
 }
 
-/* Beyond the threshold, either way, is the usual case. NaN gives -1. */
-static inline float saturated(float x)
-{
-    return (x > 1.0f) ? 1.0f : maxf(x, -1.0f);
-}
-
 ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float u_dc_V)
 {
     const float lost_V = cfg->k * u_dc_V + cfg->drop_V;
@@ -33,7 +27,8 @@ ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float 
     }
     const uvw_t i_A = uvw_from_ab(i_predicted_A);
     const float per_A = cfg->inv_i_threshold_per_A;
-    const uvw_t sat = {saturated(i_A.u * per_A), saturated(i_A.v * per_A),
-                       saturated(i_A.w * per_A)};
+    /* Beyond the threshold is the usual case: the clamp without branches. */
+    const uvw_t sat = {clampf(i_A.u * per_A, -1.0f, 1.0f), clampf(i_A.v * per_A, -1.0f, 1.0f),
+                       clampf(i_A.w * per_A, -1.0f, 1.0f)};
     return ab_scale(ab_from_uvw(sat), lost_V);
 }
