@@ -203,6 +203,23 @@ static void test_over_current_opens_the_gates_in_the_same_period(void)
     TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, telemetry().faults);
 }
 
+/* A limit lost in memory lets any voltage through: the last line stops it in the same period. */
+static void test_a_duty_beyond_its_range_never_leaves(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 10).gates_on);
+    app.drive_cfg.svpwm.inside_pu = 1e9f;
+    app.drive.current.d.x = 1e4f;
+    const hal_output_t out = periods(DRIVE_STATE_CMD_RUN, 0.0f, 1);
+    TEST_ASSERT_TRUE(app.last.duty.u > 1.0f);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_u);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_v);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_w);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, telemetry().faults);
+}
+
 /* Periods of a drive that runs, each with the port's count of late ones. */
 static hal_output_t late(const uint16_t *count, int n)
 {
@@ -303,6 +320,7 @@ int main(void)
     RUN_TEST(test_watchdog_is_fed_only_while_the_control_period_lives);
     RUN_TEST(test_a_speed_reference_that_is_no_number_is_a_fault);
     RUN_TEST(test_over_current_opens_the_gates_in_the_same_period);
+    RUN_TEST(test_a_duty_beyond_its_range_never_leaves);
     RUN_TEST(test_one_late_period_is_told_and_the_drive_goes_on);
     RUN_TEST(test_two_late_periods_in_a_row_open_the_gates);
     RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);

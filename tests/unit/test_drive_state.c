@@ -216,6 +216,26 @@ static void test_torque_off_does_not_skip_the_self_test(void)
     TEST_ASSERT_EQUAL(DRIVE_STATE_TORQUE_OFF, st.id);
 }
 
+static void test_a_steady_run_changes_nothing(void)
+{
+    go_run();
+    const drive_machine_t before = st;
+    const drive_state_out_t out = step(RUN, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_RUN, out.mode);
+    TEST_ASSERT_TRUE(out.gates_on);
+    TEST_ASSERT_FALSE(out.offsets_ready);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
+}
+
+/* A state no transition leads to: the short way through a steady run must not keep it alive. */
+static void test_a_blocked_run_ends(void)
+{
+    go_run();
+    st.run_blocked = true;
+    TEST_ASSERT_FALSE(step(RUN, 0u).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+}
+
 /* Closure: from every number a state can hold, no event but run in READY turns the gates on. */
 static void test_only_ready_with_run_turns_the_gates_on(void)
 {
@@ -274,6 +294,8 @@ int main(void)
     RUN_TEST(test_a_refused_configuration_cannot_be_reset);
     RUN_TEST(test_torque_off_wins_over_run_and_needs_run_again);
     RUN_TEST(test_torque_off_does_not_skip_the_self_test);
+    RUN_TEST(test_a_steady_run_changes_nothing);
+    RUN_TEST(test_a_blocked_run_ends);
     RUN_TEST(test_only_ready_with_run_turns_the_gates_on);
     RUN_TEST(test_init_counts_periods_and_refuses_senseless_times);
     return UNITY_END();
