@@ -362,6 +362,25 @@ static void test_delay_compensation_angle_is_limited(void)
     }
 }
 
+/* Nothing of the period before is left in the output: the caller need not clear it. */
+static void test_every_field_of_the_output_is_written_in_every_mode(void)
+{
+    const drive_params_t p = both_machines(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    const drive_mode_t modes[] = {DRIVE_OFF, DRIVE_PREMAGNETISE, DRIVE_RUN};
+    for (int m = 0; m < 3; m++) {
+        const drive_in_t in = {.sample = words(&p, 3, 5.0, 30.0, 540.0), .mode = modes[m]};
+        drive_out_t out[2];
+        for (int k = 0; k < 2; k++) {
+            drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.3f, 0.2f}}};
+            memset(&out[k], (k == 0) ? 0x11 : 0xEE, sizeof out[k]);
+            drive_step(&cfg, &st, &in, &out[k]);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&out[0], &out[1], sizeof out[0]);
+    }
+}
+
 static void test_premagnetise_holds_axis_and_speed_still(void)
 {
     const drive_params_t p = both_machines(1);
@@ -449,6 +468,13 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.u);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.v);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.w);
+    const float at_rest[] = {
+        out.u_s_V.alpha,    out.u_s_V.beta,    out.i_ref_A.d,        out.i_ref_A.q,
+        out.i_A.d,          out.i_A.q,         out.gain.l1_re_per_s, out.gain.l1_im_per_s,
+        out.gain.l2_re_ohm, out.gain.l2_im_ohm};
+    for (unsigned k = 0; k < sizeof at_rest / sizeof at_rest[0]; k++) {
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, at_rest[k]);
+    }
     TEST_ASSERT_EQUAL_UINT32(4u, st.monitor.adc_periods);
     TEST_ASSERT_EQUAL_FLOAT(0.1f, st.measurement.offset_A.u);
     TEST_ASSERT_EQUAL_FLOAT(-0.2f, st.measurement.offset_A.v);
@@ -636,6 +662,7 @@ int main(void)
     RUN_TEST(test_chain_without_gain_needs_no_table);
     RUN_TEST(test_chain_at_the_voltage_limit_equals_the_double_chain);
     RUN_TEST(test_delay_compensation_angle_is_limited);
+    RUN_TEST(test_every_field_of_the_output_is_written_in_every_mode);
     RUN_TEST(test_premagnetise_holds_axis_and_speed_still);
     RUN_TEST(test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis);
     RUN_TEST(test_torque_current_gets_what_i_d_leaves);
