@@ -42,12 +42,12 @@ typedef struct {
     uint32_t stack_bytes; /* of the image, and its watermark */
     uint32_t stack_used_bytes;
     uint32_t background_calls;
-    uint32_t gates_on;    /* in the last period answered */
-    uint32_t faults;      /* latched in the last period answered */
-    uint32_t warned;      /* every bit that ever stood in faults */
+    uint32_t gates_on;       /* in the last period answered */
+    uint32_t faults;         /* latched in the last period answered */
+    uint32_t warned;         /* every bit that ever stood in faults */
     uint32_t differing_bits; /* of all signals, in the period that differs */
-    double loop_s;        /* wall clock */
-    char difference[160]; /* period, signal and both words; empty when none */
+    double loop_s;           /* wall clock */
+    char difference[160];    /* period, signal and both words; empty when none */
 } zh_pil_result;
 
 /* A status of sil.h; text in zh_sil_error(). A difference is no error: see `end`. */

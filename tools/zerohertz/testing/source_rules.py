@@ -19,7 +19,8 @@ MAY_INCLUDE = {
     "firmware/app": ("firmware/app", "firmware/service", "firmware/core", "hal/include"),
     "hal/include": ("hal/include",),
 }
-# <math.h> for sqrtf alone: any other function of it is refused by name and by object_rules.
+# <math.h> for sqrtf and fabsf alone, exact and one instruction each: any other function of it is
+# refused by name and by object_rules.
 SYSTEM_HEADERS = {"<float.h>", "<limits.h>", "<math.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>"}
 
 _HEAP = "malloc calloc realloc free alloca aligned_alloc"
@@ -32,7 +33,11 @@ FORBIDDEN = {
     **dict.fromkeys(_STDIO.split(), "no input or output"),
     **dict.fromkeys(_JUMPS.split(), "no jumps out of the flow"),
     **dict.fromkeys(_MATH.split(), "not the C library's mathematics"),
-    **{f"{name}f": "not the C library's mathematics" for name in _MATH.split() if name != "sqrt"},
+    **{
+        f"{name}f": "not the C library's mathematics"
+        for name in _MATH.split()
+        if name not in ("sqrt", "fabs")
+    },
     "double": "float only",
 }
 
