@@ -52,6 +52,7 @@ static void test_symmetric_limit_keeps_what_is_inside_and_its_sign_outside(void)
     ASSERT_SAME_FLOAT(2.0f, limitf(INFINITY, 2.0f));
     ASSERT_SAME_FLOAT(-2.0f, limitf(-INFINITY, 2.0f));
     ASSERT_SAME_FLOAT(-2.0f, limitf(NAN, 2.0f));
+    ASSERT_SAME_FLOAT(-0.5f, limitf(-0.7f, 0.5f));
     ASSERT_SAME_FLOAT(0.0f, limitf(0.1f, 0.0f));
 }
 
