@@ -66,7 +66,15 @@ EmulatedCore::EmulatedCore(const zh_pil_job &job, const params_t &params, const 
 {
     const std::string folder = job.folder != nullptr ? job.folder : ".";
     to_image_ = open_for_writing(folder + "/" PIL_FIFO_TO_IMAGE);
-    from_image_ = ::open((folder + "/" PIL_FIFO_FROM_IMAGE).c_str(), O_RDONLY | O_CLOEXEC);
+    // Not blocking here: an emulator that dies between its two opens would leave us waiting.
+    const std::string from = folder + "/" PIL_FIFO_FROM_IMAGE;
+    from_image_ = ::open(from.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (from_image_ < 0 || !there_is_something()) {
+        ::close(to_image_);
+        ::close(from_image_);
+        throw ConfigError(from + ": the image says nothing; does the emulator still run?");
+    }
+    ::fcntl(from_image_, F_SETFL, 0);
     introduce(job, params, gain);
 }
 
@@ -101,6 +109,12 @@ void EmulatedCore::introduce(const zh_pil_job &job, const params_t &params, cons
     if (refused != 0) {
         throw ConfigError("image: refuses parameters that the SIL firmware took");
     }
+}
+
+bool EmulatedCore::there_is_something() const
+{
+    pollfd waiting{from_image_, POLLIN, 0};
+    return ::poll(&waiting, 1, patience_ms) == 1;
 }
 
 bool EmulatedCore::read(void *data, std::size_t n)
@@ -146,8 +160,7 @@ void EmulatedCore::name_difference(const std::uint32_t *host, const std::uint32_
 bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
 {
     pil_out_t out{};
-    pollfd waiting{from_image_, POLLIN, 0};
-    if (::poll(&waiting, 1, patience_ms) == 0) {
+    if (!there_is_something()) {
         result_.end = ZH_PIL_SILENT;
         return false;
     }

@@ -27,6 +27,7 @@ public:
     void finish();
 
 private:
+    bool there_is_something() const;
     bool read(void *data, std::size_t n);
     void name_difference(const std::uint32_t *host, const std::uint32_t *image);
     bool write(const void *data, std::size_t n);

@@ -71,14 +71,16 @@ static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
         .duty_u = duty.u, .duty_v = duty.v, .duty_w = duty.w, .gates_on = gates_on && valid};
 }
 
-/* The port counts the periods it found late; one is told, two in a row end the drive. */
+/* The port counts the crests that a period missed; one is told, two in a row end the drive: in two
+ * periods, or in one that took as long. */
 static uint32_t late_faults(app_t *app, uint16_t late_periods)
 {
     if (late_periods == app->late_periods) {
         app->late = false;
         return 0u;
     }
-    const bool again = app->late;
+    const uint16_t missed = (uint16_t)(late_periods - app->late_periods);
+    const bool again = app->late || (missed > 1u);
     app->late = true;
     app->late_periods = late_periods;
     return MONITOR_PERIOD_LATE | (again ? MONITOR_PERIOD_OVERRUN : 0u);

@@ -22,10 +22,11 @@ typedef struct {
     float omega_m_ref_rad_s;
 } app_command_t;
 
-/* Double buffer: the background fills the slot that is not published, then flips the index. */
+/* Double buffer: the background fills the slot that is not published, then flips the index. All of
+ * it volatile, so that no compiler publishes a slot before it is filled. */
 typedef struct {
-    app_command_t slot[2];
-    uint32_t faults;             /* found by the background */
+    volatile app_command_t slot[2];
+    volatile uint32_t faults;    /* found by the background */
     volatile uint32_t published; /* index of the slot to read */
 } app_mailbox_t;
 
@@ -38,10 +39,10 @@ typedef struct {
     drive_state_t drive;
     drive_machine_t machine;
     drive_mode_t mode;
-    drive_out_t last; /* of the last period, for telemetry and trace */
-    uint32_t period_count;
-    uint16_t late_periods; /* the port's count in the last period */
-    bool late;             /* it had grown then */
+    drive_out_t last;               /* of the last period, for telemetry and trace */
+    volatile uint32_t period_count; /* the background watches it change */
+    uint16_t late_periods;          /* the port's count in the last period */
+    bool late;                      /* it had changed then */
 
     app_mailbox_t mailbox;
 

@@ -10,6 +10,12 @@
 /* Enough slices for a whole round in some seconds of background calls. */
 #define SLICE_BYTES 256u
 
+/* A text that fills its field would run into the next. */
+#define FITS(text, field) (sizeof(text) <= sizeof(((cm_image_info_t *)0)->field))
+_Static_assert(FITS(ZH_VERSION, version) && FITS(ZH_GIT, git) && FITS(ZH_PORT, port) &&
+                   FITS(PARAMS_CONFIG, config) && FITS(PARAMS_MOTOR, motor),
+               "a name is too long for the image's header");
+
 extern const uint8_t cm_image_start[];
 extern const uint32_t cm_image_crc[]; /* the last word */
 extern const char cm_image_bytes[];   /* size, as the value of a symbol */

@@ -7,8 +7,10 @@ extern const char cm_flash_start[];
 extern const char cm_flash_log2[];
 extern const char cm_ram_start[];
 extern const char cm_ram_log2[];
-extern const char cm_ram2_start[];
-extern const char cm_ram2_log2[];
+extern const char cm_data1_start[];
+extern const char cm_data1_log2[];
+extern const char cm_data2_start[];
+extern const char cm_data2_log2[];
 extern const char cm_guard_start[];
 extern const char cm_guard_log2[];
 
@@ -28,6 +30,17 @@ static void region(uint32_t number, uint32_t base, uint32_t log2, uint32_t attri
     CM_MPU_RASR = attributes | ((log2 - 1u) << 1) | CM_MPU_RASR_ENABLE;
 }
 
+/* Off when there is none: a program before this one may have left it on. */
+static void optional(uint32_t number, uint32_t base, uint32_t log2, uint32_t attributes)
+{
+    if (log2 != 0u) {
+        region(number, base, log2, attributes);
+    } else {
+        CM_MPU_RBAR = CM_MPU_RBAR_VALID | number;
+        CM_MPU_RASR = 0u;
+    }
+}
+
 void cm_mpu_enable(void)
 {
     const uint32_t data = CM_MPU_RASR_FULL | CM_MPU_RASR_XN | CM_MPU_RASR_MEMORY;
@@ -36,9 +49,9 @@ void cm_mpu_enable(void)
     region(0u, value_of(cm_flash_start), value_of(cm_flash_log2),
            CM_MPU_RASR_READ | CM_MPU_RASR_MEMORY);
     region(1u, value_of(cm_ram_start), value_of(cm_ram_log2), data);
-    if (value_of(cm_ram2_log2) != 0u) {
-        region(2u, value_of(cm_ram2_start), value_of(cm_ram2_log2), data);
-    }
+    optional(2u, value_of(cm_data1_start), value_of(cm_data1_log2), data);
+    optional(4u, value_of(cm_data2_start), value_of(cm_data2_log2), data);
+    optional(5u, 0u, 0u, 0u);
     region(3u, PERIPHERAL_BASE, PERIPHERAL_LOG2,
            CM_MPU_RASR_FULL | CM_MPU_RASR_XN | CM_MPU_RASR_DEVICE);
     region(6u, 0u, NULL_PAGE_LOG2, nothing);

@@ -1,7 +1,7 @@
 /* Registers of the Cortex-M4 itself, as far as the ports use them.
  *
  * Addresses and bits: ARMv7-M Architecture Reference Manual, chapters B3 (system control, NVIC,
- * MPU) and B3.2.20 (floating-point).
+ * MPU).
  */
 #ifndef CM_REGISTERS_H
 #define CM_REGISTERS_H
@@ -21,12 +21,10 @@
 #define CM_HFSR  CM_REGISTER(0xE000ED2Cu)
 #define CM_MMFAR CM_REGISTER(0xE000ED34u)
 #define CM_BFAR  CM_REGISTER(0xE000ED38u)
-#define CM_CPACR CM_REGISTER(0xE000ED88u)
 
-#define CM_AIRCR_RESET    0x05FA0004u /* key and SYSRESETREQ */
-#define CM_CCR_DIV_0_TRP  (1u << 4)
-#define CM_SHCSR_FAULTS   (7u << 16) /* usage, bus and memory-management faults of their own */
-#define CM_CPACR_FPU_FULL (0xFu << 20)
+#define CM_AIRCR_RESET   0x05FA0004u /* key and SYSRESETREQ */
+#define CM_CCR_DIV_0_TRP (1u << 4)
+#define CM_SHCSR_FAULTS  (7u << 16) /* usage, bus and memory-management faults of their own */
 
 #define CM_CFSR_IACCVIOL   (1u << 0)
 #define CM_CFSR_DACCVIOL   (1u << 1)
@@ -60,6 +58,12 @@
 static inline void cm_barrier(void)
 {
     __asm volatile("dsb\n\tisb" ::: "memory");
+}
+
+/* Between two rounds of the background: what an interrupt changed meanwhile is read anew. */
+static inline void cm_background_sync(void)
+{
+    __asm volatile("" ::: "memory");
 }
 
 static inline void cm_irq_off(void)

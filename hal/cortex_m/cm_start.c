@@ -17,6 +17,7 @@ extern uint32_t cm_bss_start[];
 extern uint32_t cm_bss_end[];
 
 void cm_reset(void);
+_Noreturn void cm_start(void);
 void cm_fault_handler(void);
 void cm_unexpected(void);
 
@@ -44,12 +45,24 @@ void cm_unexpected(void)
     cm_stop(CM_END_UNEXPECTED_INTERRUPT);
 }
 
-void cm_reset(void)
+/* The FPU first: the compiler may save its registers on entry of whatever follows. */
+__attribute__((naked)) void cm_reset(void)
 {
-    cm_irq_off();
-    CM_CPACR |= CM_CPACR_FPU_FULL;
-    cm_barrier();
+    __asm volatile("cpsid i\n\t"
+                   "movw r0, #0xED88\n\t" /* CPACR */
+                   "movt r0, #0xE000\n\t"
+                   "ldr r1, [r0]\n\t"
+                   "orr r1, r1, #0x00F00000\n\t"
+                   "str r1, [r0]\n\t"
+                   "dsb\n\t"
+                   "isb\n\t"
+                   "b cm_start\n\t");
+}
+
+__attribute__((used, noinline)) void cm_start(void)
+{
     port_gates_off();
+    port_early();
     CM_VTOR = (uint32_t)(uintptr_t)vectors;
     CM_CCR |= CM_CCR_DIV_0_TRP;
     CM_SHCSR |= CM_SHCSR_FAULTS;

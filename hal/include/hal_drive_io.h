@@ -17,7 +17,7 @@ typedef struct {
     uint16_t u_uv_counts;
     uint16_t u_vw_counts;
     uint16_t u_dc_counts;
-    uint16_t late_periods; /* running count of control periods that ended after the next crest */
+    uint16_t late_periods; /* running count of crests missed: a period ended after the next one */
 } hal_sample_t;
 
 typedef struct {

@@ -84,12 +84,20 @@ void inject(uint32_t what, app_t *app)
 
 void inject_delay(uint32_t what, uint32_t age, uint32_t period_ticks)
 {
-    const uint32_t late = (what == PIL_INJECT_OVERRUN) ? 1u : 2u;
-    if (((what != PIL_INJECT_OVERRUN) && (what != PIL_INJECT_OVERRUNS)) || (age >= late)) {
+    uint32_t ticks = period_ticks;
+    uint32_t late = 0u; /* periods that take so much longer */
+    if (what == PIL_INJECT_OVERRUN) {
+        late = 1u;
+    } else if (what == PIL_INJECT_OVERRUNS) {
+        late = 2u;
+    } else if (what == PIL_INJECT_HANG) {
+        late = 1u;
+        ticks = 3u * period_ticks;
+    } else {
         return;
     }
     const uint32_t start = MPS2_TIMER_VALUE(MPS2_TIMER1);
-    while (start - MPS2_TIMER_VALUE(MPS2_TIMER1) < period_ticks) {
+    while ((age < late) && (start - MPS2_TIMER_VALUE(MPS2_TIMER1) < ticks)) {
     }
 }
 

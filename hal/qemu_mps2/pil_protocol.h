@@ -60,6 +60,7 @@ typedef enum {
     PIL_INJECT_OVERRUN = 12,  /* one period takes too long */
     PIL_INJECT_OVERRUNS = 13, /* two in a row do */
     PIL_INJECT_EXECUTE_RAM = 14,
+    PIL_INJECT_HANG = 15, /* one period takes as long as three */
     PIL_INJECT_COUNT
 } pil_inject_t;
 

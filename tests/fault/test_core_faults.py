@@ -57,7 +57,7 @@ def run(image: Path, inject: Inject) -> loop.PilRun:
 
 
 def test_every_defect_is_tested() -> None:
-    assert {*ENDS, Inject.NONE, Inject.OVERRUN, Inject.OVERRUNS} == set(Inject)
+    assert {*ENDS, Inject.NONE, Inject.OVERRUN, Inject.OVERRUNS, Inject.HANG} == set(Inject)
 
 
 def test_without_a_defect_the_run_goes_through_with_the_gates_on(image: Path) -> None:
@@ -107,6 +107,14 @@ def test_two_late_periods_in_a_row_open_the_gates(image: Path) -> None:
     assert result.end == End.EQUAL
     assert not result.gates_on
     assert result.late_periods >= 2
+    assert Fault(result.faults) == Fault.PERIOD_LATE | Fault.PERIOD_OVERRUN
+
+
+def test_one_period_as_long_as_three_opens_the_gates(image: Path) -> None:
+    result = run(image, Inject.HANG)
+    assert result.end == End.EQUAL
+    assert not result.gates_on
+    assert result.late_periods >= 3
     assert Fault(result.faults) == Fault.PERIOD_LATE | Fault.PERIOD_OVERRUN
 
 

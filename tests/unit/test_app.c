@@ -254,6 +254,17 @@ static void test_two_late_periods_in_a_row_open_the_gates(void)
     TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE | MONITOR_PERIOD_OVERRUN, telemetry().faults);
 }
 
+/* A hang: the count has grown by more than one when the drive runs again. */
+static void test_one_period_that_misses_two_crests_opens_the_gates(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 10);
+    const uint16_t hang[] = {2u};
+    TEST_ASSERT_FALSE(late(hang, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE | MONITOR_PERIOD_OVERRUN, telemetry().faults);
+}
+
 static void test_live_change_is_taken_or_refused_as_a_whole(void)
 {
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
@@ -323,6 +334,7 @@ int main(void)
     RUN_TEST(test_a_duty_beyond_its_range_never_leaves);
     RUN_TEST(test_one_late_period_is_told_and_the_drive_goes_on);
     RUN_TEST(test_two_late_periods_in_a_row_open_the_gates);
+    RUN_TEST(test_one_period_that_misses_two_crests_opens_the_gates);
     RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
     RUN_TEST(test_eps1_units_reach_the_law_converted);
     RUN_TEST(test_telemetry_says_what_the_period_did);

@@ -41,6 +41,7 @@ class Inject(IntEnum):
     OVERRUN = 12
     OVERRUNS = 13
     EXECUTE_RAM = 14
+    HANG = 15
 
 
 @dataclass(frozen=True)
