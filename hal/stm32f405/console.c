@@ -5,6 +5,8 @@
 #include "drive_state.h"
 #include "num.h"
 
+#define RESET_PERIODS 2u /* the mailbox is read once per period */
+
 static bool starts_with(const char *line, const char *word)
 {
     while ((*word != '\0') && (*line == *word)) {
@@ -47,12 +49,26 @@ static const char *execute(console_t *console)
         console->omega_m_ref_rad_s = (float)rpm * (NUM_PI / 30.0f);
     } else if (same(console->line, "reset")) {
         console->command = DRIVE_STATE_CMD_FAULT_RESET;
+        console->reset = true;
     } else if (!same(console->line, "stop")) {
         return "? run RPM | stop | reset; stopped\r\n";
     } else {
         /* stopped */
     }
     return "ok\r\n";
+}
+
+uint32_t console_command(console_t *console, uint32_t period_count)
+{
+    if (console->reset) {
+        console->reset = false;
+        console->reset_at = period_count;
+    } else if (period_count - console->reset_at > RESET_PERIODS) {
+        console->command &= ~DRIVE_STATE_CMD_FAULT_RESET;
+    } else {
+        /* still to be seen */
+    }
+    return console->command;
 }
 
 const char *console_byte(console_t *console, char byte)

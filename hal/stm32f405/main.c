@@ -42,6 +42,7 @@ static app_t app;
 static cm_image_check_t image_check;
 static console_t console;
 static uint16_t late_periods;
+static bool behind_late; /* the last period missed a crest */
 
 void control_interrupt(void);
 
@@ -58,9 +59,10 @@ void port_gates_off(void)
 /* Stays here, dark and served: a reset would hide why, and start the drive again. */
 void port_halt(const cm_fault_t *fault)
 {
+    const bool gates = (tim1->BDTR & TIM_BDTR_MOE) != 0u;
     char text[END_BYTES];
     char *at = cm_text_hex(cm_text(text, "end "), (uint32_t)fault->code);
-    at = cm_text_hex(cm_text(at, " gates off pc "), fault->pc);
+    at = cm_text_hex(cm_text(at, gates ? " gates on pc " : " gates off pc "), fault->pc);
     at = cm_text_hex(cm_text(at, " address "), fault->address);
     at = cm_text(at, "\r\n");
     *at = '\0';
@@ -72,28 +74,43 @@ void port_halt(const cm_fault_t *fault)
     }
 }
 
-/* The crystal failed; the timer's break has already opened the gates. */
+/* The crystal failed; the timer's break has already opened the gates. The core goes on at 16 MHz
+ * with the bus dividers it had: the serial port needs its divider anew to tell. */
 void port_nmi(void)
 {
     rcc->CIR |= RCC_CIR_CSSC;
+    (void)stm32_usart_start(usart, STM32_CLOCK_APB1_WITHOUT_CRYSTAL_HZ, BAUD);
     cm_stop(CM_END_CLOCK_LOST);
+}
+
+/* Crests since the interrupt began: the timer itself only remembers one. */
+static uint16_t missed_crests(uint32_t entry_us)
+{
+    const uint32_t period_us = (uint32_t)(cm_config.params.period_s * 1e6f + 0.5f);
+    const uint32_t whole = (stm32_timebase_us(tim5) - entry_us) / period_us;
+    if (whole > 0u) {
+        return (uint16_t)whole;
+    }
+    return stm32_pwm_crest_passed(tim1) ? 1u : 0u;
 }
 
 void control_interrupt(void)
 {
+    const uint32_t entry_us = stm32_timebase_us(tim5);
+    stm32_pwm_forget_crest(tim1);
     hal_sample_t sample;
     stm32_adc_read(&adcs, &sample);
     sample.late_periods = late_periods;
-    /* After a late period this one may begin anywhere: that is counted and no reason to stop. */
-    if ((late_periods == 0u) && !stm32_pwm_past_crest(tim1)) {
+    /* Behind a late period this one may begin anywhere: that is counted and no reason to stop. */
+    if (!behind_late && !stm32_pwm_past_crest(tim1)) {
         cm_stop(CM_END_NOT_AT_CREST);
     }
     hal_output_t output;
     app_control_period(&app, &sample, &output);
     stm32_pwm_write(tim1, &output);
-    if (stm32_adc_ready(&adcs)) {
-        late_periods++;
-    }
+    const uint16_t missed = missed_crests(entry_us);
+    late_periods = (uint16_t)(late_periods + missed);
+    behind_late = missed > 0u;
 }
 
 static void serve_watchdog(void *context)
@@ -108,14 +125,28 @@ static uint32_t clock_us(void *context)
     return stm32_timebase_us(tim5);
 }
 
-static void start_pins(void)
+/* PA8..10 and PB13..15: as low outputs until the timer drives them, which is not before
+ * stm32_pwm_start has made "off" a driven low there too. */
+static void gate_pins(stm32_gpio_mode_t mode)
+{
+    for (uint32_t pin = 0u; pin < 3u; pin++) {
+        stm32_gpio_configure(port_a, 8u + pin, mode, STM32_GPIO_PULL_DOWN, 1u);
+        stm32_gpio_configure(port_b, 13u + pin, mode, STM32_GPIO_PULL_DOWN, 1u);
+    }
+}
+
+void port_early(void)
 {
     rcc->AHB1ENR |= RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN | RCC_AHB1ENR_GPIOCEN;
+    (void)rcc->AHB1ENR; /* a device answers some clocks after it got one */
+    gate_pins(STM32_GPIO_OUTPUT);
+}
+
+static void start_pins(void)
+{
     for (uint32_t pin = 0u; pin < 3u; pin++) {
         stm32_gpio_configure(port_a, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
         stm32_gpio_configure(port_c, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
-        stm32_gpio_configure(port_a, 8u + pin, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
-        stm32_gpio_configure(port_b, 13u + pin, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
     }
     stm32_gpio_configure(port_b, 12u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
     stm32_gpio_configure(port_b, 10u, STM32_GPIO_ALTERNATE, STM32_GPIO_FLOATING, 7u);
@@ -161,7 +192,9 @@ static bool start_drive(stm32_clock_t clock)
         cm_nvic_enable(STM32_IRQ_ADC);
         cm_irq_on();
         /* Last: the first crest, half a period later, finds everything waiting for it. */
-        if (!stm32_pwm_start(tim1, &pwm)) {
+        if (stm32_pwm_start(tim1, &pwm)) {
+            gate_pins(STM32_GPIO_ALTERNATE);
+        } else {
             wrong = "period or dead time beyond the timer; drive off\r\n";
         }
     }
@@ -192,6 +225,8 @@ int main(void)
 {
     const hal_devices_t devices = {.watchdog_serve = serve_watchdog, .clock_us = clock_us};
     const stm32_clock_t clock = start_clock_and_serial_port();
+    ((stm32_dbg_t *)STM32_DBG_BASE)->DBGMCU_APB2_FZ |=
+        DBG_APB2FZ_DBG_TIM1_STOP; /* halted: gates off */
     const bool watchdog = (rcc->CSR & RCC_CSR_WDGRSTF) != 0u;
     rcc->CSR |= RCC_CSR_RMVF;
     if (watchdog) {
@@ -200,6 +235,7 @@ int main(void)
     const bool running = start_drive(clock);
     stm32_gpio_write(port_c, PIN_LED_FAULT, !running);
     while (true) {
+        cm_background_sync();
         if (running) {
             app_background(&app, &devices);
             follow_commands();

@@ -67,6 +67,7 @@ stm32_clock_t stm32_clock_start(stm32_rcc_t *rcc, stm32_flash_t *flash, stm32_pw
                                 uint32_t polls)
 {
     rcc->APB1ENR |= RCC_APB1ENR_PWREN;
+    (void)rcc->APB1ENR;              /* a device answers some clocks after it got one */
     pwr->CR |= 1u << PWR_CR_VOS_Pos; /* scale 1: needed above 144 MHz */
     rcc->CR |= RCC_CR_HSEON;
     const bool crystal = wait_for(&rcc->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, polls);

@@ -23,6 +23,9 @@ typedef enum {
 stm32_clock_t stm32_clock_start(stm32_rcc_t *rcc, stm32_flash_t *flash, stm32_pwr_t *pwr,
                                 uint32_t polls);
 
+/* After the crystal has failed: the internal oscillator with the dividers of the PLL. */
+#define STM32_CLOCK_APB1_WITHOUT_CRYSTAL_HZ 4000000u
+
 /* Of the core, and of the bus of USART3 and TIM5. */
 uint32_t stm32_clock_core_Hz(stm32_clock_t clock);
 uint32_t stm32_clock_apb1_Hz(stm32_clock_t clock);

@@ -15,6 +15,7 @@
 #define STM32_GPIOB_BASE      0x40020400u
 #define STM32_GPIOC_BASE      0x40020800u
 #define STM32_RCC_BASE        0x40023800u
+#define STM32_DBG_BASE        0xE0042000u
 #define STM32_FLASH_BASE      0x40023C00u
 
 #define STM32_IRQ_ADC 18u

@@ -67,7 +67,6 @@ bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params)
     tim->RCR = 0u;
     tim->EGR = TIM_EGR_UG;
     tim->RCR = ONCE_PER_CARRIER;
-    tim->CR2 = TRGO_UPDATE << TIM_CR2_MMS_Pos; /* after UG, which is no crest */
     tim->CR2 = TRGO_UPDATE << TIM_CR2_MMS_Pos;
     tim->CR1 |= TIM_CR1_CEN;
     return true;

@@ -49,6 +49,17 @@ static inline bool stm32_pwm_past_crest(const stm32_tim_t *tim)
     return (tim->CR1 & TIM_CR1_DIR) != 0u;
 }
 
+/* A crest since the last stm32_pwm_forget_crest: what is written now may act one period late. */
+static inline bool stm32_pwm_crest_passed(const stm32_tim_t *tim)
+{
+    return (tim->SR & TIM_SR_UIF) != 0u;
+}
+
+static inline void stm32_pwm_forget_crest(stm32_tim_t *tim)
+{
+    tim->SR = ~TIM_SR_UIF; /* written 0 clears, 1 leaves */
+}
+
 /* The break input was active since the last clear. */
 bool stm32_pwm_broken(const stm32_tim_t *tim);
 

@@ -53,111 +53,117 @@ typedef struct {
 } stm32_usart_t;
 
 typedef struct {
+    stm32_reg_t DBGMCU_IDCODE, DBGMCU_CR, DBGMCU_APB1_FZ, DBGMCU_APB2_FZ;
+} stm32_dbg_t;
+
+typedef struct {
     stm32_reg_t KR, PR, RLR, SR;
 } stm32_iwdg_t;
 
-#define RCC_CR_HSION          (1u << 0)
-#define RCC_CR_HSIRDY         (1u << 1)
-#define RCC_CR_HSEON          (1u << 16)
-#define RCC_CR_HSERDY         (1u << 17)
-#define RCC_CR_CSSON          (1u << 19)
-#define RCC_CR_PLLON          (1u << 24)
-#define RCC_CR_PLLRDY         (1u << 25)
-#define RCC_PLLCFGR_PLLM_Pos  0u
-#define RCC_PLLCFGR_PLLN_Pos  6u
-#define RCC_PLLCFGR_PLLSRC    (1u << 22)
-#define RCC_PLLCFGR_PLLQ_Pos  24u
-#define RCC_CFGR_SW_Msk       (3u << 0)
-#define RCC_CFGR_SWS_Msk      (3u << 2)
-#define RCC_CFGR_PPRE1_Pos    10u
-#define RCC_CFGR_PPRE1_Msk    (7u << 10)
-#define RCC_CFGR_PPRE2_Pos    13u
-#define RCC_CFGR_PPRE2_Msk    (7u << 13)
-#define RCC_AHB1ENR_GPIOAEN   (1u << 0)
-#define RCC_AHB1ENR_GPIOBEN   (1u << 1)
-#define RCC_AHB1ENR_GPIOCEN   (1u << 2)
-#define RCC_APB1ENR_TIM5EN    (1u << 3)
-#define RCC_APB1ENR_USART3EN  (1u << 18)
-#define RCC_APB1ENR_PWREN     (1u << 28)
-#define RCC_APB2ENR_TIM1EN    (1u << 0)
-#define RCC_APB2ENR_ADC1EN    (1u << 8)
-#define RCC_APB2ENR_ADC2EN    (1u << 9)
-#define RCC_APB2ENR_ADC3EN    (1u << 10)
-#define RCC_CIR_CSSC          (1u << 23)
-#define RCC_CSR_RMVF          (1u << 24)
-#define RCC_CSR_WDGRSTF       (1u << 29)
-#define FLASH_ACR_LATENCY_Msk (7u << 0)
-#define FLASH_ACR_PRFTEN      (1u << 8)
-#define FLASH_ACR_ICEN        (1u << 9)
-#define FLASH_ACR_DCEN        (1u << 10)
-#define FLASH_ACR_DCRST       (1u << 12)
-#define FLASH_SR_WRPERR       (1u << 4)
-#define FLASH_SR_PGAERR       (1u << 5)
-#define FLASH_SR_PGPERR       (1u << 6)
-#define FLASH_SR_PGSERR       (1u << 7)
-#define FLASH_SR_BSY          (1u << 16)
-#define FLASH_CR_PG           (1u << 0)
-#define FLASH_CR_SER          (1u << 1)
-#define FLASH_CR_SNB_Pos      3u
-#define FLASH_CR_PSIZE_Pos    8u
-#define FLASH_CR_STRT         (1u << 16)
-#define FLASH_CR_LOCK         (1u << 31)
-#define PWR_CR_VOS_Pos        14u
-#define TIM_CR1_CEN           (1u << 0)
-#define TIM_CR1_DIR           (1u << 4)
-#define TIM_CR1_CMS_Pos       5u
-#define TIM_CR1_ARPE          (1u << 7)
-#define TIM_CR2_MMS_Pos       4u
-#define TIM_SR_BIF            (1u << 7)
-#define TIM_EGR_UG            (1u << 0)
-#define TIM_CCMR1_OC1PE       (1u << 3)
-#define TIM_CCMR1_OC1M_Pos    4u
-#define TIM_CCMR1_OC2PE       (1u << 11)
-#define TIM_CCMR1_OC2M_Pos    12u
-#define TIM_CCMR2_OC3PE       (1u << 3)
-#define TIM_CCMR2_OC3M_Pos    4u
-#define TIM_CCMR2_OC4PE       (1u << 11)
-#define TIM_CCMR2_OC4M_Pos    12u
-#define TIM_CCER_CC1E         (1u << 0)
-#define TIM_CCER_CC1NE        (1u << 2)
-#define TIM_CCER_CC2E         (1u << 4)
-#define TIM_CCER_CC2NE        (1u << 6)
-#define TIM_CCER_CC3E         (1u << 8)
-#define TIM_CCER_CC3NE        (1u << 10)
-#define TIM_CCER_CC4E         (1u << 12)
-#define TIM_BDTR_DTG_Msk      (0xFFu << 0)
-#define TIM_BDTR_LOCK_Pos     8u
-#define TIM_BDTR_OSSI         (1u << 10)
-#define TIM_BDTR_OSSR         (1u << 11)
-#define TIM_BDTR_BKE          (1u << 12)
-#define TIM_BDTR_BKP          (1u << 13)
-#define TIM_BDTR_MOE          (1u << 15)
-#define ADC_SR_JEOC           (1u << 2)
-#define ADC_CR1_JEOCIE        (1u << 7)
-#define ADC_CR1_SCAN          (1u << 8)
-#define ADC_CR2_ADON          (1u << 0)
-#define ADC_CR2_JEXTSEL_Pos   16u
-#define ADC_CR2_JEXTEN_Pos    20u
-#define ADC_SMPR1_SMP10_Pos   0u
-#define ADC_SMPR1_SMP11_Pos   3u
-#define ADC_SMPR1_SMP12_Pos   6u
-#define ADC_SMPR2_SMP0_Pos    0u
-#define ADC_SMPR2_SMP1_Pos    3u
-#define ADC_SMPR2_SMP2_Pos    6u
-#define ADC_JSQR_JSQ3_Pos     10u
-#define ADC_JSQR_JSQ4_Pos     15u
-#define ADC_JSQR_JL_Pos       20u
-#define ADC_CCR_MULT_Pos      0u
-#define ADC_CCR_ADCPRE_Pos    16u
-#define USART_SR_PE           (1u << 0)
-#define USART_SR_FE           (1u << 1)
-#define USART_SR_NF           (1u << 2)
-#define USART_SR_RXNE         (1u << 5)
-#define USART_SR_TXE          (1u << 7)
-#define USART_CR1_RE          (1u << 2)
-#define USART_CR1_TE          (1u << 3)
-#define USART_CR1_UE          (1u << 13)
-#define IWDG_SR_PVU           (1u << 0)
-#define IWDG_SR_RVU           (1u << 1)
+#define RCC_CR_HSION             (1u << 0)
+#define RCC_CR_HSIRDY            (1u << 1)
+#define RCC_CR_HSEON             (1u << 16)
+#define RCC_CR_HSERDY            (1u << 17)
+#define RCC_CR_CSSON             (1u << 19)
+#define RCC_CR_PLLON             (1u << 24)
+#define RCC_CR_PLLRDY            (1u << 25)
+#define RCC_PLLCFGR_PLLM_Pos     0u
+#define RCC_PLLCFGR_PLLN_Pos     6u
+#define RCC_PLLCFGR_PLLSRC       (1u << 22)
+#define RCC_PLLCFGR_PLLQ_Pos     24u
+#define RCC_CFGR_SW_Msk          (3u << 0)
+#define RCC_CFGR_SWS_Msk         (3u << 2)
+#define RCC_CFGR_PPRE1_Pos       10u
+#define RCC_CFGR_PPRE1_Msk       (7u << 10)
+#define RCC_CFGR_PPRE2_Pos       13u
+#define RCC_CFGR_PPRE2_Msk       (7u << 13)
+#define RCC_AHB1ENR_GPIOAEN      (1u << 0)
+#define RCC_AHB1ENR_GPIOBEN      (1u << 1)
+#define RCC_AHB1ENR_GPIOCEN      (1u << 2)
+#define RCC_APB1ENR_TIM5EN       (1u << 3)
+#define RCC_APB1ENR_USART3EN     (1u << 18)
+#define RCC_APB1ENR_PWREN        (1u << 28)
+#define RCC_APB2ENR_TIM1EN       (1u << 0)
+#define RCC_APB2ENR_ADC1EN       (1u << 8)
+#define RCC_APB2ENR_ADC2EN       (1u << 9)
+#define RCC_APB2ENR_ADC3EN       (1u << 10)
+#define RCC_CIR_CSSC             (1u << 23)
+#define RCC_CSR_RMVF             (1u << 24)
+#define RCC_CSR_WDGRSTF          (1u << 29)
+#define FLASH_ACR_LATENCY_Msk    (7u << 0)
+#define FLASH_ACR_PRFTEN         (1u << 8)
+#define FLASH_ACR_ICEN           (1u << 9)
+#define FLASH_ACR_DCEN           (1u << 10)
+#define FLASH_ACR_DCRST          (1u << 12)
+#define FLASH_SR_WRPERR          (1u << 4)
+#define FLASH_SR_PGAERR          (1u << 5)
+#define FLASH_SR_PGPERR          (1u << 6)
+#define FLASH_SR_PGSERR          (1u << 7)
+#define FLASH_SR_BSY             (1u << 16)
+#define FLASH_CR_PG              (1u << 0)
+#define FLASH_CR_SER             (1u << 1)
+#define FLASH_CR_SNB_Pos         3u
+#define FLASH_CR_PSIZE_Pos       8u
+#define FLASH_CR_STRT            (1u << 16)
+#define FLASH_CR_LOCK            (1u << 31)
+#define PWR_CR_VOS_Pos           14u
+#define TIM_CR1_CEN              (1u << 0)
+#define TIM_CR1_DIR              (1u << 4)
+#define TIM_CR1_CMS_Pos          5u
+#define TIM_CR1_ARPE             (1u << 7)
+#define TIM_CR2_MMS_Pos          4u
+#define TIM_SR_UIF               (1u << 0)
+#define TIM_SR_BIF               (1u << 7)
+#define TIM_EGR_UG               (1u << 0)
+#define TIM_CCMR1_OC1PE          (1u << 3)
+#define TIM_CCMR1_OC1M_Pos       4u
+#define TIM_CCMR1_OC2PE          (1u << 11)
+#define TIM_CCMR1_OC2M_Pos       12u
+#define TIM_CCMR2_OC3PE          (1u << 3)
+#define TIM_CCMR2_OC3M_Pos       4u
+#define TIM_CCMR2_OC4PE          (1u << 11)
+#define TIM_CCMR2_OC4M_Pos       12u
+#define TIM_CCER_CC1E            (1u << 0)
+#define TIM_CCER_CC1NE           (1u << 2)
+#define TIM_CCER_CC2E            (1u << 4)
+#define TIM_CCER_CC2NE           (1u << 6)
+#define TIM_CCER_CC3E            (1u << 8)
+#define TIM_CCER_CC3NE           (1u << 10)
+#define TIM_CCER_CC4E            (1u << 12)
+#define TIM_BDTR_DTG_Msk         (0xFFu << 0)
+#define TIM_BDTR_LOCK_Pos        8u
+#define TIM_BDTR_OSSI            (1u << 10)
+#define TIM_BDTR_OSSR            (1u << 11)
+#define TIM_BDTR_BKE             (1u << 12)
+#define TIM_BDTR_BKP             (1u << 13)
+#define TIM_BDTR_MOE             (1u << 15)
+#define ADC_SR_JEOC              (1u << 2)
+#define ADC_CR1_JEOCIE           (1u << 7)
+#define ADC_CR1_SCAN             (1u << 8)
+#define ADC_CR2_ADON             (1u << 0)
+#define ADC_CR2_JEXTSEL_Pos      16u
+#define ADC_CR2_JEXTEN_Pos       20u
+#define ADC_SMPR1_SMP10_Pos      0u
+#define ADC_SMPR1_SMP11_Pos      3u
+#define ADC_SMPR1_SMP12_Pos      6u
+#define ADC_SMPR2_SMP0_Pos       0u
+#define ADC_SMPR2_SMP1_Pos       3u
+#define ADC_SMPR2_SMP2_Pos       6u
+#define ADC_JSQR_JSQ3_Pos        10u
+#define ADC_JSQR_JSQ4_Pos        15u
+#define ADC_JSQR_JL_Pos          20u
+#define ADC_CCR_MULT_Pos         0u
+#define ADC_CCR_ADCPRE_Pos       16u
+#define USART_SR_PE              (1u << 0)
+#define USART_SR_FE              (1u << 1)
+#define USART_SR_NF              (1u << 2)
+#define DBG_APB2FZ_DBG_TIM1_STOP (1u << 0)
+#define USART_SR_RXNE            (1u << 5)
+#define USART_SR_TXE             (1u << 7)
+#define USART_CR1_RE             (1u << 2)
+#define USART_CR1_TE             (1u << 3)
+#define USART_CR1_UE             (1u << 13)
+#define IWDG_SR_PVU              (1u << 0)
+#define IWDG_SR_RVU              (1u << 1)
 
 #endif

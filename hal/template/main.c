@@ -4,6 +4,7 @@
  * (hal/README.md has the order and the checks), and change nothing outside the folder.
  */
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "app.h"
@@ -27,6 +28,12 @@ __attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vect
 
 /* FILL IN: every switch off, at once; nothing here may depend on RAM or clocks being right. */
 void port_gates_off(void)
+{
+}
+
+/* FILL IN: the gate pins to their inactive level, before anything else is set up. The board needs
+ * pull-downs all the same: the part is without a program for some microseconds. */
+void port_early(void)
 {
 }
 
@@ -66,10 +73,11 @@ static void write_pwm(const hal_output_t *output)
     port_gates_off();
 }
 
-/* FILL IN: the next ADC result is there already. */
-static bool next_sample_is_there(void)
+/* FILL IN: how many crests have passed since this interrupt began, by a clock that runs on: a hang
+ * of many periods must not look like one. */
+static uint16_t missed_crests(void)
 {
-    return false;
+    return 0u;
 }
 
 /* FILL IN. */
@@ -86,20 +94,24 @@ void control_interrupt(void)
     hal_output_t output;
     app_control_period(&app, &sample, &output);
     write_pwm(&output);
-    if (next_sample_is_there()) {
-        late_periods++;
-    }
+    late_periods = (uint16_t)(late_periods + missed_crests());
 }
 
 int main(void)
 {
     const hal_devices_t devices = {.watchdog_serve = serve_watchdog};
-    if (app_init(&app, &cm_config.params, cm_config.table) && start_devices()) {
+    const bool running = app_init(&app, &cm_config.params, cm_config.table) && start_devices();
+    if (running) {
         cm_nvic_enable(CONTROL_IRQ);
         cm_irq_on();
     }
     while (true) {
-        app_background(&app, &devices);
+        cm_background_sync();
+        if (running) {
+            app_background(&app, &devices);
+        } else {
+            serve_watchdog(NULL); /* dark, and not in a loop of resets */
+        }
         if (!cm_image_check_slice(&image_check)) {
             cm_stop(CM_END_IMAGE_CHANGED);
         }

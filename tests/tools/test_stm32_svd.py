@@ -27,13 +27,14 @@ BLOCKS = {
     "adc_common": ("C_ADC",),
     "usart": ("USART3",),
     "iwdg": ("IWDG",),
+    "dbg": ("DBG",),
 }
 # TIM5 lacks what only TIM1 has; the rest of the block is the same.
 TIM5_LACKS = {"RCR", "BDTR"}
 # The common block of the ADCs shares the prefix ADC with them.
 COMMON_REGISTERS = {"CCR"}
 # Names that differ from the SVD's.
-REGISTER_NAMES = {"CCMR1": "CCMR1_Output", "CCMR2": "CCMR2_Output"}
+REGISTER_NAMES = {"CCMR1": "CCMR1_Output", "CCMR2": "CCMR2_Output", "APB2FZ": "DBGMCU_APB2_FZ"}
 BASES = {"ADC_COMMON": "C_ADC"}
 # Fields that ST left out of this part's file, and a part with the same block that has them.
 GAPS = {"SMPR1": "STM32F20x.svd", "SMPR2": "STM32F20x.svd", "VOS_Pos": "STM32F401x.svd"}

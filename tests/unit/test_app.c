@@ -248,6 +248,7 @@ static void test_two_late_periods_in_a_row_open_the_gates(void)
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
     (void)periods(0u, 0.0f, 60);
     (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 10);
+    app.late_periods = 65534u;
     const uint16_t row[] = {65535u, 65535u, 0u, 1u};
     TEST_ASSERT_TRUE(late(row, 3).gates_on);
     TEST_ASSERT_FALSE(late(&row[3], 1).gates_on);

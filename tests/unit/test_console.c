@@ -48,6 +48,30 @@ static void test_stop_and_reset(void)
     TEST_ASSERT_EQUAL_HEX32(DRIVE_STATE_CMD_FAULT_RESET, console.command);
 }
 
+/* The drive takes the edge; a level would swallow the next reset and clear breaks to come. */
+static void test_a_reset_is_a_pulse_and_can_be_given_again(void)
+{
+    for (uint32_t n = 0u; n < 2u; n++) {
+        const uint32_t now = 0xFFFFFFFFu + 100u * n; /* the count wraps */
+        (void)line("reset");
+        for (uint32_t k = 0u; k <= 2u; k++) {
+            TEST_ASSERT_EQUAL_HEX32(DRIVE_STATE_CMD_FAULT_RESET,
+                                    console_command(&console, now + k));
+        }
+        TEST_ASSERT_EQUAL_HEX32(0u, console_command(&console, now + 3u));
+    }
+}
+
+static void test_a_run_command_stands(void)
+{
+    (void)line("reset");
+    (void)console_command(&console, 0u);
+    (void)line("run 300");
+    for (uint32_t period = 0u; period < 10u; period++) {
+        TEST_ASSERT_EQUAL_HEX32(DRIVE_STATE_CMD_RUN, console_command(&console, period));
+    }
+}
+
 /* The line feed behind a carriage return is no line of its own. */
 static void test_an_empty_line_changes_nothing(void)
 {
@@ -89,6 +113,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_run_takes_a_speed_of_either_sign);
     RUN_TEST(test_stop_and_reset);
+    RUN_TEST(test_a_reset_is_a_pulse_and_can_be_given_again);
+    RUN_TEST(test_a_run_command_stands);
     RUN_TEST(test_an_empty_line_changes_nothing);
     RUN_TEST(test_whatever_is_not_understood_stops);
     RUN_TEST(test_nothing_runs_before_the_first_line);

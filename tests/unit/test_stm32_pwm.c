@@ -227,6 +227,15 @@ static void test_counting_down_means_past_the_crest(void)
     TEST_ASSERT_TRUE(stm32_pwm_past_crest(&tim));
 }
 
+static void test_a_crest_is_remembered_until_it_is_forgotten(void)
+{
+    TEST_ASSERT_FALSE(stm32_pwm_crest_passed(&tim));
+    tim.SR = TIM_SR_UIF | TIM_SR_BIF;
+    TEST_ASSERT_TRUE(stm32_pwm_crest_passed(&tim));
+    stm32_pwm_forget_crest(&tim);
+    TEST_ASSERT_EQUAL_HEX32(~TIM_SR_UIF, tim.SR); /* a latched break stays */
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -246,5 +255,6 @@ int main(void)
     RUN_TEST(test_gates_off_with_the_gates_off_writes_nothing);
     RUN_TEST(test_gates_off_leaves_the_rest_of_the_register);
     RUN_TEST(test_counting_down_means_past_the_crest);
+    RUN_TEST(test_a_crest_is_remembered_until_it_is_forgotten);
     return UNITY_END();
 }
