@@ -13,11 +13,13 @@ import pytest
 from zerohertz import sim
 from zerohertz.build import build_image
 from zerohertz.errors import UserError
-from zerohertz.image import command, loop
+from zerohertz.image import budget, command, loop, sizes
 from zerohertz.image.command import Experiment, measure, summary
 from zerohertz.image.emulator import EXIT_DONE
 from zerohertz.image.loop import End
 from zerohertz.scenario.setup import load_setup
+
+Runs = dict[Experiment, loop.PilRun]
 
 EXPERIMENTS = (
     Experiment("fig07", "paper"),
@@ -27,6 +29,11 @@ EXPERIMENTS = (
     Experiment("fig17", "recommended"),
 )
 PERIODS_MIN = 1_000_000
+
+
+@pytest.fixture(scope="module")
+def runs() -> Runs:
+    return {experiment: measure(experiment, "mps2-an386", None) for experiment in EXPERIMENTS}
 
 
 def recommended_job(**changes: object) -> sim.Job:
@@ -42,13 +49,30 @@ def recommended_job(**changes: object) -> sim.Job:
     )
 
 
-def test_the_image_and_the_sil_agree_in_every_bit_of_a_million_periods() -> None:
-    result = summary([(e, measure(e, "mps2-an386", None)) for e in EXPERIMENTS])
+def test_the_image_and_the_sil_agree_in_every_bit_of_a_million_periods(runs: Runs) -> None:
+    result = summary(list(runs.items()))
     print(json.dumps({k: v for k, v in result.items() if k != "runs"}))
     assert [run["difference"] for run in result["runs"]] == [""] * len(EXPERIMENTS)
     assert (result["differing_runs"], result["differing_bits"]) == (0, 0)
     assert result["periods"] >= PERIODS_MIN
     assert result["late_periods"] == 0
+
+
+def test_no_control_period_needs_more_instructions_than_committed(runs: Runs) -> None:
+    """Where it does, `zh bench --write` and a commit that says why."""
+    known = budget.committed()
+    if known["compiler"] != budget.compiler():
+        pytest.skip(f"counted with {known['compiler']}; other compilers count differently")
+    worst_case = measure(budget.ALL_OPTIONS, "mps2-an386", None)
+    measured = {e.name: budget.period_figures(run) for e, run in runs.items()}
+    measured[budget.ALL_OPTIONS.name] = budget.period_figures(worst_case)
+    assert budget.grown(measured, known["periods"]) == []
+
+
+def test_the_stack_never_went_below_its_bound(runs: Runs) -> None:
+    bound = sizes.stack_bound(build_image("qemu_mps2"), "qemu_mps2")
+    used = max(run.stack_used_bytes for run in runs.values())
+    assert 0 < used <= bound <= min(run.stack_bytes for run in runs.values())
 
 
 def test_the_same_image_runs_on_a_cortex_m7() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from zerohertz.image import sizes
+from zerohertz.image.ports import ports
 from zerohertz.paths import ROOT
 
 
@@ -32,7 +32,7 @@ def built(folder: Path, port: str) -> dict[str, bytes]:
     return {name: (folder / "build" / port / name).read_bytes() for name in files}
 
 
-@pytest.mark.parametrize("port", sorted(sizes.PORTS))
+@pytest.mark.parametrize("port", sorted(ports()))
 def test_two_builds_in_different_folders_are_the_same_bytes(port: str, tmp_path: Path) -> None:
     one = built(checkout(tmp_path / "a"), port)
     other = built(checkout(tmp_path / "some" / "where" / "else"), port)

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from zerohertz.bench import command, measure
 from zerohertz.bench.measure import DesignTime, SimSpeed
 from zerohertz.errors import UserError
+from zerohertz.image import budget
 
 TOLERANCE = 0.02
 
@@ -30,6 +31,11 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measure, "simulation_speed", lambda model: speeds[model])
     monkeypatch.setattr(measure, "design_time", lambda: DesignTime(1801, 3.456))
     monkeypatch.setattr(measure, "instructions_per_step", lambda: 1000.004)
+    monkeypatch.setattr(budget, "measure_images", lambda: {"board": {"flash_bytes": 40_000}})
+    period = {"mean": 555.5, "worst": 600, "latency": 4}
+    monkeypatch.setattr(budget, "measure_periods", lambda *_: {"fig07 paper": period})
+    known = {"images": {}, "periods": {"fig07 paper": period}, "compiler": "some"}
+    monkeypatch.setattr(budget, "committed", lambda: known)
 
 
 @pytest.mark.usefixtures("measured")
@@ -45,6 +51,15 @@ def test_json_is_one_object_with_exactly_these_keys(app: typer.Typer) -> None:
         },
         "design": {"entries": 1801, "cpu_s": 3.46},
         "callgrind": {"instructions_per_step": 1000.0},
+        "image": {
+            "bytes": {"board": {"flash_bytes": 40_000}},
+            "instructions": {"paper": {"mean": 555.5, "worst": 600}, "latency": 4},
+            "committed": {
+                "bytes": {},
+                "instructions": {"paper": {"mean": 555.5, "worst": 600}, "latency": 4},
+                "compiler": "some",
+            },
+        },
     }
 
 
@@ -52,7 +67,7 @@ def test_json_is_one_object_with_exactly_these_keys(app: typer.Typer) -> None:
 def test_without_json_it_is_a_table(app: typer.Typer) -> None:
     result = CliRunner().invoke(app, ["bench"])
     assert result.exit_code == 0, result.exception
-    for text in ("2000", "300", "3.46 CPU s", "1000.0"):
+    for text in ("2000", "300", "3.46 CPU s", "1000.0", "555.5", "board: flash_bytes"):
         assert text in result.stdout
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import subprocess
 import sys
@@ -51,16 +52,24 @@ def ensure_built(*targets: str) -> Built:
 
 
 def build_image(preset: str) -> Path:
-    """The flash image of a cross-compiling preset, built when out of date: its firmware.elf."""
+    """firmware.elf of a preset, or of a port of hal/; built when out of date."""
     folder = BUILD / preset
     folder.mkdir(parents=True, exist_ok=True)
     with open(BUILD / f"{preset}.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "build.ninja").is_file():
             print(f"zh: configuring the image {preset}", file=sys.stderr)
-            _run("cmake", "--preset", preset)
-        _run("cmake", "--build", "--preset", preset)
+            _run("cmake", *_preset_arguments(preset))
+        _run("cmake", "--build", str(folder))
     return folder / "firmware.elf"
+
+
+def _preset_arguments(preset: str) -> tuple[str, ...]:
+    """A port without a preset of its own is built like the template."""
+    known = json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]
+    if any(preset == entry["name"] for entry in known):
+        return ("--preset", preset)
+    return ("--preset", "template", "-B", str(BUILD / preset), f"-DZH_PORT={preset}")
 
 
 def configure_tests() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 import shutil
 import subprocess
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -13,17 +12,8 @@ import typer
 from rich.console import Console
 
 from zerohertz.errors import UserError
+from zerohertz.image.ports import Port, ports
 
-
-@dataclass(frozen=True)
-class Board:
-    """How a board is programmed."""
-
-    openocd_target: str
-    flash_address: int
-
-
-BOARDS = {"stm32f405": Board("target/stm32f4x.cfg", 0x08000000)}
 TOOLS = ("openocd", "st-flash")
 
 
@@ -33,7 +23,7 @@ def register(app: typer.Typer) -> None:
 
 
 def flash(
-    board: Annotated[str, typer.Option(help=f"One of: {', '.join(BOARDS)}.")] = "stm32f405",
+    board: Annotated[str, typer.Option(help="A port with [flash] in its port.toml.")] = "stm32f405",
     tool: Annotated[
         str | None, typer.Option(help="openocd or st-flash; without it, what is installed.")
     ] = None,
@@ -46,11 +36,12 @@ def flash(
     """
     from zerohertz.build import build_image
 
-    if board not in BOARDS:
-        raise UserError(f"--board: no '{board}'; there are {', '.join(BOARDS)}")
+    boards = {name: port for name, port in ports().items() if port.openocd_target}
+    if board not in boards:
+        raise UserError(f"--board: no '{board}'; there are {', '.join(boards)}")
     chosen = choose(tool, dry_run)
     elf = build_image(board)
-    line = command_line(BOARDS[board], chosen, elf, interface)
+    line = command_line(boards[board], chosen, elf, interface)
     print(shlex.join(line), flush=True)
     if dry_run:
         return
@@ -77,7 +68,7 @@ def choose(tool: str | None, dry_run: bool) -> str:
     raise UserError(f"{' or '.join(wanted)}: not installed; {remedy}")
 
 
-def command_line(board: Board, tool: str, elf: Path, interface: str) -> tuple[str, ...]:
+def command_line(board: Port, tool: str, elf: Path, interface: str) -> tuple[str, ...]:
     """What writes, verifies and starts the image."""
     if tool == "openocd":
         script = f"program {{{elf}}} verify reset exit"

@@ -15,7 +15,23 @@ from rich.table import Table
 from zerohertz.errors import UserError
 
 # Configuration -> preset of the image that carries its gain table and parameters.
-PRESETS = {"paper": "qemu_mps2_paper", "recommended": "qemu_mps2"}
+PRESETS = {
+    "paper": "qemu_mps2_paper",
+    "recommended": "qemu_mps2",
+    "all_options": "qemu_mps2",
+}
+# `recommended` with everything on that costs instructions: the worst case of the control period.
+ALL_OPTIONS = {
+    "voltage_source": 0,
+    "observer_method": 1,
+    "phi_factor": 0.5,
+    "flux_mode": 1,
+    "dead_time_fraction": 1.0,
+    "eps1_mode": 2,
+    "eps1_prior": 1,
+    "decoupling": 1.0,
+    "min_pulse_s": 2e-6,
+}
 MACHINES = {"an386": "mps2-an386", "an500": "mps2-an500"}
 
 
@@ -25,6 +41,10 @@ class Experiment:
 
     scenario: str
     config: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.scenario} {self.config}"
 
 
 def register(app: typer.Typer) -> None:
@@ -37,7 +57,8 @@ def pil(
         str, typer.Argument(help="fig06 .. fig18, any file of host_sim/scenarios, or all.")
     ] = "all",
     config: Annotated[
-        str | None, typer.Option(help="paper or recommended; all runs both without it.")
+        str | None,
+        typer.Option(help="paper, recommended, or all_options (every option on)."),
     ] = None,
     machine: Annotated[
         str, typer.Option(help="an386 (Cortex-M4F) or an500 (Cortex-M7).")
@@ -62,7 +83,7 @@ def pil(
     with Progress(*columns, TimeRemainingColumn(), console=console) as progress:
         task = progress.add_task("processor in the loop", total=len(chosen))
         for experiment in chosen:
-            progress.update(task, description=f"{experiment.scenario} {experiment.config}")
+            progress.update(task, description=experiment.name)
             runs.append((experiment, measure(experiment, MACHINES[machine], max_periods)))
             progress.advance(task)
     result = summary(runs)
@@ -99,13 +120,15 @@ def measure(experiment: Experiment, machine: str, max_periods: int | None) -> An
     from zerohertz.image import loop
     from zerohertz.scenario.setup import SCENARIOS, load_setup
 
-    setup = load_setup(experiment.config)
+    extra = ALL_OPTIONS if experiment.config == "all_options" else {}
+    setup = load_setup("recommended" if extra else experiment.config)
     job = sim.Job(
         scenario=Path(SCENARIOS / f"{experiment.scenario}.toml"),
         rig=setup.rig,
         board=setup.board,
         motor_dir=setup.motor_dir,
         firmware_config=setup.params,
+        firmware=extra,
         seed=1,
         decimate=1_000_000,  # the record is of no interest
         max_steps=max_periods,
@@ -145,11 +168,12 @@ def _as_json(run: Any) -> dict[str, Any]:
 
 
 def _show(result: dict[str, Any]) -> None:
-    table = Table(title="processor in the loop", title_justify="left")
-    for name in ("scenario", "configuration"):
-        table.add_column(name)
-    for name in ("periods", "differing bits", "instructions: mean", "worst", "periods/s"):
-        table.add_column(name, justify="right")
+    title = "processor in the loop: image against SIL, instructions of a control period"
+    table = Table(title=title, title_justify="left")
+    for name in ("scenario", "config"):
+        table.add_column(name, no_wrap=True)
+    for name in ("periods", "bits off", "mean", "worst", "periods/s"):
+        table.add_column(name, justify="right", no_wrap=True)
     for run in result["runs"]:
         table.add_row(*_cells(run["scenario"], run["config"], run))
     table.add_section()

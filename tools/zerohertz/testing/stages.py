@@ -26,7 +26,7 @@ C_SUFFIXES = (".c", ".h", ".cpp", ".hpp")
 # Of the firmware, with gcc: host_sim/CMakeLists.txt.
 VARIANTS = ("O0", "O2", "O3", "native")
 # Presets of the flash images.
-IMAGES = ("qemu_mps2", "qemu_mps2_paper")
+IMAGES = ("qemu_mps2", "qemu_mps2_paper", "stm32f405", "template")
 
 # CONVENTIONS 11: of the mutants that are not equivalent to the original.
 MUTATION_SCORE_MIN = 0.95
