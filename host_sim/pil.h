@@ -2,8 +2,8 @@
  *
  * Part of the SIL library. The plant is driven by the image's duties; the SIL firmware runs beside
  * it on the same samples, and every signal of firmware/app/signal_list.def is compared to the bit,
- * every control period. Linux only (FIFOs); the caller has SIGPIPE ignored, as Python does: an image
- * that leaves is told in `end`.
+ * every control period. Linux only (FIFOs); the caller has SIGPIPE ignored, as Python does: an
+ * image that leaves is told in `end`.
  */
 #ifndef ZH_PIL_H
 #define ZH_PIL_H
