@@ -18,9 +18,13 @@ static bool configure(app_t *app, const params_t *params, const gain_table_t *ta
     app_config_drive(&drive, params);
     drive_config_t drive_cfg;
     drive_state_config_t state_cfg;
-    if (!drive_init(&drive_cfg, &drive, table) ||
-        !drive_state_init(&state_cfg, params->offset_calibration_s, params->premagnetise_s,
-                          APP_OFFSET_MAX_PU * params->current_full_scale_A, params->period_s)) {
+    const drive_state_params_t state = {
+        .offset_s = params->offset_calibration_s,
+        .premagnetise_s = params->premagnetise_s,
+        .offset_max_A = APP_OFFSET_MAX_PU * params->current_full_scale_A,
+        .offset_max_V = APP_OFFSET_MAX_PU * params->line_voltage_full_scale_V,
+        .period_s = params->period_s};
+    if (!drive_init(&drive_cfg, &drive, table) || !drive_state_init(&state_cfg, &state)) {
         return false;
     }
     app->drive_cfg = drive_cfg;
@@ -106,11 +110,16 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
         app->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
 
-    const drive_state_in_t state_in = {
-        .command = command.command, .faults = faults, .i_raw_A = app->last.meas.i_raw_A};
+    const drive_state_in_t state_in = {.command = command.command,
+                                       .faults = faults,
+                                       .i_raw_A = app->last.meas.i_raw_A,
+                                       .u_raw_V = app->last.meas.u_raw_V,
+                                       .premagnetising =
+                                           (app->last.rs_measurement == RS_MEASUREMENT_BUSY)};
     const drive_state_out_t state = drive_state_step(&app->state_cfg, &app->machine, &state_in);
     if (state.offsets_ready) {
         app->drive.measurement.offset_A = app->machine.offset_A;
+        app->drive.measurement.offset_V = app->machine.offset_V;
     }
     app->mode = state.mode;
     write_output(app, state.gates_on, output);
@@ -169,5 +178,6 @@ void app_telemetry(const app_t *app, app_telemetry_t *t)
                            .e1_alpha_A = d->observer.e1_A.alpha,
                            .e1_beta_A = d->observer.e1_A.beta,
                            .stator_frequency_Hz = d->omega_s_hat_rad_s / NUM_TWO_PI,
+                           .Rs_hat_ohm = app->configured ? drive_rs_ohm(&app->drive_cfg, d) : 0.0f,
                            .gain = o->gain};
 }

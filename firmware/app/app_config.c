@@ -65,7 +65,10 @@ static void config_control(drive_params_t *d, const params_t *p)
                                         .i_q_max_A = p->i_q_max_A,
                                         .i_max_A = p->i_max_A,
                                         .filter_s = p->speed_filter_s,
-                                        .slew_rad_s2 = p->speed_slew_rad_s2};
+                                        .slew_rad_s2 = p->speed_slew_rad_s2,
+                                        .fast_bandwidth_rad_s = p->speed_fast_bandwidth_rad_s,
+                                        .slow_rad_s = p->speed_slow_rad_s,
+                                        .fast_rad_s = p->speed_fast_rad_s};
     d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
                                       .i_d_A = p->i_d_A,
                                       .bandwidth_rad_s = p->flux_bandwidth_rad_s,
@@ -84,9 +87,39 @@ static void config_control(drive_params_t *d, const params_t *p)
                                         .i_threshold_A = p->dead_time_i_threshold_A};
 }
 
+/* What goes beyond the paper. */
+static void config_means(drive_params_t *d, const params_t *p)
+{
+    d->dead_time_identify = p->dead_time_identify != 0u;
+    d->rs_measurement = (rs_measurement_params_t){.enable = p->rs_measure != 0u,
+                                                  .high_A = p->rs_high_A,
+                                                  .low_A = p->rs_low_A,
+                                                  .level_s = p->rs_level_s,
+                                                  .average_s = p->rs_average_s,
+                                                  .bias = p->rs_bias,
+                                                  .ratio_max = p->rs_ratio_max};
+    d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
+                                            .i_0_A = p->rs_track_i_0_A,
+                                            .min_rad_s = NUM_TWO_PI * p->rs_track_min_Hz,
+                                            .max_rad_s = NUM_TWO_PI * p->rs_track_max_Hz,
+                                            .low_pu = p->rs_track_low,
+                                            .high_pu = p->rs_track_high,
+                                            .quiet_s = p->rs_track_quiet_s,
+                                            .speed_err_rad_s = p->rs_track_speed_err_rad_s};
+    d->steering = (flux_steering_params_t){.min_rad_s = NUM_TWO_PI * p->steer_min_Hz,
+                                           .hysteresis_rad_s = NUM_TWO_PI * p->steer_hysteresis_Hz,
+                                           .lambda_nominal_Wb = p->M_H * p->i_d_A,
+                                           .lambda_min_Wb = p->M_H * p->i_d_A * p->steer_flux_min,
+                                           .torque_min_Nm = p->steer_torque_min_Nm,
+                                           .torque_filter_s = p->steer_filter_s,
+                                           .slew_Wb_per_s = p->steer_slew_Wb_s,
+                                           .i_q_max_A = p->i_q_max_A};
+}
+
 void app_config_drive(drive_params_t *drive, const params_t *params)
 {
     config_board(drive, params);
     config_estimator(drive, params);
     config_control(drive, params);
+    config_means(drive, params);
 }

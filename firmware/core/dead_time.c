@@ -17,10 +17,8 @@ bool dead_time_init(dead_time_config_t *cfg, const dead_time_params_t *params, f
     return true;
 }
 
-ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float u_dc_V)
+ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float lost_V)
 {
-    const float lost_V = cfg->k * u_dc_V + cfg->drop_V;
-
     /* Nothing to add: switched off, or a dc link that is no number. */
     if (!positivef(lost_V)) {
         return (ab_t){0.0f, 0.0f};

@@ -28,8 +28,14 @@ typedef struct {
 CHECKED bool dead_time_init(dead_time_config_t *cfg, const dead_time_params_t *params,
                             float period_s);
 
-/* Stationary-frame voltage to add to the reference for the predicted current. Exactly zero with
- * fraction 0 and for a dc link that is not finite. */
-ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float u_dc_V);
+/* What a leg loses at currents beyond the threshold, by the parameters. */
+static inline float dead_time_lost_V(const dead_time_config_t *cfg, float u_dc_V)
+{
+    return cfg->k * u_dc_V + cfg->drop_V;
+}
+
+/* Stationary-frame voltage to add to the reference for the predicted current. Exactly zero for a
+ * leg that loses nothing and for a loss that is not finite. */
+ab_t dead_time_voltage(const dead_time_config_t *cfg, ab_t i_predicted_A, float lost_V);
 
 #endif

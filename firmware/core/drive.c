@@ -29,6 +29,15 @@ static bool init_control(drive_config_t *cfg, const drive_params_t *params)
            monitor_init(&params->monitor);
 }
 
+/* The means that go beyond the paper; each is off by its own parameter. */
+static bool init_means(drive_config_t *cfg, const drive_params_t *params)
+{
+    return rs_measurement_init(&cfg->rs_measurement, &params->rs_measurement, params->motor.Rs_ohm,
+                               params->period_s) &&
+           rs_tracking_init(&cfg->rs_tracking, &params->rs_tracking, params->period_s) &&
+           flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, params->period_s);
+}
+
 bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_table_t *table)
 {
     *cfg = (drive_config_t){0};
@@ -52,7 +61,9 @@ bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_ta
     cfg->delay_comp_s = params->delay_comp_periods * params->period_s;
     cfg->lambda_min_Wb = DRIVE_LAMBDA_MIN_PU * params->motor.M_H * params->flux.i_d_A;
     cfg->monitor = params->monitor;
-    return init_estimator(cfg, params) && init_control(cfg, params);
+    cfg->dead_time_identify = params->dead_time_identify;
+    cfg->inv_lambda_ref_per_Wb = 1.0f / (params->motor.M_H * params->flux.i_d_A);
+    return init_estimator(cfg, params) && init_control(cfg, params) && init_means(cfg, params);
 }
 
 void drive_reset(drive_state_t *st)
@@ -75,12 +86,15 @@ static observer_gain_t gain_at(const drive_config_t *cfg, float omega_e_rad_s)
                                 : (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
 }
 
+float drive_rs_ohm(const drive_config_t *cfg, const drive_state_t *st)
+{
+    return cfg->motor.Rs_ohm + st->rs_start_delta_ohm + st->rs_tracking.delta_ohm;
+}
+
 /* Mean voltage over the interval that ended at this sample. */
-static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st,
+static ab_t ended_voltage(const drive_config_t *cfg, const drive_state_t *st, ab_t u_from_duty,
                           const measurement_out_t *meas)
 {
-    const ab_t u_from_duty = st->u_acting_V;
-    st->u_acting_V = st->u_pending_V;
     if (cfg->voltage_source == DRIVE_VOLTAGE_DUTY) {
         return u_from_duty;
     }
@@ -88,13 +102,40 @@ static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st,
     return ab_mul(turn_ahead(st->omega_s_hat_rad_s, cfg->voltage_filter_comp_s), meas->u_line_V);
 }
 
+/* Premagnetisation: the dc measurement, as far as it is wanted. */
+static void measure_rs(const drive_config_t *cfg, drive_state_t *st, ab_t u_from_duty,
+                       drive_out_t *out)
+{
+    const rs_measurement_in_t in = {
+        .i_A = out->meas.i_s_A.alpha, .u_V = out->u_s_V.alpha, .u_duty_V = u_from_duty.alpha};
+    const rs_measurement_out_t rs =
+        rs_measurement_step(&cfg->rs_measurement, &st->rs_measurement, &in);
+    out->rs_measurement = rs.status;
+    out->i_ref_A.d = rs.i_ref_A;
+    if (rs.status == RS_MEASUREMENT_DONE) {
+        st->rs_start_delta_ohm = rs.Rs_ohm - cfg->motor.Rs_ohm;
+        if (cfg->dead_time_identify) {
+            st->dead_time_found = true;
+            st->dead_time_pu = rs.lost_V / out->meas.u_dc_V;
+        }
+    } else if (rs.status == RS_MEASUREMENT_REFUSED) {
+        out->faults |= MONITOR_STATOR_RESISTANCE;
+    } else {
+        /* busy, or nothing to do */
+    }
+}
+
 /* Observer, stator frequency and adaptation: what the drive believes after this sample. */
 static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                      drive_out_t *out)
 {
-    out->u_s_V = ended_voltage(cfg, st, &out->meas);
+    const ab_t u_from_duty = st->u_acting_V;
+    st->u_acting_V = st->u_pending_V;
+    out->u_s_V = ended_voltage(cfg, st, u_from_duty, &out->meas);
     out->gain = gain_at(cfg, st->omega_e_hat_rad_s);
-    const observer_in_t obs_in = {.u_s_V = out->u_s_V,
+    const float rs_more_ohm = st->rs_start_delta_ohm + st->rs_tracking.delta_ohm;
+    const ab_t u_V = ab_sub(out->u_s_V, ab_scale(out->meas.i_s_A, rs_more_ohm));
+    const observer_in_t obs_in = {.u_s_V = u_V,
                                   .i_s_A = out->meas.i_s_A,
                                   .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
                                   .gain = out->gain};
@@ -109,6 +150,8 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
                                              .gain = out->gain};
         st->omega_e_hat_rad_s =
             speed_adaptation_step(&cfg->adaptation, &st->adaptation, &ad_in).omega_e_hat_rad_s;
+    } else {
+        measure_rs(cfg, st, u_from_duty, out);
     }
 }
 
@@ -124,14 +167,58 @@ static inline float flux_frequency(const drive_config_t *cfg, const drive_state_
            ab_cross(st->observer.lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
 }
 
+/* Found at the start, or by the parameters. While the resistance is measured, nothing is added:
+ * what the legs lose is looked for. */
+static float leg_loss_V(const drive_config_t *cfg, const drive_state_t *st, float u_dc_V)
+{
+    return st->dead_time_found ? (st->dead_time_pu * u_dc_V)
+                               : dead_time_lost_V(&cfg->dead_time, u_dc_V);
+}
+
 /* Voltage reference and current, both turned to when the duty acts -> duty; returns the voltage (at
  * the motor) that the duty gives. */
-static ab_t modulate(const drive_config_t *cfg, ab_t u_ref_V, ab_t i_predicted_A, drive_out_t *out)
+static ab_t modulate(const drive_config_t *cfg, const drive_state_t *st, ab_t u_ref_V,
+                     ab_t i_predicted_A, drive_out_t *out)
 {
-    const ab_t u_lost_V = dead_time_voltage(&cfg->dead_time, i_predicted_A, out->meas.u_dc_V);
+    const float lost_V =
+        (out->rs_measurement == RS_MEASUREMENT_BUSY) ? 0.0f : leg_loss_V(cfg, st, out->meas.u_dc_V);
+    const ab_t u_lost_V = dead_time_voltage(&cfg->dead_time, i_predicted_A, lost_V);
     const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_ref_V, u_lost_V), out->meas.u_dc_V);
     out->duty = pwm.duty;
     return ab_sub(pwm.u_realised_V, u_lost_V);
+}
+
+/* Flux steering, flux control, speed control, and Rs tracking, which watches them. */
+static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                           float lambda_Wb, ab_t axis, const drive_out_t *out)
+{
+    const float torque_Nm = motor_torque_Nm(&cfg->motor, lambda_Wb, out->i_A.q);
+    const flux_steering_out_t steer =
+        flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s, torque_Nm);
+    const flux_control_in_t flux_in = {.lambda_hat_Wb = lambda_Wb,
+                                       .below_Wb = steer.below_Wb,
+                                       .rate_Wb_per_s = steer.rate_Wb_per_s};
+    const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
+    const float before_rad_s = st->speed.omega_ref_rad_s;
+    const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
+                                         .omega_hat_rad_s = st->omega_e_hat_rad_s,
+                                         .i_d_ref_A = i_d_A,
+                                         .flux_pu =
+                                             1.0f - steer.below_Wb * cfg->inv_lambda_ref_per_Wb};
+    const float i_q_A = speed_control_step(&cfg->speed, &st->speed, &speed_in);
+
+    if (rs_tracking_on(&cfg->rs_tracking)) {
+        const float moved_rad_s = absf(st->speed.omega_ref_rad_s - before_rad_s);
+        const rs_tracking_in_t rs_in = {.Rs_start_ohm = cfg->motor.Rs_ohm + st->rs_start_delta_ohm,
+                                        .e1_d_A = ab_dot(axis, st->observer.e1_A),
+                                        .i_q_A = out->i_A.q,
+                                        .omega_s_hat_rad_s = st->omega_s_hat_rad_s,
+                                        .speed_err_rad_s = st->speed.omega_ref_rad_s -
+                                                           st->speed.omega_filtered_rad_s,
+                                        .changing = steer.moving || (moved_rad_s > 0.0f)};
+        rs_tracking_step(&cfg->rs_tracking, &st->rs_tracking, &rs_in);
+    }
+    return (dq_t){i_d_A, i_q_A};
 }
 
 static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
@@ -144,18 +231,17 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     const bool flux = magnitude_Wb > cfg->lambda_min_Wb;
     const ab_t axis = ((in->mode == DRIVE_RUN) && flux) ? ab_scale(lambda_Wb, 1.0f / magnitude_Wb)
                                                         : (ab_t){1.0f, 0.0f};
-    dq_t i_ref_A = {flux_control_step(&cfg->flux, &st->flux, magnitude_Wb), 0.0f};
-
+    out->i_A = dq_from_ab(out->meas.i_s_A, axis);
     if (in->mode == DRIVE_RUN) {
         st->omega_s_hat_rad_s =
             flux_frequency(cfg, st, out->gain, flux ? magnitude_Wb : cfg->lambda_min_Wb);
-        const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
-                                             .omega_hat_rad_s = st->omega_e_hat_rad_s,
-                                             .i_d_ref_A = i_ref_A.d};
-        i_ref_A.q = speed_control_step(&cfg->speed, &st->speed, &speed_in);
+        out->i_ref_A = torque_current(cfg, st, in, magnitude_Wb, axis, out);
+    } else if (out->rs_measurement != RS_MEASUREMENT_BUSY) {
+        const flux_control_in_t flux_in = {.lambda_hat_Wb = magnitude_Wb};
+        out->i_ref_A = (dq_t){flux_control_step(&cfg->flux, &st->flux, &flux_in), 0.0f};
+    } else {
+        /* the measurement has said which current it wants */
     }
-    out->i_A = dq_from_ab(out->meas.i_s_A, axis);
-    out->i_ref_A = i_ref_A;
 
     const current_control_in_t cc_in = {.i_ref_A = out->i_ref_A,
                                         .i_A = out->i_A,
@@ -167,7 +253,7 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     const ab_t ahead = turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s);
     const ab_t axis_ahead = ab_mul(ahead, axis);
     st->u_pending_V =
-        modulate(cfg, ab_from_dq(asked_V, axis_ahead), ab_mul(ahead, out->meas.i_s_A), out);
+        modulate(cfg, st, ab_from_dq(asked_V, axis_ahead), ab_mul(ahead, out->meas.i_s_A), out);
     current_control_update(&cfg->current, &st->current, &cc_in, asked_V,
                            dq_from_ab(st->u_pending_V, axis_ahead));
 }
@@ -189,6 +275,8 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
                 drive_out_t *out)
 {
     measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
+    out->faults = 0u;
+    out->rs_measurement = RS_MEASUREMENT_IDLE;
     if (in->mode == DRIVE_OFF) {
         rest(st, out);
     } else {
@@ -200,5 +288,5 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
                                  .i_s_hat_A = st->observer.i_s_hat_A,
                                  .lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
                                  .omega_e_hat_rad_s = st->omega_e_hat_rad_s};
-    out->faults = monitor_step(&cfg->monitor, &st->monitor, &mon_in);
+    out->faults |= monitor_step(&cfg->monitor, &st->monitor, &mon_in);
 }

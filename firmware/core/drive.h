@@ -2,6 +2,10 @@
  *
  *   ADC -> measurement -> observer -> speed adaptation -> speed PI -> current PI -> SVPWM -> duty
  *
+ * A stator resistance other than the parameter's (measured at the start, tracked while running)
+ * acts as voltage: u - (Rs - Rs_parameter) i_s. Observer, gain table and adaptation angle stay
+ * those that were designed and proven.
+ *
  * The only file that knows the order. Timing: step k takes the samples of carrier crest t_k; its
  * duties act on t_(k+1) .. t_(k+2), so the interval that ended at t_k had the duties of step k - 2.
  */
@@ -14,12 +18,15 @@
 #include "current_control.h"
 #include "dead_time.h"
 #include "flux_control.h"
+#include "flux_steering.h"
 #include "frames.h"
 #include "gain_table.h"
 #include "measurement.h"
 #include "monitor.h"
 #include "motor.h"
 #include "observer.h"
+#include "rs_measurement.h"
+#include "rs_tracking.h"
 #include "speed_adaptation.h"
 #include "speed_control.h"
 #include "svpwm.h"
@@ -51,6 +58,10 @@ typedef struct {
     current_control_params_t current;
     svpwm_params_t svpwm;
     dead_time_params_t dead_time;
+    bool dead_time_identify; /* the loss that the dc measurement finds, instead of the parameters */
+    rs_measurement_params_t rs_measurement;
+    rs_tracking_params_t rs_tracking;
+    flux_steering_params_t steering;
     monitor_config_t monitor;
 } drive_params_t;
 
@@ -70,6 +81,11 @@ typedef struct {
     current_control_config_t current;
     svpwm_config_t svpwm;
     dead_time_config_t dead_time;
+    bool dead_time_identify;
+    float inv_lambda_ref_per_Wb;
+    rs_measurement_config_t rs_measurement;
+    rs_tracking_config_t rs_tracking;
+    flux_steering_config_t steering;
     monitor_config_t monitor;
 } drive_config_t;
 
@@ -80,7 +96,13 @@ typedef struct {
     speed_control_state_t speed;
     flux_control_state_t flux;
     current_control_state_t current;
+    rs_measurement_state_t rs_measurement;
+    rs_tracking_state_t rs_tracking;
+    flux_steering_state_t steering;
     monitor_state_t monitor;
+    float rs_start_delta_ohm; /* Rs found at the start minus the parameter; 0: none found */
+    float dead_time_pu;       /* leg voltage lost over dc link, as found */
+    bool dead_time_found;     /* else by the parameters */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;
     ab_t u_acting_V;  /* voltage of the duties acting from now to the next sample */
@@ -103,6 +125,7 @@ typedef struct {
     dq_t i_ref_A;
     dq_t i_A;
     observer_gain_t gain;
+    rs_measurement_status_t rs_measurement; /* BUSY: premagnetisation is not over yet */
 } drive_out_t;
 
 /* table may be NULL when observer_gain_enable is false. False: some value refused; then *cfg must
@@ -113,7 +136,10 @@ CHECKED bool drive_init(drive_config_t *cfg, const drive_params_t *params,
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                 drive_out_t *out);
 
-/* Everything but the current offsets back to rest. */
+/* Everything but the sensors' offsets back to rest. */
 void drive_reset(drive_state_t *st);
+
+/* Stator resistance in use. */
+float drive_rs_ohm(const drive_config_t *cfg, const drive_state_t *st);
 
 #endif

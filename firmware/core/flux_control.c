@@ -12,6 +12,8 @@ bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *
         .i_d_A = params->i_d_A,
         .lambda_ref_Wb = motor->M_H * params->i_d_A,
         .i_d_max_A = params->i_d_max_A,
+        .inv_M_per_H = 1.0f / motor->M_H,
+        .inv_tau_s = 1.0f / motor->tau_per_s,
     };
 
     if ((params->mode != FLUX_CONTROL_CONSTANT) && (params->mode != FLUX_CONTROL_PI)) {
@@ -27,12 +29,14 @@ bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *
 }
 
 float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
-                        float lambda_hat_Wb)
+                        const flux_control_in_t *in)
 {
     if (cfg->mode == FLUX_CONTROL_CONSTANT) {
-        return cfg->i_d_A;
+        /* The flux follows M i_d with the lag 1/tau: the rate makes up for it. */
+        const float less_Wb = in->below_Wb - in->rate_Wb_per_s * cfg->inv_tau_s;
+        return clampf(cfg->i_d_A - less_Wb * cfg->inv_M_per_H, 0.0f, cfg->i_d_max_A);
     }
-    const float lambda_err_Wb = cfg->lambda_ref_Wb - lambda_hat_Wb;
+    const float lambda_err_Wb = cfg->lambda_ref_Wb - in->below_Wb - in->lambda_hat_Wb;
     const float asked_A = pi_output(&cfg->pi, &st->pi, lambda_err_Wb);
     const float i_d_ref_A = clampf(asked_A, 0.0f, cfg->i_d_max_A);
     pi_update(&cfg->pi, &st->pi, lambda_err_Wb, i_d_ref_A - asked_A);

@@ -1,5 +1,5 @@
-/* Rotor flux reference -> magnetising current: constant i_d = lambda_ref/M, or a PI on
- * |lambda_hat|.
+/* Rotor flux reference -> magnetising current: i_d = (lambda_ref + lambda_ref'/tau)/M, constant
+ * with the reference, or a PI on |lambda_hat|.
  *
  * Plant lambda' = tau (M i_d - lambda). Kp = bw/(tau M), Ki = tau Kp: the zero cancels the pole,
  * lambda follows its reference as 1/(1 + s/bw). No feed-forward beside the PI: the integrator is
@@ -30,6 +30,8 @@ typedef struct {
     float i_d_A;
     float lambda_ref_Wb;
     float i_d_max_A;
+    float inv_M_per_H;
+    float inv_tau_s;
     pi_config_t pi;
 } flux_control_config_t;
 
@@ -41,8 +43,14 @@ typedef struct {
 CHECKED bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *params,
                                const motor_model_t *motor, float period_s);
 
+typedef struct {
+    float lambda_hat_Wb;
+    float below_Wb;      /* the reference is this much below M i_d (flux_steering) ... */
+    float rate_Wb_per_s; /* ... and moves so fast */
+} flux_control_in_t;
+
 /* i_d reference in A, 0..i_d_max. */
 float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
-                        float lambda_hat_Wb);
+                        const flux_control_in_t *in);
 
 #endif

@@ -34,9 +34,10 @@ typedef struct {
     bool swap_vw;
 } measurement_config_t;
 
-/* Zero-current offsets, found with the gates off (drive_state). */
+/* What the sensors show at zero, found with the gates off (drive_state). */
 typedef struct {
     uvw_t offset_A;
+    ab_t offset_V;
 } measurement_state_t;
 
 typedef struct {
@@ -52,6 +53,7 @@ typedef struct {
     uvw_t i_raw_A; /* before offset removal, motor phase order: input of the offset averaging */
     uvw_t i_A;
     ab_t i_s_A;
+    ab_t u_raw_V;  /* before offset removal */
     ab_t u_line_V; /* stationary-frame voltage from the filtered line-voltage sensors */
     float u_dc_V;
     uint32_t flags;

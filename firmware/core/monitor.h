@@ -11,18 +11,19 @@
 #include "frames.h"
 #include "measurement.h"
 
-#define MONITOR_OVER_CURRENT     (1u << 0)
-#define MONITOR_DC_OVER_VOLTAGE  (1u << 1)
-#define MONITOR_DC_UNDER_VOLTAGE (1u << 2)
-#define MONITOR_NON_FINITE       (1u << 3) /* a state or an output is NaN or infinite */
-#define MONITOR_ADC_RANGE        (1u << 4) /* a word at an end of the ADC's range, or beyond */
-#define MONITOR_CURRENT_SUM      (1u << 5) /* phase currents do not add up to zero */
-#define MONITOR_OVER_SPEED       (1u << 6)
-#define MONITOR_CONFIG           (1u << 7)  /* parameters, motor data or table refused at start */
-#define MONITOR_CURRENT_OFFSET   (1u << 8)  /* zero-current offset too large */
-#define MONITOR_TABLE_CRC        (1u << 9)  /* gain table changed in memory */
-#define MONITOR_PERIOD_LATE      (1u << 10) /* one control period took too long: a warning */
-#define MONITOR_PERIOD_OVERRUN   (1u << 11) /* two in a row did */
+#define MONITOR_OVER_CURRENT      (1u << 0)
+#define MONITOR_DC_OVER_VOLTAGE   (1u << 1)
+#define MONITOR_DC_UNDER_VOLTAGE  (1u << 2)
+#define MONITOR_NON_FINITE        (1u << 3) /* a state or an output is NaN or infinite */
+#define MONITOR_ADC_RANGE         (1u << 4) /* a word at an end of the ADC's range, or beyond */
+#define MONITOR_CURRENT_SUM       (1u << 5) /* phase currents do not add up to zero */
+#define MONITOR_OVER_SPEED        (1u << 6)
+#define MONITOR_CONFIG            (1u << 7)  /* parameters, motor data or table refused at start */
+#define MONITOR_CURRENT_OFFSET    (1u << 8)  /* zero-current offset too large */
+#define MONITOR_TABLE_CRC         (1u << 9)  /* gain table changed in memory */
+#define MONITOR_PERIOD_LATE       (1u << 10) /* one control period took too long: a warning */
+#define MONITOR_PERIOD_OVERRUN    (1u << 11) /* two in a row did */
+#define MONITOR_STATOR_RESISTANCE (1u << 12) /* measured at the start: no value of this motor */
 
 /* Faults that are latched and told, but leave the gates on. */
 #define MONITOR_WARNINGS MONITOR_PERIOD_LATE

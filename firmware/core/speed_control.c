@@ -2,6 +2,19 @@
 
 #include <math.h>
 
+static bool init_schedule(speed_control_config_t *cfg, const speed_control_params_t *params)
+{
+    if (!nonnegativef(params->fast_bandwidth_rad_s)) {
+        return false;
+    }
+    if (params->fast_bandwidth_rad_s > params->bandwidth_rad_s) {
+        cfg->more_max = params->fast_bandwidth_rad_s / params->bandwidth_rad_s - 1.0f;
+        cfg->more_per_rad_s = cfg->more_max / (params->fast_rad_s - params->slow_rad_s);
+        return nonnegativef(params->slow_rad_s) && positivef(cfg->more_per_rad_s);
+    }
+    return true;
+}
+
 bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                         const motor_model_t *motor, float period_s)
 {
@@ -16,6 +29,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         .i_max2_A2 = params->i_max_A * params->i_max_A,
         .filter_gain = period_s / (period_s + params->filter_s),
         .slew_step_rad_s = params->slew_rad_s2 * period_s,
+        .slow_rad_s = params->slow_rad_s,
     };
 
     /* Two negative factors would make a positive product: each is looked at. */
@@ -25,6 +39,9 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     }
     if (!positivef(params->i_max_A) || !positivef(c.i_max2_A2) || !positivef(c.slew_step_rad_s) ||
         !pi_init(&c.pi, kp, ki_per_s, params->i_q_max_A, period_s)) {
+        return false;
+    }
+    if (!init_schedule(&c, params)) {
         return false;
     }
     *cfg = c;
@@ -58,8 +75,13 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
         st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
     }
     const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
-    const float asked_A = pi_output(&cfg->pi, &st->pi, omega_err_rad_s);
-    const float i_q_ref_A = limitf(asked_A, i_q_limit_A(cfg, in->i_d_ref_A));
-    pi_update(&cfg->pi, &st->pi, omega_err_rad_s, i_q_ref_A - asked_A);
-    return i_q_ref_A;
+    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
+    const float faster = 1.0f + clampf(cfg->more_per_rad_s * above_rad_s, 0.0f, cfg->more_max);
+    const float faster_err_rad_s = faster * omega_err_rad_s;
+    const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
+    /* At nominal flux; less flux takes more current for the same torque. */
+    const float limit_A = i_q_limit_A(cfg, in->i_d_ref_A) * in->flux_pu;
+    const float allowed_A = limitf(asked_A, limit_A);
+    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
+    return (in->flux_pu < 1.0f) ? (allowed_A / in->flux_pu) : allowed_A;
 }

@@ -1,7 +1,9 @@
 /* Speed error -> torque current: PI on the filtered speed estimate, limited with priority of i_d.
  *
  * i_q limit = min(i_q_max, sqrt(i_max^2 - i_d^2)). Gains from the bandwidth and the inertia:
- * Kp = J bw/(p^2 kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. Electrical speeds.
+ * Kp = J bw/(p^2 kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. Electrical speeds. Inside,
+ * i_q is meant at nominal flux. The bandwidth may grow with speed: where the estimate is slow, at
+ * low speed, the loop has to be slower than at high speed.
  */
 #ifndef SPEED_CONTROL_H
 #define SPEED_CONTROL_H
@@ -17,9 +19,12 @@ typedef struct {
     float J_kg_m2;
     float lambda_Wb; /* flux at which the gains are meant */
     float i_q_max_A;
-    float i_max_A;     /* |i_s| limit; i_d has priority */
-    float filter_s;    /* first-order filter on the speed estimate; 0: none */
-    float slew_rad_s2; /* slew limit of the reference */
+    float i_max_A;              /* |i_s| limit; i_d has priority */
+    float filter_s;             /* first-order filter on the speed estimate; 0: none */
+    float slew_rad_s2;          /* slew limit of the reference */
+    float fast_bandwidth_rad_s; /* above fast_rad_s; 0: the same everywhere */
+    float slow_rad_s;           /* |speed| up to which bandwidth_rad_s holds ... */
+    float fast_rad_s;           /* ... and from which fast_bandwidth_rad_s does */
 } speed_control_params_t;
 
 typedef struct {
@@ -29,6 +34,9 @@ typedef struct {
     float i_max2_A2;
     float filter_gain; /* T/(T + filter_s) */
     float slew_step_rad_s;
+    float more_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
+    float more_max;       /* ... up to 1 + this */
+    float slow_rad_s;
 } speed_control_config_t;
 
 typedef struct {
@@ -41,6 +49,7 @@ typedef struct {
     float omega_ref_rad_s;
     float omega_hat_rad_s;
     float i_d_ref_A; /* has priority in the current limit */
+    float flux_pu;   /* flux reference over the one the gains are meant for, > 0 */
 } speed_control_in_t;
 
 /* False, and *cfg untouched, for a number that is not finite, of the wrong sign, or zero where it

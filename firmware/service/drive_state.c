@@ -16,13 +16,13 @@ static bool whole_periods(uint32_t *periods, float time_s, float period_s)
     return true;
 }
 
-bool drive_state_init(drive_state_config_t *cfg, float offset_s, float premagnetise_s,
-                      float offset_max_A, float period_s)
+bool drive_state_init(drive_state_config_t *cfg, const drive_state_params_t *params)
 {
-    cfg->offset_max_A = offset_max_A;
-    return whole_periods(&cfg->offset_periods, offset_s, period_s) &&
-           whole_periods(&cfg->premagnetise_periods, premagnetise_s, period_s) &&
-           positivef(offset_max_A);
+    cfg->offset_max_A = params->offset_max_A;
+    cfg->offset_max_V = params->offset_max_V;
+    return whole_periods(&cfg->offset_periods, params->offset_s, params->period_s) &&
+           whole_periods(&cfg->premagnetise_periods, params->premagnetise_s, params->period_s) &&
+           positivef(params->offset_max_A) && positivef(params->offset_max_V);
 }
 
 static void enter(drive_machine_t *st, drive_state_id_t id)
@@ -39,6 +39,7 @@ static void self_test(const drive_state_config_t *cfg, drive_machine_t *st,
         st->offset_sum_A.u += in->i_raw_A.u;
         st->offset_sum_A.v += in->i_raw_A.v;
         st->offset_sum_A.w += in->i_raw_A.w;
+        st->offset_sum_V = ab_add(st->offset_sum_V, in->u_raw_V);
         st->periods++;
         return;
     }
@@ -52,8 +53,12 @@ static void self_test(const drive_state_config_t *cfg, drive_machine_t *st,
             enter(st, DRIVE_STATE_FAULT);
             return;
         }
+        const ab_t offset_V = ab_scale(st->offset_sum_V, k);
+        const bool still = (absf(offset_V.alpha) <= cfg->offset_max_V) &&
+                           (absf(offset_V.beta) <= cfg->offset_max_V);
         out->offsets_ready = true;
         st->offset_A = offset;
+        st->offset_V = still ? offset_V : (ab_t){0.0f, 0.0f};
     }
     enter(st, DRIVE_STATE_READY);
 }
@@ -65,6 +70,7 @@ static void fault_state(drive_machine_t *st, const drive_state_in_t *in, uint32_
         ((st->faults & MONITOR_CONFIG) == 0u)) {
         st->faults = 0u;
         st->offset_sum_A = (uvw_t){0.0f, 0.0f, 0.0f};
+        st->offset_sum_V = (ab_t){0.0f, 0.0f};
         enter(st, DRIVE_STATE_SELF_TEST);
     }
 }
@@ -90,6 +96,8 @@ static void normal_states(const drive_state_config_t *cfg, drive_machine_t *st,
     case DRIVE_STATE_PREMAGNETISE:
         if (!run) {
             enter(st, DRIVE_STATE_READY);
+        } else if (in->premagnetising) {
+            st->periods = 0u; /* the flux level of RUN is built up after the measurement */
         } else if (st->periods >= cfg->premagnetise_periods) {
             enter(st, DRIVE_STATE_RUN);
         } else {

@@ -33,7 +33,16 @@ typedef struct {
     uint32_t offset_periods; /* current offsets are averaged this long; 0: none */
     uint32_t premagnetise_periods;
     float offset_max_A; /* a larger offset is a sensor fault */
+    float offset_max_V; /* a larger one is a turning motor's voltage: not taken */
 } drive_state_config_t;
+
+typedef struct {
+    float offset_s; /* 0: no averaging */
+    float premagnetise_s;
+    float offset_max_A;
+    float offset_max_V;
+    float period_s;
+} drive_state_params_t;
 
 typedef struct {
     drive_state_id_t id;
@@ -43,22 +52,26 @@ typedef struct {
     bool run_blocked; /* after a fault or torque-off, until run was seen low */
     uvw_t offset_sum_A;
     uvw_t offset_A; /* the mean, once SELF_TEST has it */
+    ab_t offset_sum_V;
+    ab_t offset_V;
 } drive_machine_t;
 
 typedef struct {
     uint32_t command;
-    uint32_t faults; /* of this period */
-    uvw_t i_raw_A;   /* gates off: its mean is the offset */
+    uint32_t faults;     /* of this period */
+    uvw_t i_raw_A;       /* gates off: its mean is the offset */
+    ab_t u_raw_V;        /* likewise */
+    bool premagnetising; /* the drive is not done with it: RUN has to wait */
 } drive_state_in_t;
 
 typedef struct {
     drive_mode_t mode; /* for the next step of the control law */
     bool gates_on;
-    bool offsets_ready; /* one period: take the machine's offset_A */
+    bool offsets_ready; /* one period: take the machine's offsets */
 } drive_state_out_t;
 
-CHECKED bool drive_state_init(drive_state_config_t *cfg, float offset_s, float premagnetise_s,
-                              float offset_max_A, float period_s);
+/* False for a time that is negative or too long to count, or a limit that is not positive. */
+CHECKED bool drive_state_init(drive_state_config_t *cfg, const drive_state_params_t *params);
 
 drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machine_t *st,
                                    const drive_state_in_t *in);

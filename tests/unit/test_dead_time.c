@@ -15,6 +15,11 @@ static const double lost_V = 0.75 * (3e-6 / 2e-4 * 283.0 + 1.5);
 
 static dead_time_config_t cfg;
 
+static ab_t voltage(const dead_time_config_t *c, ab_t i_A, float u_dc_V)
+{
+    return dead_time_voltage(c, i_A, dead_time_lost_V(c, u_dc_V));
+}
+
 void setUp(void)
 {
     TEST_ASSERT_TRUE(dead_time_init(&cfg, &good, PERIOD_S));
@@ -95,23 +100,22 @@ static void test_init_accepts_the_ends_of_the_ranges(void)
 
 static void test_voltage_is_zero_without_current(void)
 {
-    assert_ab(0.0, 0.0, dead_time_voltage(&cfg, (ab_t){0.0f, 0.0f}, 283.0f));
+    assert_ab(0.0, 0.0, voltage(&cfg, (ab_t){0.0f, 0.0f}, 283.0f));
 }
 
 static void test_voltage_is_proportional_below_the_threshold(void)
 {
     /* Phase current .1 A of .25: alpha = .1 sqrt(3/2), two fifths of the lost voltage. */
-    const ab_t u_V = dead_time_voltage(&cfg, (ab_t){0.1f * sqrtf(1.5f), 0.0f}, 283.0f);
+    const ab_t u_V = voltage(&cfg, (ab_t){0.1f * sqrtf(1.5f), 0.0f}, 283.0f);
     assert_ab(0.4 * lost_V * sqrt(1.5), 0.0, u_V);
 }
 
 static void test_voltage_saturates_to_the_hexagon_of_the_signs(void)
 {
     /* Signs + - -: sqrt(2/3) (1 + 1/2 + 1/2) lost volts on alpha. */
-    assert_ab(sqrt(2.0 / 3.0) * 2.0 * lost_V, 0.0,
-              dead_time_voltage(&cfg, (ab_t){10.0f, 0.0f}, 283.0f));
+    assert_ab(sqrt(2.0 / 3.0) * 2.0 * lost_V, 0.0, voltage(&cfg, (ab_t){10.0f, 0.0f}, 283.0f));
     /* Signs 0 + -: sqrt(1/2) 2 lost volts on beta. */
-    assert_ab(0.0, sqrt(2.0) * lost_V, dead_time_voltage(&cfg, (ab_t){0.0f, 10.0f}, 283.0f));
+    assert_ab(0.0, sqrt(2.0) * lost_V, voltage(&cfg, (ab_t){0.0f, 10.0f}, 283.0f));
 }
 
 static void test_voltage_agrees_with_double_arithmetic_all_around(void)
@@ -122,7 +126,7 @@ static void test_voltage_agrees_with_double_arithmetic_all_around(void)
         double u_V[2];
         expected_V(amplitude_A * cos(a), amplitude_A * sin(a), u_V);
         const ab_t i_A = {(float)(amplitude_A * cos(a)), (float)(amplitude_A * sin(a))};
-        const ab_t got_V = dead_time_voltage(&cfg, i_A, 283.0f);
+        const ab_t got_V = voltage(&cfg, i_A, 283.0f);
         /* 17 V/A below the threshold times the roundings of some amperes. */
         TEST_ASSERT_DOUBLE_WITHIN(3e-5, u_V[0], (double)got_V.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(3e-5, u_V[1], (double)got_V.beta);
@@ -133,22 +137,22 @@ static void test_voltage_turns_with_the_current_by_120_degrees(void)
 {
     const ab_t third = {-0.5f, 0.86602540f};
     const ab_t i_A = {0.21f, -0.13f};
-    const ab_t turned_V = ab_mul(third, dead_time_voltage(&cfg, i_A, 283.0f));
+    const ab_t turned_V = ab_mul(third, voltage(&cfg, i_A, 283.0f));
     assert_ab((double)turned_V.alpha, (double)turned_V.beta,
-              dead_time_voltage(&cfg, ab_mul(third, i_A), 283.0f));
+              voltage(&cfg, ab_mul(third, i_A), 283.0f));
 }
 
 static void test_voltage_is_odd_in_the_current(void)
 {
-    const ab_t plus_V = dead_time_voltage(&cfg, (ab_t){0.21f, -3.0f}, 283.0f);
-    const ab_t minus_V = dead_time_voltage(&cfg, (ab_t){-0.21f, 3.0f}, 283.0f);
+    const ab_t plus_V = voltage(&cfg, (ab_t){0.21f, -3.0f}, 283.0f);
+    const ab_t minus_V = voltage(&cfg, (ab_t){-0.21f, 3.0f}, 283.0f);
     assert_ab(-(double)plus_V.alpha, -(double)plus_V.beta, minus_V);
 }
 
 static void test_voltage_follows_the_measured_dc_link(void)
 {
     const double at_540_V = 0.75 * (3e-6 / 2e-4 * 540.0 + 1.5);
-    assert_ab(0.0, sqrt(2.0) * at_540_V, dead_time_voltage(&cfg, (ab_t){0.0f, 10.0f}, 540.0f));
+    assert_ab(0.0, sqrt(2.0) * at_540_V, voltage(&cfg, (ab_t){0.0f, 10.0f}, 540.0f));
 }
 
 static void test_switched_off_it_adds_exactly_zero(void)
@@ -158,7 +162,7 @@ static void test_switched_off_it_adds_exactly_zero(void)
     off.fraction = 0.0f;
     TEST_ASSERT_TRUE(dead_time_init(&cfg, &off, PERIOD_S));
     for (unsigned i = 0; i < 6u; i++) {
-        const ab_t u_V = dead_time_voltage(&cfg, (ab_t){7.0f, -3.0f}, u_dc_V[i]);
+        const ab_t u_V = voltage(&cfg, (ab_t){7.0f, -3.0f}, u_dc_V[i]);
         TEST_ASSERT_TRUE((u_V.alpha == 0.0f) && (u_V.beta == 0.0f));
     }
 }
@@ -167,7 +171,7 @@ static void test_a_dc_link_that_is_no_number_adds_nothing(void)
 {
     const float u_dc_V[] = {NAN, INFINITY, -INFINITY, -FLT_MAX};
     for (unsigned i = 0; i < 4u; i++) {
-        const ab_t u_V = dead_time_voltage(&cfg, (ab_t){7.0f, -3.0f}, u_dc_V[i]);
+        const ab_t u_V = voltage(&cfg, (ab_t){7.0f, -3.0f}, u_dc_V[i]);
         TEST_ASSERT_TRUE((u_V.alpha == 0.0f) && (u_V.beta == 0.0f));
     }
 }
@@ -176,8 +180,8 @@ static void test_a_current_that_is_no_number_gives_a_bounded_voltage(void)
 {
     const float bad[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX};
     for (unsigned i = 0; i < 5u; i++) {
-        const ab_t alpha_V = dead_time_voltage(&cfg, (ab_t){bad[i], 1.0f}, 283.0f);
-        const ab_t beta_V = dead_time_voltage(&cfg, (ab_t){1.0f, bad[i]}, 283.0f);
+        const ab_t alpha_V = voltage(&cfg, (ab_t){bad[i], 1.0f}, 283.0f);
+        const ab_t beta_V = voltage(&cfg, (ab_t){1.0f, bad[i]}, 283.0f);
         /* Corner of the hexagon of the signs. */
         TEST_ASSERT_TRUE(hypotf(alpha_V.alpha, alpha_V.beta) <= 1.634f * (float)lost_V);
         TEST_ASSERT_TRUE(hypotf(beta_V.alpha, beta_V.beta) <= 1.634f * (float)lost_V);

@@ -264,18 +264,78 @@ static void test_only_ready_with_run_turns_the_gates_on(void)
     }
 }
 
+static const drive_state_params_t good = {.offset_s = 0.1f,
+                                          .premagnetise_s = 1.0f,
+                                          .offset_max_A = 0.5f,
+                                          .offset_max_V = 8.0f,
+                                          .period_s = 200e-6f};
+
+#define ASSERT_REFUSED(field, value)                                                               \
+    do {                                                                                           \
+        drive_state_params_t bad = good;                                                           \
+        bad.field = (value);                                                                       \
+        TEST_ASSERT_FALSE_MESSAGE(drive_state_init(&c, &bad), #field " " #value);                  \
+    } while (0)
+
 static void test_init_counts_periods_and_refuses_senseless_times(void)
 {
     drive_state_config_t c;
-    TEST_ASSERT_TRUE(drive_state_init(&c, 0.1f, 1.0f, 0.5f, 200e-6f));
+    TEST_ASSERT_TRUE(drive_state_init(&c, &good));
     TEST_ASSERT_EQUAL_UINT32(500u, c.offset_periods);
     TEST_ASSERT_EQUAL_UINT32(5000u, c.premagnetise_periods);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, c.offset_max_A);
-    TEST_ASSERT_FALSE(drive_state_init(&c, -0.1f, 1.0f, 0.5f, 200e-6f));
-    TEST_ASSERT_FALSE(drive_state_init(&c, 0.1f, NAN, 0.5f, 200e-6f));
-    TEST_ASSERT_FALSE(drive_state_init(&c, 0.1f, 1e9f, 0.5f, 200e-6f));
-    TEST_ASSERT_FALSE(drive_state_init(&c, 0.1f, 1.0f, 0.0f, 200e-6f));
-    TEST_ASSERT_FALSE(drive_state_init(&c, 0.1f, 1.0f, 0.5f, 0.0f));
+    TEST_ASSERT_EQUAL_FLOAT(8.0f, c.offset_max_V);
+    ASSERT_REFUSED(offset_s, -0.1f);
+    ASSERT_REFUSED(premagnetise_s, NAN);
+    ASSERT_REFUSED(premagnetise_s, 1e9f);
+    ASSERT_REFUSED(offset_max_A, 0.0f);
+    ASSERT_REFUSED(offset_max_V, NAN);
+    ASSERT_REFUSED(period_s, 0.0f);
+}
+
+static void test_voltage_offsets_are_averaged_too(void)
+{
+    cfg.offset_max_V = 4.0f;
+    for (int k = 0; k < 5; k++) {
+        const drive_state_in_t in = {.u_raw_V = {(float)k, -2.0f}};
+        (void)drive_state_step(&cfg, &st, &in);
+    }
+    /* Periods 1, 2, 3 are averaged; 0 leaves BOOT. */
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0f, st.offset_V.alpha);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, -2.0f, st.offset_V.beta);
+}
+
+static void test_the_voltage_of_a_turning_motor_is_no_offset(void)
+{
+    const ab_t turning[3] = {{5.0f, 0.0f}, {0.0f, -5.0f}, {NAN, 0.0f}};
+    cfg.offset_max_V = 4.0f;
+    for (int n = 0; n < 3; n++) {
+        st = (drive_machine_t){0};
+        for (int k = 0; k < 5; k++) {
+            const drive_state_in_t in = {.u_raw_V = turning[n]};
+            (void)drive_state_step(&cfg, &st, &in);
+        }
+        TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, st.offset_V.alpha);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, st.offset_V.beta);
+    }
+}
+
+static void test_flux_is_built_after_the_measurement_only(void)
+{
+    go_ready();
+    (void)step(RUN, 0u);
+    for (int k = 0; k < 20; k++) {
+        const drive_state_in_t in = {.command = RUN, .premagnetising = true};
+        (void)drive_state_step(&cfg, &st, &in);
+        TEST_ASSERT_EQUAL(DRIVE_STATE_PREMAGNETISE, st.id);
+    }
+    (void)step(RUN, 0u);
+    (void)step(RUN, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_PREMAGNETISE, st.id);
+    (void)step(RUN, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, st.id);
 }
 
 int main(void)
@@ -298,5 +358,8 @@ int main(void)
     RUN_TEST(test_a_blocked_run_ends);
     RUN_TEST(test_only_ready_with_run_turns_the_gates_on);
     RUN_TEST(test_init_counts_periods_and_refuses_senseless_times);
+    RUN_TEST(test_voltage_offsets_are_averaged_too);
+    RUN_TEST(test_the_voltage_of_a_turning_motor_is_no_offset);
+    RUN_TEST(test_flux_is_built_after_the_measurement_only);
     return UNITY_END();
 }

@@ -25,7 +25,7 @@ static const measurement_params_t paper_params = {
 };
 
 static const measurement_in_t centre = {8192u, 8192u, 8192u, 8192u, 8192u, 8192u};
-static const measurement_state_t no_offset = {{0.0f, 0.0f, 0.0f}};
+static const measurement_state_t no_offset = {.offset_A = {0.0f, 0.0f, 0.0f}};
 
 static measurement_out_t step(const measurement_params_t *params, const measurement_state_t *st,
                               measurement_in_t in)
@@ -87,7 +87,7 @@ static void test_step_is_the_scaling_in_double_precision(void)
             word[c] = (uint16_t)(8192.0f + 8000.0f * noise(&seed));
             value[c] = (word[c] - 8192.0) / 8192.0;
         }
-        const measurement_state_t st = {{0.125f, -0.25f, 0.0625f}};
+        const measurement_state_t st = {.offset_A = {0.125f, -0.25f, 0.0625f}};
         const measurement_in_t in = {word[0], word[1], word[2], word[3], word[4], word[5]};
         const measurement_out_t out = step(&paper_params, &st, in);
         const double i_u = 25.0 * value[0] - 0.125;
@@ -148,7 +148,7 @@ static void test_swapped_wiring_gives_the_motors_own_order(void)
     const measurement_in_t wired = {8202u, 8186u, 8188u, 8302u, 8182u, 300u};
     measurement_params_t swapped = exact_params;
     swapped.swap_vw = true;
-    const measurement_state_t st = {{0.0f, 1.0f, -1.0f}};
+    const measurement_state_t st = {.offset_A = {0.0f, 1.0f, -1.0f}};
     const measurement_out_t expected = step(&exact_params, &st, straight);
     const measurement_out_t actual = step(&swapped, &st, wired);
     ASSERT_SAME_FLOAT(10.0f, expected.i_raw_A.u);
@@ -243,14 +243,14 @@ static void test_current_sum_beyond_the_limit_is_flagged(void)
 
 static void test_current_sum_is_judged_without_the_offsets(void)
 {
-    const measurement_state_t st = {{1.5f, 1.5f, 1.5f}};
+    const measurement_state_t st = {.offset_A = {1.5f, 1.5f, 1.5f}};
     TEST_ASSERT_EQUAL_UINT32(0u, flags_of_currents(8194u, 8193u, 8193u, st));
     TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_CURRENT_SUM, flags_of_currents(8192u, 8192u, 8192u, st));
 }
 
 static void test_nan_offset_is_flagged(void)
 {
-    const measurement_state_t st = {{0.0f, NAN, 0.0f}};
+    const measurement_state_t st = {.offset_A = {0.0f, NAN, 0.0f}};
     TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_CURRENT_SUM, flags_of_currents(8192u, 8192u, 8192u, st));
 }
 

@@ -136,7 +136,7 @@ static void test_init_accepts_no_integral_action_and_no_filter(void)
 static void test_step_holds_the_load_at_the_reference(void)
 {
     const speed_control_in_t in = {
-        .omega_ref_rad_s = 60.0f, .omega_hat_rad_s = 60.0f, .i_d_ref_A = 5.0f};
+        .flux_pu = 1.0f, .omega_ref_rad_s = 60.0f, .omega_hat_rad_s = 60.0f, .i_d_ref_A = 5.0f};
     speed_control_state_t st = {
         .pi = {.x = 7.25f}, .omega_filtered_rad_s = 60.0f, .omega_ref_rad_s = 60.0f};
     const speed_control_state_t before = st;
@@ -151,7 +151,7 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const double kp =
             0.015 * 31.0 / (4.0 * (double)model.M_H / (double)reference_machine[m].Lr_H * 0.5);
         const speed_control_in_t in = {
-            .omega_ref_rad_s = 41.0f, .omega_hat_rad_s = 37.5f, .i_d_ref_A = 5.0f};
+            .flux_pu = 1.0f, .omega_ref_rad_s = 41.0f, .omega_hat_rad_s = 37.5f, .i_d_ref_A = 5.0f};
         speed_control_state_t st = {
             .pi = {.x = -1.5f}, .omega_filtered_rad_s = 36.0f, .omega_ref_rad_s = 40.9f};
         speed_control_config_t cfg;
@@ -174,10 +174,11 @@ static void test_step_is_odd(void)
         .pi = {.x = 1.5f}, .omega_filtered_rad_s = 30.0f, .omega_ref_rad_s = 33.0f};
     speed_control_state_t minus = {
         .pi = {.x = -1.5f}, .omega_filtered_rad_s = -30.0f, .omega_ref_rad_s = -33.0f};
-    speed_control_in_t in = {.omega_ref_rad_s = 90.0f, .omega_hat_rad_s = 30.5f, .i_d_ref_A = 5.0f};
+    speed_control_in_t in = {
+        .flux_pu = 1.0f, .omega_ref_rad_s = 90.0f, .omega_hat_rad_s = 30.5f, .i_d_ref_A = 5.0f};
     const float forward_A = speed_control_step(&simple, &plus, &in);
     in = (speed_control_in_t){
-        .omega_ref_rad_s = -90.0f, .omega_hat_rad_s = -30.5f, .i_d_ref_A = 5.0f};
+        .flux_pu = 1.0f, .omega_ref_rad_s = -90.0f, .omega_hat_rad_s = -30.5f, .i_d_ref_A = 5.0f};
     ASSERT_SAME_FLOAT(-forward_A, speed_control_step(&simple, &minus, &in));
     ASSERT_SAME_FLOAT(-plus.pi.x, minus.pi.x);
     ASSERT_SAME_FLOAT(-plus.omega_ref_rad_s, minus.omega_ref_rad_s);
@@ -186,7 +187,7 @@ static void test_step_is_odd(void)
 static void test_the_reference_moves_by_the_slew_step_both_ways(void)
 {
     speed_control_state_t st = {0};
-    speed_control_in_t in = {.omega_ref_rad_s = 5.0f};
+    speed_control_in_t in = {.flux_pu = 1.0f, .omega_ref_rad_s = 5.0f};
     const float up_rad_s[] = {2.0f, 4.0f, 5.0f, 5.0f};
     const float down_rad_s[] = {3.0f, 1.0f, -1.0f, -3.0f, -3.5f, -3.5f};
     for (unsigned k = 0; k < 4u; k++) {
@@ -204,7 +205,7 @@ static void test_the_estimate_passes_a_first_order_filter(void)
 {
     speed_control_config_t cfg;
     speed_control_state_t st = {0};
-    const speed_control_in_t in = {.omega_hat_rad_s = 10.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .omega_hat_rad_s = 10.0f};
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &table1, PERIOD_S));
     for (int k = 0; k < 15; k++) {
         (void)speed_control_step(&cfg, &st, &in);
@@ -217,7 +218,8 @@ static void test_the_estimate_passes_a_first_order_filter(void)
 static float limited_A(float i_d_ref_A, float omega_ref_rad_s)
 {
     speed_control_state_t st = {.omega_ref_rad_s = omega_ref_rad_s};
-    const speed_control_in_t in = {.omega_ref_rad_s = omega_ref_rad_s, .i_d_ref_A = i_d_ref_A};
+    const speed_control_in_t in = {
+        .flux_pu = 1.0f, .omega_ref_rad_s = omega_ref_rad_s, .i_d_ref_A = i_d_ref_A};
     return speed_control_step(&simple, &st, &in);
 }
 
@@ -246,7 +248,7 @@ static void test_no_torque_current_is_left_when_the_flux_takes_it_all(void)
 static void test_the_integrator_is_told_the_limited_current(void)
 {
     speed_control_state_t st = {.pi = {.x = 2.0f}, .omega_ref_rad_s = 40.0f};
-    const speed_control_in_t in = {.omega_ref_rad_s = 40.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .omega_ref_rad_s = 40.0f};
     /* Asked 22 A, realised 15: 2 + 40/8 - 7/4. */
     ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in));
     ASSERT_SAME_FLOAT(5.25f, st.pi.x);
@@ -265,7 +267,8 @@ static void run_up(int machine, const speed_control_config_t *cfg, float target_
 
     *peak_rad_s = 0.0;
     for (int k = 0; k < periods; k++) {
-        const speed_control_in_t in = {.omega_ref_rad_s = target_rad_s,
+        const speed_control_in_t in = {.flux_pu = 1.0f,
+                                       .omega_ref_rad_s = target_rad_s,
                                        .omega_hat_rad_s = (float)omega_rad_s,
                                        .i_d_ref_A = 5.0f};
         const float i_q_A = speed_control_step(cfg, &st, &in);
@@ -314,8 +317,8 @@ static void test_an_input_that_is_no_number_leaves_the_last_one_in_force(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         speed_control_state_t st = {.omega_filtered_rad_s = 58.0f, .omega_ref_rad_s = 60.0f};
-        const speed_control_in_t in = {.omega_ref_rad_s = not_finite(i),
-                                       .omega_hat_rad_s = not_finite(i)};
+        const speed_control_in_t in = {
+            .flux_pu = 1.0f, .omega_ref_rad_s = not_finite(i), .omega_hat_rad_s = not_finite(i)};
         ASSERT_SAME_FLOAT(1.0f, speed_control_step(&simple, &st, &in));
         ASSERT_SAME_FLOAT(60.0f, st.omega_ref_rad_s);
         ASSERT_SAME_FLOAT(58.0f, st.omega_filtered_rad_s);
@@ -326,7 +329,7 @@ static void test_two_controllers_share_a_config_and_nothing_else(void)
 {
     speed_control_state_t a = {0};
     speed_control_state_t b = {0};
-    const speed_control_in_t in = {.omega_ref_rad_s = 1.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .omega_ref_rad_s = 1.0f};
     const float first_A = speed_control_step(&simple, &a, &in);
     ASSERT_SAME_FLOAT(first_A, speed_control_step(&simple, &b, &in));
 }

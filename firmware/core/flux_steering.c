@@ -1,0 +1,94 @@
+#include "flux_steering.h"
+
+/* Share of the largest torque current the lowered flux may need. */
+#define STEERING_I_Q_SHARE 0.95f
+
+static bool params_valid(const flux_steering_params_t *p)
+{
+    return positivef(p->min_rad_s) && nonnegativef(p->hysteresis_rad_s) &&
+           positivef(p->lambda_nominal_Wb) && positivef(p->lambda_min_Wb) &&
+           (p->lambda_min_Wb <= p->lambda_nominal_Wb) && nonnegativef(p->torque_min_Nm) &&
+           nonnegativef(p->torque_filter_s) && positivef(p->slew_Wb_per_s) &&
+           positivef(p->i_q_max_A);
+}
+
+bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_t *params,
+                        const motor_model_t *motor, float period_s)
+{
+    *cfg = (flux_steering_config_t){0};
+    if (!(params->min_rad_s > 0.0f) && nonnegativef(params->min_rad_s)) {
+        return true; /* off */
+    }
+    const float p = motor->pole_pairs;
+    const float slip_Wb2_per_Nm_s = motor->tau_per_s * motor->M_H / (motor->kr * p);
+    const float per_i_q_Wb_per_Nm = 1.0f / (p * motor->kr * STEERING_I_Q_SHARE * params->i_q_max_A);
+    if (!params_valid(params) || !positivef(period_s) || !positivef(slip_Wb2_per_Nm_s) ||
+        !positivef(per_i_q_Wb_per_Nm)) {
+        return false;
+    }
+    *cfg = (flux_steering_config_t){
+        .min_rad_s = params->min_rad_s,
+        .leave_rad_s = params->min_rad_s + params->hysteresis_rad_s,
+        .lambda_nominal_Wb = params->lambda_nominal_Wb,
+        .lambda_min_Wb = params->lambda_min_Wb,
+        .torque_min_Nm = params->torque_min_Nm,
+        .slip_Wb2_per_Nm_s = slip_Wb2_per_Nm_s,
+        .nominal_slip_per_Nm_s =
+            slip_Wb2_per_Nm_s / (params->lambda_nominal_Wb * params->lambda_nominal_Wb),
+        .flux_per_torque_Wb_per_Nm = per_i_q_Wb_per_Nm,
+        .step_Wb = params->slew_Wb_per_s * period_s,
+        .filter_gain = period_s / (period_s + params->torque_filter_s),
+        .inv_period_per_s = 1.0f / period_s,
+    };
+    return true;
+}
+
+/* Flux at which the field turns with w_min in the sense of the torque. */
+static float steered_flux(const flux_steering_config_t *cfg, float speed_with_torque_rad_s,
+                          float torque_Nm)
+{
+    const float slip_rad_s = cfg->min_rad_s - speed_with_torque_rad_s;
+    const float lambda_Wb = sqrtf(cfg->slip_Wb2_per_Nm_s * torque_Nm / slip_rad_s);
+    const float for_torque_Wb = cfg->flux_per_torque_Wb_per_Nm * torque_Nm;
+    return clampf(maxf(lambda_Wb, for_torque_Wb), cfg->lambda_min_Wb, cfg->lambda_nominal_Wb);
+}
+
+/* Where the flux should be; moves the hysteresis. */
+static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st,
+                    float omega_ref_rad_s)
+{
+    const float torque_Nm = absf(st->torque_Nm);
+    /* Seen in the sense of the torque: braking is negative. */
+    const float speed_rad_s = (st->torque_Nm < 0.0f) ? -omega_ref_rad_s : omega_ref_rad_s;
+    const float field_rad_s = absf(speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm);
+
+    if (!(torque_Nm >= cfg->torque_min_Nm) || !(field_rad_s <= cfg->leave_rad_s)) {
+        st->steering = false;
+    } else if (field_rad_s < cfg->min_rad_s) {
+        st->steering = true;
+    } else {
+        /* Between the two thresholds it stays as it was. */
+    }
+    /* Motoring faster than w_min needs no slip at all. */
+    return (st->steering && (speed_rad_s < cfg->min_rad_s))
+               ? steered_flux(cfg, speed_rad_s, torque_Nm)
+               : cfg->lambda_nominal_Wb;
+}
+
+flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
+                                       float omega_ref_rad_s, float torque_Nm)
+{
+    if (!(cfg->min_rad_s > 0.0f)) {
+        return (flux_steering_out_t){0.0f, 0.0f, false};
+    }
+    const float behind_Nm = torque_Nm - st->torque_Nm;
+    if (is_finite(behind_Nm)) {
+        st->torque_Nm += cfg->filter_gain * behind_Nm;
+    }
+    const float below_Wb = cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s);
+    const float step_Wb = limitf(below_Wb - st->below_Wb, cfg->step_Wb);
+    st->below_Wb += step_Wb;
+    return (flux_steering_out_t){.below_Wb = st->below_Wb,
+                                 .rate_Wb_per_s = -step_Wb * cfg->inv_period_per_s,
+                                 .moving = absf(step_Wb) >= cfg->step_Wb};
+}

@@ -1,0 +1,62 @@
+/* Flux level that keeps the stator frequency away from zero, where the speed cannot be seen.
+ *
+ * Rs T/(p lambda^2) is the slip: with less flux it grows. While |w* + slip| at nominal flux would
+ * be below w_min, the flux is lowered until the field turns with w_min in the sense of the torque:
+ * slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). With hysteresis, and moved fast
+ * enough that zero frequency is crossed, not visited. No help as T -> 0: then nominal flux stays.
+ */
+#ifndef FLUX_STEERING_H
+#define FLUX_STEERING_H
+
+#include <stdbool.h>
+
+#include "motor.h"
+#include "num.h"
+
+typedef struct {
+    float min_rad_s;        /* w_min; 0: off */
+    float hysteresis_rad_s; /* back to nominal flux above w_min + this */
+    float lambda_nominal_Wb;
+    float lambda_min_Wb;
+    float torque_min_Nm; /* below: nominal flux */
+    float torque_filter_s;
+    float slew_Wb_per_s;
+    float i_q_max_A; /* the flux stays high enough for the torque with this */
+} flux_steering_params_t;
+
+typedef struct {
+    float min_rad_s; /* 0: off */
+    float leave_rad_s;
+    float lambda_nominal_Wb;
+    float lambda_min_Wb;
+    float torque_min_Nm;
+    float slip_Wb2_per_Nm_s;         /* Rr/p: slip = this T / lambda^2 */
+    float nominal_slip_per_Nm_s;     /* at nominal flux */
+    float flux_per_torque_Wb_per_Nm; /* flux that i_q_max needs */
+    float step_Wb;
+    float filter_gain;
+    float inv_period_per_s;
+} flux_steering_config_t;
+
+typedef struct {
+    float torque_Nm; /* filtered */
+    float below_Wb;  /* nominal flux minus the reference, after the slew limit */
+    bool steering;   /* hysteresis */
+} flux_steering_state_t;
+
+typedef struct {
+    float below_Wb;      /* nominal flux minus the reference */
+    float rate_Wb_per_s; /* of the reference */
+    bool moving;         /* the slew limit is active */
+} flux_steering_out_t;
+
+/* False for a bad number; with min_rad_s = 0 only nominal flux and machine data are looked at. */
+CHECKED bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_t *params,
+                                const motor_model_t *motor, float period_s);
+
+/* omega_ref: electrical speed reference after its slew limit; torque: of the estimate, unfiltered.
+ */
+flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
+                                       float omega_ref_rad_s, float torque_Nm);
+
+#endif

@@ -1,0 +1,100 @@
+#include "rs_measurement.h"
+
+/* Sum of the three legs' signs as a vector along u: Clarke of (1, -1, -1). */
+#define RS_LEGS_TO_ALPHA (2.0f * NUM_SQRT_2_3)
+
+/* Current that has to be there for a result: an open phase or a tripped supply has none. */
+#define RS_CURRENT_SHARE 0.5f
+
+#define RS_MAX_PERIODS 1000000.0f
+
+static bool params_valid(const rs_measurement_params_t *p, float Rs_nameplate_ohm, float period_s)
+{
+    const bool levels = positivef(p->low_A) && positivef(p->high_A) && (p->low_A < p->high_A);
+    const bool times = positivef(period_s) && (p->average_s >= period_s) &&
+                       (p->average_s <= p->level_s) && (p->level_s <= RS_MAX_PERIODS * period_s);
+    const bool ratios = positivef(p->bias) && (p->ratio_max > 1.0f) && is_finite(p->ratio_max);
+    return levels && times && ratios && positivef(Rs_nameplate_ohm);
+}
+
+bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_params_t *params,
+                         float Rs_nameplate_ohm, float period_s)
+{
+    *cfg = (rs_measurement_config_t){0};
+    if (!params->enable) {
+        return true;
+    }
+    if (!params_valid(params, Rs_nameplate_ohm, period_s)) {
+        return false;
+    }
+    *cfg = (rs_measurement_config_t){
+        .high_A = params->high_A,
+        .low_A = params->low_A,
+        .level_periods = (uint32_t)(params->level_s / period_s + 0.5f),
+        .average_periods = (uint32_t)(params->average_s / period_s + 0.5f),
+        .bias = params->bias,
+        .Rs_min_ohm = Rs_nameplate_ohm / params->ratio_max,
+        .Rs_max_ohm = Rs_nameplate_ohm * params->ratio_max,
+        .Rs_nameplate_ohm = Rs_nameplate_ohm,
+    };
+    return true;
+}
+
+static void add(rs_measurement_sums_t *sums, const rs_measurement_in_t *in)
+{
+    sums->i_A += in->i_A;
+    sums->u_V += in->u_V;
+    sums->u_duty_V += in->u_duty_V;
+}
+
+/* Both levels are averaged over the same time, so that sums serve as means. */
+static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
+                                   const rs_measurement_state_t *st)
+{
+    const float n = (float)cfg->average_periods;
+    const float di_A = st->high.i_A - st->low.i_A;
+    rs_measurement_out_t out = {.status = RS_MEASUREMENT_REFUSED};
+    if (!(di_A >= RS_CURRENT_SHARE * n * (cfg->high_A - cfg->low_A))) {
+        return out;
+    }
+    out.Rs_ohm = (st->high.u_V - st->low.u_V) / di_A;
+    if (!(out.Rs_ohm >= cfg->Rs_min_ohm) || !(out.Rs_ohm <= cfg->Rs_max_ohm)) {
+        return out;
+    }
+    /* At the higher level, where the error curve is flat. */
+    const float lost_alpha_V = (st->high.u_duty_V - out.Rs_ohm * st->high.i_A) / n;
+    out.lost_V = maxf(lost_alpha_V / RS_LEGS_TO_ALPHA, 0.0f);
+    out.Rs_ohm *= cfg->bias;
+    out.status = RS_MEASUREMENT_DONE;
+    return out;
+}
+
+rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
+                                         rs_measurement_state_t *st, const rs_measurement_in_t *in)
+{
+    const uint32_t level = cfg->level_periods;
+    const uint32_t averaged_from = level - cfg->average_periods;
+    const uint32_t k = st->periods;
+
+    if (k > 2u * level) {
+        return (rs_measurement_out_t){.status = RS_MEASUREMENT_IDLE};
+    }
+    if (k == 2u * level) {
+        if (level == 0u) {
+            st->periods++;
+            return (rs_measurement_out_t){.status = RS_MEASUREMENT_IDLE};
+        }
+        const rs_measurement_out_t out = result(cfg, st);
+        if (out.status == RS_MEASUREMENT_DONE) {
+            st->periods++;
+        }
+        return out;
+    }
+    const bool high = k < level;
+    if ((high ? k : (k - level)) >= averaged_from) {
+        add(high ? &st->high : &st->low, in);
+    }
+    st->periods++;
+    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY,
+                                  .i_ref_A = high ? cfg->high_A : cfg->low_A};
+}

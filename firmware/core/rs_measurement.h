@@ -1,0 +1,80 @@
+/* Stator resistance by direct current, at two levels, before every start.
+ *
+ * u = Rs i + u_0 along a fixed axis once the flux stands still: the difference of two levels is Rs,
+ * free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage that the
+ * duties give, less the one that arrives, is what dead time and devices take (identified, per leg).
+ * Rs in use is the measured one times a bias: a little too high keeps the regenerating side, a
+ * little too low loses it (the fold at zero stator frequency is one-sided).
+ */
+#ifndef RS_MEASUREMENT_H
+#define RS_MEASUREMENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motor.h"
+
+typedef struct {
+    bool enable;
+    float high_A; /* first level, power invariant */
+    float low_A;
+    float level_s;   /* length of each level; several rotor time constants */
+    float average_s; /* its last part, which is averaged */
+    float bias;      /* Rs in use over measured */
+    float ratio_max; /* refused outside nameplate / ratio .. nameplate * ratio */
+} rs_measurement_params_t;
+
+typedef struct {
+    float high_A;
+    float low_A;
+    uint32_t level_periods; /* 0: no measurement */
+    uint32_t average_periods;
+    float bias;
+    float Rs_min_ohm;
+    float Rs_max_ohm;
+    float Rs_nameplate_ohm;
+} rs_measurement_config_t;
+
+/* Sums of one level. */
+typedef struct {
+    float i_A;
+    float u_V;
+    float u_duty_V;
+} rs_measurement_sums_t;
+
+typedef struct {
+    uint32_t periods;
+    rs_measurement_sums_t high;
+    rs_measurement_sums_t low;
+} rs_measurement_state_t;
+
+typedef struct {
+    float i_A;      /* along the axis */
+    float u_V;      /* what the observer is given */
+    float u_duty_V; /* what the duties give, uncompensated */
+} rs_measurement_in_t;
+
+typedef enum {
+    RS_MEASUREMENT_BUSY = 0,
+    RS_MEASUREMENT_DONE = 1,    /* the result is valid: in this period only */
+    RS_MEASUREMENT_REFUSED = 2, /* as long as it is asked: Rs_ohm or the current is no motor's */
+    RS_MEASUREMENT_IDLE = 3     /* finished before, or not wanted */
+} rs_measurement_status_t;
+
+typedef struct {
+    rs_measurement_status_t status;
+    float i_ref_A; /* while BUSY */
+    float Rs_ohm;  /* DONE: times bias; REFUSED: as measured */
+    float lost_V;  /* DONE: per leg, what dead time and devices take at these currents */
+} rs_measurement_out_t;
+
+/* False for a number that is not finite or of the wrong sign, low >= high, average > level,
+ * ratio_max <= 1, or a level shorter than a period; nothing is looked at with enable false. */
+CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
+                                 const rs_measurement_params_t *params, float Rs_nameplate_ohm,
+                                 float period_s);
+
+rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
+                                         rs_measurement_state_t *st, const rs_measurement_in_t *in);
+
+#endif

@@ -1,0 +1,52 @@
+#include "rs_tracking.h"
+
+#define RS_TRACKING_MAX_PERIODS 1000000.0f
+
+bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, float period_s)
+{
+    *cfg = (rs_tracking_config_t){0};
+    if (!(p->gain_ohm_per_rad > 0.0f) && nonnegativef(p->gain_ohm_per_rad)) {
+        return true; /* off */
+    }
+    const bool law = positivef(p->gain_ohm_per_rad) && positivef(p->i_0_A) &&
+                     positivef(p->speed_err_rad_s) && nonnegativef(p->quiet_s);
+    const bool bands = nonnegativef(p->min_rad_s) && (p->min_rad_s < p->max_rad_s) &&
+                       is_finite(p->max_rad_s) && positivef(p->low_pu) && (p->low_pu <= 1.0f) &&
+                       (p->high_pu >= 1.0f) && is_finite(p->high_pu);
+    if (!law || !bands || !positivef(period_s) ||
+        !(p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s)) {
+        return false;
+    }
+    *cfg = (rs_tracking_config_t){
+        .gain_T_ohm_s_per_rad = p->gain_ohm_per_rad * period_s,
+        .i_0_A2 = p->i_0_A * p->i_0_A,
+        .min_rad_s = p->min_rad_s,
+        .max_rad_s = p->max_rad_s,
+        .low_pu = p->low_pu,
+        .high_pu = p->high_pu,
+        .speed_err_rad_s = p->speed_err_rad_s,
+        .quiet_periods = (uint32_t)(p->quiet_s / period_s),
+    };
+    return true;
+}
+
+void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
+                      const rs_tracking_in_t *in)
+{
+    if (in->changing || !(absf(in->speed_err_rad_s) <= cfg->speed_err_rad_s)) {
+        st->periods = 0u;
+        return;
+    }
+    if (st->periods < cfg->quiet_periods) {
+        st->periods++;
+        return;
+    }
+    const float frequency_rad_s = absf(in->omega_s_hat_rad_s);
+    if (!(frequency_rad_s >= cfg->min_rad_s) || !(frequency_rad_s <= cfg->max_rad_s)) {
+        return;
+    }
+    const float per_A = in->i_q_A / (in->i_q_A * in->i_q_A + cfg->i_0_A2);
+    const float step_ohm = cfg->gain_T_ohm_s_per_rad * in->e1_d_A * in->omega_s_hat_rad_s * per_A;
+    st->delta_ohm = clampf(st->delta_ohm + step_ohm, (cfg->low_pu - 1.0f) * in->Rs_start_ohm,
+                           (cfg->high_pu - 1.0f) * in->Rs_start_ohm);
+}
