@@ -1,0 +1,176 @@
+#include "supervisor.h"
+
+#include <math.h>
+
+/* Judgements are slow work: one every 3.2 ms at 200 us keeps the mean of a period low and 50 ms of
+ * delay far away. */
+#define SUPERVISOR_TURN_PERIODS 16u
+
+/* Filter of w_s per turn: 11 ms, the noise of w_hat is faster. */
+#define SUPERVISOR_OMEGA_S_GAIN 0.25f
+
+/* Lost is 25 degrees or a quarter of the flux; an error of a quarter turns it by 14.5 degrees at
+ * most, so the quarter decides. Hysteresis: back below 10 degrees. */
+#define SUPERVISOR_LIMIT_PU  0.25f
+#define SUPERVISOR_RETURN_PU 0.18f
+
+/* The estimate of an oriented drive overshoots its reference by less (M 15 % off and a quarter
+ * more). */
+#define SUPERVISOR_FLUX_HIGH_PU 1.5f
+
+/* Floor of the flux that errors are measured by, and of w_s that bounds are divided by. */
+#define SUPERVISOR_FLUX_LOW_PU       0.05f
+#define SUPERVISOR_OMEGA_S_MIN_RAD_S 1e-3f
+
+/* Longest time in turns that a counter takes with room to spare. */
+#define SUPERVISOR_MAX_TURNS 1e9f
+
+static bool params_valid(const supervisor_params_t *p)
+{
+    return positivef(p->corner_rad_s) && nonnegativef(p->Rs_uncertainty_pu) &&
+           nonnegativef(p->Rr_uncertainty_pu) && nonnegativef(p->i_uncertainty_pu) &&
+           nonnegativef(p->u_uncertainty_V) && positivef(p->residual_pu) && is_finite(p->lost_pu) &&
+           (p->residual_pu <= p->lost_pu) && nonnegativef(p->confirm_s) &&
+           nonnegativef(p->return_s) && positivef(p->lambda_nominal_Wb) &&
+           positivef(p->omega_max_rad_s);
+}
+
+bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
+                     const motor_model_t *motor, float period_s)
+{
+    if (!params_valid(params) || !positivef(period_s) || !positivef(motor->kr) ||
+        !positivef(motor->eps_H) || !positivef(motor->tau_per_s) || !positivef(motor->M_H)) {
+        return false;
+    }
+    const float turn_s = (float)SUPERVISOR_TURN_PERIODS * period_s;
+    const float confirm = params->confirm_s / turn_s;
+    const float back = params->return_s / turn_s;
+    if (!(params->corner_rad_s * period_s < 1.0f) || !(confirm < SUPERVISOR_MAX_TURNS) ||
+        !(back < SUPERVISOR_MAX_TURNS)) {
+        return false;
+    }
+    *cfg = (supervisor_config_t){
+        .p = *params,
+        .kr_inv = 1.0f / motor->kr,
+        .kT_s = period_s / motor->kr,
+        .share = params->corner_rad_s * period_s,
+        .eps_H = motor->eps_H,
+        .tau_per_s = motor->tau_per_s,
+        .m_tau_ohm = motor->M_H * motor->tau_per_s,
+        .corner2_rad2_s2 = params->corner_rad_s * params->corner_rad_s,
+        .lambda_min_Wb = SUPERVISOR_FLUX_LOW_PU * params->lambda_nominal_Wb,
+        .confirm_turns = (uint32_t)(confirm + 0.5f),
+        .return_turns = (uint32_t)(back + 0.5f),
+    };
+    return true;
+}
+
+static inline float magnitude(ab_t x)
+{
+    return sqrtf(ab_norm2(x));
+}
+
+/* Turns on end with the flag; stops at the limit, so that it cannot wrap. */
+static inline uint32_t turns_with(bool flag, uint32_t turns, uint32_t limit)
+{
+    if (!flag) {
+        return 0u;
+    }
+    return (turns < limit) ? (turns + 1u) : limit;
+}
+
+/* All comparisons say x <= limit, so that a NaN is a reason. */
+static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t *st,
+                             float excess_pu, bool flux_high)
+{
+    uint32_t reasons = (st->flux_error_bound_pu <= SUPERVISOR_LIMIT_PU) ? 0u : SUPERVISOR_UNSURE;
+    reasons |= (excess_pu <= cfg->p.residual_pu) ? 0u : SUPERVISOR_RESIDUAL;
+    reasons |= flux_high ? SUPERVISOR_FLUX : 0u;
+
+    const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
+    const bool long_enough = suspect && (st->suspect_turns >= cfg->confirm_turns);
+    st->suspect_turns = turns_with(suspect, st->suspect_turns, cfg->confirm_turns);
+    if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
+        reasons |= SUPERVISOR_LOST;
+    }
+    return reasons;
+}
+
+/* Down at once, up only after all was quiet for a while. */
+static void decide(const supervisor_config_t *cfg, supervisor_state_t *st)
+{
+    supervisor_confidence_t now = SUPERVISOR_CLOSED;
+    if (st->reasons != 0u) {
+        now = ((st->reasons & SUPERVISOR_LOST) != 0u) ? SUPERVISOR_IMPRESSED : SUPERVISOR_DEGRADED;
+    }
+    const bool quiet = (st->reasons == 0u) && (st->flux_error_bound_pu <= SUPERVISOR_RETURN_PU);
+    st->quiet_turns = turns_with(quiet, st->quiet_turns, cfg->return_turns);
+    if (now > st->confidence) {
+        st->confidence = now;
+    } else if (quiet && (st->quiet_turns >= cfg->return_turns)) {
+        st->confidence = SUPERVISOR_CLOSED;
+    }
+}
+
+/* d w lambda = (tau + j w_slip) d lambda - M tau e1, from the flux row of eq. (3) at rest in the
+ * turning frame: what error of speed an error of flux may hide. None is stated once the angle
+ * itself is in doubt. */
+static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_t *st,
+                         const supervisor_in_t *in, float lambda_Wb)
+{
+    if (st->confidence != SUPERVISOR_CLOSED) {
+        return cfg->p.omega_max_rad_s;
+    }
+    const float slip_rad_s = st->omega_s_rad_s - in->omega_e_hat_rad_s;
+    const float pole_per_s = sqrtf(cfg->tau_per_s * cfg->tau_per_s + slip_rad_s * slip_rad_s);
+    const float pull_rad_s = cfg->m_tau_ohm * magnitude(in->e1_A) / lambda_Wb;
+    const float bound_rad_s = pole_per_s * st->flux_error_bound_pu + pull_rad_s +
+                              cfg->p.Rr_uncertainty_pu * absf(slip_rad_s) +
+                              cfg->p.i_uncertainty_pu * absf(st->omega_s_rad_s);
+    return minf(bound_rad_s, cfg->p.omega_max_rad_s);
+}
+
+static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in,
+                  ab_t d_Wb)
+{
+    st->omega_s_rad_s += SUPERVISOR_OMEGA_S_GAIN * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
+    const float omega_s_rad_s = absf(st->omega_s_rad_s);
+    const float omega_d_rad_s = sqrtf(omega_s_rad_s * omega_s_rad_s + cfg->corner2_rad2_s2);
+
+    const float estimate_Wb = magnitude(in->lambda_r_hat_Wb);
+    const float high_Wb =
+        SUPERVISOR_FLUX_HIGH_PU * maxf(in->lambda_ref_Wb, cfg->p.lambda_nominal_Wb);
+    const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_min_Wb, high_Wb);
+
+    const float dV_pu_per_s =
+        cfg->kr_inv *
+        (cfg->p.Rs_uncertainty_pu * in->Rs_ohm * magnitude(in->i_s_A) + cfg->p.u_uncertainty_V) /
+        lambda_Wb;
+    const float residual_pu = magnitude(d_Wb) / lambda_Wb;
+    st->flux_error_bound_pu = (residual_pu * omega_d_rad_s + dV_pu_per_s) /
+                              maxf(omega_s_rad_s, SUPERVISOR_OMEGA_S_MIN_RAD_S);
+    /* Below the corner d is Rs, whatever the flux does: a standing shaft is no loss. */
+    const bool told = !(omega_s_rad_s < cfg->p.corner_rad_s);
+    const float excess_pu = told ? (residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
+    st->reasons = find_reasons(cfg, st, excess_pu, !(estimate_Wb <= high_Wb));
+    decide(cfg, st);
+    st->omega_bound_rad_s = speed_bound(cfg, st, in, lambda_Wb);
+}
+
+void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
+                     const supervisor_in_t *in)
+{
+    /* lambda_hat + eps i is what s should be. */
+    const ab_t target_Wb = ab_add(in->lambda_r_hat_Wb, ab_scale(in->i_s_A, cfg->eps_H));
+    const ab_t emf_V = ab_sub(in->u_s_V, ab_scale(in->i_s_A, in->Rs_ohm));
+    const ab_t s_Wb = st->started ? ab_add(st->s_Wb, ab_scale(emf_V, cfg->kT_s)) : target_Wb;
+    st->started = true;
+    const ab_t d_Wb = ab_sub(target_Wb, s_Wb);
+    st->s_Wb = ab_add(s_Wb, ab_scale(d_Wb, cfg->share));
+
+    st->periods++;
+    if (st->periods >= SUPERVISOR_TURN_PERIODS) {
+        st->periods = 0u;
+        judge(cfg, st, in, d_Wb);
+    }
+}

@@ -1,0 +1,92 @@
+/* Does the field angle still mean anything, and by how much may the speed be wrong?
+ *
+ * A second rotor flux v from the stator equation alone, which needs no speed, tied to the estimate
+ * with corner w_c:  s' = (Lr/M)(u - Rs i) + w_c d,  v = s - eps i,  d = lambda_hat - v. Above w_c,
+ * d is the estimate's flux error, but for what Rs and u may be off: dV/sqrt(w_s^2 + w_c^2) on d,
+ * dV/|w_s| on the true error, dV = (Lr/M)(dRs |i| + dU). Stationary frame.
+ * Thresholds and why: README.md, "The supervisor".
+ */
+#ifndef SUPERVISOR_H
+#define SUPERVISOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "frames.h"
+#include "motor.h"
+
+typedef enum {
+    SUPERVISOR_CLOSED = 0,   /* oriented, as far as anyone can know */
+    SUPERVISOR_DEGRADED = 1, /* may be lost, or could be without anything to tell it by */
+    SUPERVISOR_IMPRESSED = 2 /* lost: impressed current is asked for */
+} supervisor_confidence_t;
+
+/* Why, as append-only bits of the fault log. */
+#define SUPERVISOR_UNSURE   (1u << 0) /* bound of the flux error beyond 25 degrees: the wedge */
+#define SUPERVISOR_RESIDUAL (1u << 1) /* d beyond what the uncertainty explains */
+#define SUPERVISOR_FLUX     (1u << 2) /* more flux than any current here makes */
+#define SUPERVISOR_LOST     (1u << 3) /* far beyond, or RESIDUAL or FLUX for too long */
+
+typedef struct {
+    float corner_rad_s;      /* w_c */
+    float Rs_uncertainty_pu; /* of Rs: error of its measurement and heating since */
+    float Rr_uncertainty_pu; /* of Rr: heating of the rotor */
+    float i_uncertainty_pu;  /* gain errors of the current sensors: ripple of the speed */
+    float u_uncertainty_V;   /* voltage sensors, or what dead-time compensation leaves */
+    float residual_pu;       /* |d| over flux, beyond the uncertainty: RESIDUAL */
+    float lost_pu;           /* likewise, LOST at once; >= residual_pu */
+    float confirm_s;         /* RESIDUAL or FLUX for this long: LOST */
+    float return_s;          /* all quiet for this long: CLOSED again */
+    float lambda_nominal_Wb;
+    float omega_max_rad_s; /* bound that is stated when there is none */
+} supervisor_params_t;
+
+typedef struct {
+    supervisor_params_t p;
+    float kr_inv; /* Lr/M */
+    float kT_s;   /* T Lr/M */
+    float share;  /* T w_c */
+    float eps_H;
+    float tau_per_s;
+    float m_tau_ohm;
+    float corner2_rad2_s2;
+    float lambda_min_Wb;
+    uint32_t confirm_turns;
+    uint32_t return_turns;
+} supervisor_config_t;
+
+typedef struct {
+    ab_t s_Wb;
+    bool started;
+    uint32_t periods;       /* since the last judgement */
+    float omega_s_rad_s;    /* low-passed */
+    uint32_t suspect_turns; /* RESIDUAL or FLUX on end */
+    uint32_t quiet_turns;
+    uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
+    float flux_error_bound_pu; /* over the flux: the sine of the angle error */
+    float omega_bound_rad_s;   /* |omega_e_hat - omega_e| is below, as far as can be known */
+    supervisor_confidence_t confidence;
+} supervisor_state_t;
+
+typedef struct {
+    ab_t u_s_V;           /* mean over the ended interval, as the observer got it */
+    ab_t i_s_A;           /* sampled now */
+    ab_t lambda_r_hat_Wb; /* of this sample */
+    ab_t e1_A;
+    float lambda_ref_Wb;
+    float Rs_ohm; /* in use */
+    float omega_e_hat_rad_s;
+    float omega_s_hat_rad_s;
+} supervisor_in_t;
+
+/* False unless all numbers are finite and positive (uncertainties and times may be 0),
+ * residual_pu <= lost_pu and the corner is slow against the period. */
+CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
+                             const motor_model_t *motor, float period_s);
+
+/* One period of RUN; at any other time the state is zeroed. Judges every 16th period. What is not a
+ * number never passes as CLOSED. */
+void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
+                     const supervisor_in_t *in);
+
+#endif

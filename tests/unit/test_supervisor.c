@@ -1,0 +1,557 @@
+#include "supervisor.h"
+
+#include <complex.h>
+#include <math.h>
+
+#include "exact.h"
+#include "reference_machine.h"
+#include "unity.h"
+
+#define PERIOD_S 200e-6f
+#define TURN     16 /* periods per judgement */
+
+typedef double complex cplx;
+
+static const supervisor_params_t params = {.corner_rad_s = 3.0f,
+                                           .Rs_uncertainty_pu = 0.05f,
+                                           .Rr_uncertainty_pu = 0.3f,
+                                           .i_uncertainty_pu = 0.02f,
+                                           .u_uncertainty_V = 0.1f,
+                                           .residual_pu = 0.43f,
+                                           .lost_pu = 0.6f,
+                                           .confirm_s = 0.016f, /* 5 turns */
+                                           .return_s = 0.032f,  /* 10 turns */
+                                           .lambda_nominal_Wb = 0.5f,
+                                           .omega_max_rad_s = 600.0f};
+
+static motor_model_t motor;
+static supervisor_config_t cfg;
+static supervisor_state_t st;
+static supervisor_in_t in;
+
+static void configure(int machine, const supervisor_params_t *p)
+{
+    motor = reference_derived(machine);
+    TEST_ASSERT_TRUE(supervisor_init(&cfg, p, &motor, PERIOD_S));
+}
+
+void setUp(void)
+{
+    configure(0, &params);
+    st = (supervisor_state_t){0};
+    in = (supervisor_in_t){.lambda_r_hat_Wb = {0.5f, 0.0f},
+                           .lambda_ref_Wb = 0.5f,
+                           .Rs_ohm = 0.93f,
+                           .omega_e_hat_rad_s = 50.0f,
+                           .omega_s_hat_rad_s = 50.0f};
+}
+
+void tearDown(void)
+{
+}
+
+/* One judgement with |d| = residual_pu of the flux and the frequency given, no current, no voltage.
+ * dV is then U Lr/M alone. */
+static void judge_with(float residual_pu, float omega_s_rad_s)
+{
+    st.started = true;
+    st.periods = TURN - 1;
+    st.omega_s_rad_s = omega_s_rad_s;
+    in.omega_s_hat_rad_s = omega_s_rad_s;
+    const float lambda_Wb = in.lambda_r_hat_Wb.alpha;
+    st.s_Wb = (ab_t){lambda_Wb * (1.0f - residual_pu), 0.0f};
+    supervisor_step(&cfg, &st, &in);
+}
+
+static void judge_times(int n, float residual_pu, float omega_s_rad_s)
+{
+    for (int k = 0; k < n; k++) {
+        judge_with(residual_pu, omega_s_rad_s);
+    }
+}
+
+static cplx c(ab_t x)
+{
+    return (double)x.alpha + I * (double)x.beta;
+}
+
+static ab_t ab(cplx x)
+{
+    return (ab_t){(float)creal(x), (float)cimag(x)};
+}
+
+#define ASSERT_REFUSED(field, value)                                                               \
+    do {                                                                                           \
+        supervisor_params_t bad = params;                                                          \
+        bad.field = (value);                                                                       \
+        TEST_ASSERT_FALSE_MESSAGE(supervisor_init(&cfg, &bad, &motor, PERIOD_S),                   \
+                                  #field " = " #value);                                            \
+    } while (0)
+
+#define ASSERT_ACCEPTED(field, value)                                                              \
+    do {                                                                                           \
+        supervisor_params_t good = params;                                                         \
+        good.field = (value);                                                                      \
+        TEST_ASSERT_TRUE_MESSAGE(supervisor_init(&cfg, &good, &motor, PERIOD_S),                   \
+                                 #field " = " #value);                                             \
+    } while (0)
+
+#define ASSERT_NOT_NEGATIVE(field)                                                                 \
+    ASSERT_REFUSED(field, -1e-3f);                                                                 \
+    ASSERT_REFUSED(field, NAN);                                                                    \
+    ASSERT_REFUSED(field, INFINITY);                                                               \
+    ASSERT_ACCEPTED(field, 0.0f)
+
+static void test_init_refuses_every_bad_parameter(void)
+{
+    ASSERT_NOT_NEGATIVE(Rs_uncertainty_pu);
+    ASSERT_NOT_NEGATIVE(Rr_uncertainty_pu);
+    ASSERT_NOT_NEGATIVE(i_uncertainty_pu);
+    ASSERT_NOT_NEGATIVE(u_uncertainty_V);
+    ASSERT_NOT_NEGATIVE(confirm_s);
+    ASSERT_NOT_NEGATIVE(return_s);
+    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
+        ASSERT_REFUSED(corner_rad_s, not_positive(k));
+        ASSERT_REFUSED(residual_pu, not_positive(k));
+        ASSERT_REFUSED(lost_pu, not_positive(k));
+        ASSERT_REFUSED(lambda_nominal_Wb, not_positive(k));
+        ASSERT_REFUSED(omega_max_rad_s, not_positive(k));
+    }
+    ASSERT_REFUSED(lost_pu, 0.42f); /* below residual_pu */
+    ASSERT_ACCEPTED(lost_pu, 0.43f);
+    ASSERT_REFUSED(corner_rad_s, 5001.0f); /* not slow against the period */
+    ASSERT_ACCEPTED(corner_rad_s, 4990.0f);
+    ASSERT_REFUSED(confirm_s, 3.3e6f); /* more turns than a counter takes */
+    ASSERT_REFUSED(return_s, 3.3e6f);
+    ASSERT_ACCEPTED(confirm_s, 3.1e6f);
+    ASSERT_ACCEPTED(return_s, 3.1e6f);
+}
+
+static void test_init_refuses_a_senseless_motor_or_period(void)
+{
+    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
+        float *const field[] = {&motor.kr, &motor.eps_H, &motor.tau_per_s, &motor.M_H};
+        for (unsigned f = 0; f < sizeof field / sizeof field[0]; f++) {
+            const float before = *field[f];
+            *field[f] = not_positive(k);
+            TEST_ASSERT_FALSE(supervisor_init(&cfg, &params, &motor, PERIOD_S));
+            *field[f] = before;
+        }
+        TEST_ASSERT_FALSE(supervisor_init(&cfg, &params, &motor, not_positive(k)));
+    }
+}
+
+static void test_reasons_and_states_are_the_numbers_of_the_fault_log(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(1u, SUPERVISOR_UNSURE);
+    TEST_ASSERT_EQUAL_UINT32(2u, SUPERVISOR_RESIDUAL);
+    TEST_ASSERT_EQUAL_UINT32(4u, SUPERVISOR_FLUX);
+    TEST_ASSERT_EQUAL_UINT32(8u, SUPERVISOR_LOST);
+    TEST_ASSERT_EQUAL(0, SUPERVISOR_CLOSED);
+    TEST_ASSERT_EQUAL(1, SUPERVISOR_DEGRADED);
+    TEST_ASSERT_EQUAL(2, SUPERVISOR_IMPRESSED);
+}
+
+/* A machine turning at w_s that obeys its own equations, and an estimate `error` times its flux. */
+static void turn_machine(int periods, double omega_s_rad_s, cplx i_A, cplx error)
+{
+    const double kr = (double)motor.kr;
+    const double eps_H = (double)motor.eps_H;
+    const double Rs_ohm = (double)in.Rs_ohm;
+    const cplx step = cexp(I * omega_s_rad_s * (double)PERIOD_S);
+    cplx turned = 1.0;
+    in.omega_s_hat_rad_s = (float)omega_s_rad_s;
+    for (int k = 0; k < periods; k++) {
+        const cplx s_before_Wb = turned * (0.5 + eps_H * i_A);
+        turned *= step;
+        const cplx s_Wb = turned * (0.5 + eps_H * i_A);
+        in.u_s_V = ab(kr * (s_Wb - s_before_Wb) / (double)PERIOD_S + Rs_ohm * turned * i_A);
+        in.i_s_A = ab(turned * i_A);
+        in.lambda_r_hat_Wb = ab(turned * 0.5 * error);
+        supervisor_step(&cfg, &st, &in);
+    }
+}
+
+static void test_an_estimate_that_agrees_with_the_stator_equation_stays_closed(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, &params);
+        st = (supervisor_state_t){0};
+        in.Rs_ohm = motor.Rs_ohm;
+        in.omega_e_hat_rad_s = 55.0f;
+        turn_machine(50 * TURN, 63.0, 4.9 + 8.0 * I, 1.0);
+        TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+        TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+        /* What is left is the uncertainty: dV/|w_s| over the flux. */
+        const double dV_V = 0.05 * (double)in.Rs_ohm * cabs(4.9 + 8.0 * I) + 0.1;
+        ASSERT_NEAR(2e-3, dV_V / (double)motor.kr / 63.0 / 0.5, st.flux_error_bound_pu);
+    }
+}
+
+static void test_the_second_flux_sees_the_error_above_its_corner_in_full(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, &params);
+        st = (supervisor_state_t){0};
+        in.Rs_ohm = motor.Rs_ohm;
+        turn_machine(2000 * TURN, 10.0, 4.9 + 3.0 * I, 1.2);
+        const double dV_V = 0.05 * (double)in.Rs_ohm * cabs(4.9 + 3.0 * I) + 0.1;
+        /* d = error w/(w + w_c) is undone: the bound holds the whole .2 of .5 Wb, over .6 Wb. */
+        ASSERT_NEAR(3e-3, (0.1 + dV_V / (double)motor.kr / 10.0) / 0.6, st.flux_error_bound_pu);
+    }
+}
+
+/* Everything a judgement computes, in double precision. */
+typedef struct {
+    cplx s;
+    double omega_s;
+    double error_bound_pu;
+    double residual_pu;
+} ref_t;
+
+static void ref_step(ref_t *r, bool first, bool judged)
+{
+    const double kr = (double)motor.kr;
+    const cplx i_A = c(in.i_s_A);
+    const cplx target = c(in.lambda_r_hat_Wb) + (double)motor.eps_H * i_A;
+    const cplx s =
+        first ? target : r->s + (double)PERIOD_S / kr * (c(in.u_s_V) - (double)in.Rs_ohm * i_A);
+    const cplx d = target - s;
+    r->s = s + 3.0 * (double)PERIOD_S * d;
+    if (judged) {
+        r->omega_s += 0.25 * ((double)in.omega_s_hat_rad_s - r->omega_s);
+        const double lambda = cabs(c(in.lambda_r_hat_Wb));
+        const double dV = (0.05 * (double)in.Rs_ohm * cabs(i_A) + 0.1) / kr / lambda;
+        r->residual_pu = cabs(d) / lambda;
+        r->error_bound_pu = (r->residual_pu * hypot(r->omega_s, 3.0) + dV) / fabs(r->omega_s);
+    }
+}
+
+static void draw_inputs(uint32_t *seed)
+{
+    in.u_s_V = (ab_t){20.0f * noise(seed), 20.0f * noise(seed)};
+    in.i_s_A = (ab_t){8.0f * noise(seed), 8.0f * noise(seed)};
+    in.e1_A = (ab_t){noise(seed), noise(seed)};
+    in.lambda_r_hat_Wb = (ab_t){0.4f + 0.1f * noise(seed), 0.2f * noise(seed)};
+    in.omega_s_hat_rad_s = -60.0f + 5.0f * noise(seed);
+    in.omega_e_hat_rad_s = -50.0f + 5.0f * noise(seed);
+}
+
+static void test_a_judgement_equals_the_double_one_on_both_machines(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, &params);
+        st = (supervisor_state_t){0};
+        ref_t ref = {0};
+        uint32_t seed = 7u;
+        for (int k = 0; k < 40 * TURN; k++) {
+            draw_inputs(&seed);
+            const bool judged = (k % TURN) == (TURN - 1);
+            ref_step(&ref, k == 0, judged);
+            supervisor_step(&cfg, &st, &in);
+            ASSERT_NEAR(2e-5, creal(ref.s), st.s_Wb.alpha);
+            ASSERT_NEAR(2e-5, cimag(ref.s), st.s_Wb.beta);
+            ASSERT_NEAR(2e-4 * (1.0 + fabs(ref.error_bound_pu)), ref.error_bound_pu,
+                        st.flux_error_bound_pu);
+            ASSERT_NEAR(1e-3, ref.omega_s, st.omega_s_rad_s);
+        }
+        TEST_ASSERT_TRUE(ref.residual_pu > 0.01);
+    }
+}
+
+static void test_the_speed_bound_equals_the_double_one_while_closed(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, &params);
+        const reference_model_t ref = reference_model(&reference_machine[machine], 0.0);
+        st = (supervisor_state_t){0};
+        in.e1_A = (ab_t){0.3f, -0.4f};
+        in.omega_e_hat_rad_s = 62.0f;
+        judge_with(0.05f, 50.0f);
+        TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+        const double flux_pu = (double)st.flux_error_bound_pu;
+        const double pull_rad_s = ref.a21 * 0.5 / 0.5; /* M Rr/Lr |e1| over the flux */
+        ASSERT_NEAR(1e-4, hypot(ref.tau, 12.0) * flux_pu + pull_rad_s + 0.3 * 12.0 + 0.02 * 50.0,
+                    st.omega_bound_rad_s);
+    }
+}
+
+static void test_no_speed_bound_is_stated_without_orientation(void)
+{
+    judge_with(0.3f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    ASSERT_SAME_FLOAT(600.0f, st.omega_bound_rad_s);
+    /* Nor a larger one than the speed may be. */
+    st = (supervisor_state_t){0};
+    in.e1_A = (ab_t){1e4f, 0.0f};
+    judge_with(0.05f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+    ASSERT_SAME_FLOAT(600.0f, st.omega_bound_rad_s);
+}
+
+/* All vectors turned, or mirrored with the speeds' signs: the same judgement. */
+static void test_a_judgement_knows_no_direction(void)
+{
+    const cplx turn = cexp(2.1 * I);
+    supervisor_state_t turned = {0};
+    supervisor_state_t mirrored = {0};
+    uint32_t seed = 3u;
+    for (int k = 0; k < 20 * TURN; k++) {
+        draw_inputs(&seed);
+        supervisor_in_t rotated = in;
+        rotated.u_s_V = ab(turn * c(in.u_s_V));
+        rotated.i_s_A = ab(turn * c(in.i_s_A));
+        rotated.lambda_r_hat_Wb = ab(turn * c(in.lambda_r_hat_Wb));
+        rotated.e1_A = ab(turn * c(in.e1_A));
+        supervisor_in_t mirror = in;
+        mirror.u_s_V = ab_conj(in.u_s_V);
+        mirror.i_s_A = ab_conj(in.i_s_A);
+        mirror.lambda_r_hat_Wb = ab_conj(in.lambda_r_hat_Wb);
+        mirror.omega_e_hat_rad_s = -in.omega_e_hat_rad_s;
+        mirror.omega_s_hat_rad_s = -in.omega_s_hat_rad_s;
+        supervisor_step(&cfg, &st, &in);
+        supervisor_step(&cfg, &turned, &rotated);
+        supervisor_step(&cfg, &mirrored, &mirror);
+        ASSERT_NEAR(1e-4, st.flux_error_bound_pu, turned.flux_error_bound_pu);
+        ASSERT_SAME_FLOAT(st.flux_error_bound_pu, mirrored.flux_error_bound_pu);
+        ASSERT_SAME_FLOAT(st.omega_bound_rad_s, mirrored.omega_bound_rad_s);
+        TEST_ASSERT_EQUAL(st.confidence, mirrored.confidence);
+    }
+}
+
+static void test_every_sixteenth_period_judges(void)
+{
+    in.lambda_r_hat_Wb = (ab_t){0.0f, 0.0f};
+    for (int k = 1; k <= 3 * TURN; k++) {
+        st.reasons = 0x80u;
+        supervisor_step(&cfg, &st, &in);
+        TEST_ASSERT_EQUAL(k % TURN == 0, st.reasons != 0x80u);
+    }
+}
+
+static void test_the_first_period_takes_the_estimate_for_the_flux(void)
+{
+    in.i_s_A = (ab_t){4.0f, 2.0f};
+    supervisor_step(&cfg, &st, &in);
+    ASSERT_NEAR(1e-6, 0.5 + (double)motor.eps_H * 4.0, st.s_Wb.alpha);
+    ASSERT_NEAR(1e-6, (double)motor.eps_H * 2.0, st.s_Wb.beta);
+}
+
+/* dV = .1 V: at 50 rad/s and .5 Wb that is .004 of bound; d counts hypot(50, 3)/50 = 1.0018. */
+static void test_a_flux_error_of_a_quarter_is_degraded_and_less_is_not(void)
+{
+    judge_with(0.244f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+    judge_with(0.247f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+}
+
+static void test_the_wedge_under_load_is_degraded_and_its_edge_grows_with_the_current(void)
+{
+    /* .1 V + 5 % of .93 ohm and 10 A = .565 V: a quarter of .5 Wb at 4.52 rad/s. */
+    const float omega_rad_s[] = {4.4f, 4.6f};
+    for (int k = 0; k < 2; k++) {
+        st = (supervisor_state_t){0};
+        turn_machine(20 * TURN, (double)omega_rad_s[k], 5.0 + 8.66 * I, 1.0);
+        TEST_ASSERT_EQUAL(k == 0, (st.reasons & SUPERVISOR_UNSURE) != 0u);
+    }
+    /* Without load the same frequency is safe. */
+    st = (supervisor_state_t){0};
+    turn_machine(20 * TURN, 4.4, 5.0, 1.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+}
+
+static void test_closed_comes_back_after_a_time_below_the_lower_threshold(void)
+{
+    judge_with(0.3f, 50.0f);
+    /* Between the thresholds: no reason left, no return either. */
+    judge_times(50, 0.178f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_times(9, 0.17f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.178f, 50.0f); /* not on end: counted anew */
+    judge_times(9, 0.17f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.17f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+}
+
+/* The chord of 25 degrees is .43; dV/hypot(50, 3) = .004 on top is explained. */
+static void test_a_residual_beyond_the_uncertainty_is_a_loss_indicator(void)
+{
+    judge_with(0.432f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    judge_with(0.436f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_RESIDUAL, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+}
+
+static void test_a_large_residual_asks_for_impressed_current_at_once(void)
+{
+    judge_with(0.602f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.606f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_RESIDUAL | SUPERVISOR_LOST, st.reasons);
+}
+
+static void test_a_lasting_residual_asks_for_impressed_current(void)
+{
+    judge_times(5, 0.5f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.4f, 50.0f); /* not on end */
+    judge_times(5, 0.5f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.5f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    /* Asked for until everything is quiet, not only until it is less bad. */
+    judge_times(50, 0.3f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    judge_times(9, 0.1f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    judge_with(0.1f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+}
+
+static void test_counters_stop_at_their_limit(void)
+{
+    judge_times(100, 0.5f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(5u, st.suspect_turns);
+    judge_times(100, 0.1f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(10u, st.quiet_turns);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.suspect_turns);
+}
+
+/* Below the corner a residual is Rs: a standing shaft with a wrong Rs asks for nothing. */
+static void test_a_residual_below_the_corner_is_no_loss(void)
+{
+    judge_times(100, 0.9f, 2.99f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.9f, -3.01f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+}
+
+static void test_at_zero_frequency_nothing_is_sure_and_the_bound_is_finite(void)
+{
+    judge_with(0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    /* .1 V over .5 Wb and the floor of 1e-3 rad/s. */
+    ASSERT_NEAR(0.1, 200.0 / (double)motor.kr, st.flux_error_bound_pu);
+}
+
+static void test_more_flux_than_one_and_a_half_references_is_a_loss_indicator(void)
+{
+    in.lambda_r_hat_Wb.alpha = 0.749f;
+    judge_with(0.0f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+    in.lambda_r_hat_Wb.alpha = 0.751f;
+    judge_times(5, 0.0f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_FLUX, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.quiet_turns);
+    judge_with(0.0f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+}
+
+static void test_the_flux_limit_follows_a_higher_reference_and_no_lower_one(void)
+{
+    in.lambda_r_hat_Wb.alpha = 0.9f;
+    in.lambda_ref_Wb = 0.61f;
+    judge_with(0.0f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+    in.lambda_r_hat_Wb.alpha = 0.74f;
+    in.lambda_ref_Wb = 0.2f;
+    judge_with(0.0f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+}
+
+/* An estimate that ran away, or is none, does not make its own error small, or infinite. */
+static void test_errors_are_measured_by_a_plausible_flux(void)
+{
+    const float estimate_Wb[] = {20.0f, 1e-6f};
+    const double by_Wb[] = {0.75, 0.025};
+    for (int k = 0; k < 2; k++) {
+        st = (supervisor_state_t){0};
+        in.lambda_r_hat_Wb.alpha = estimate_Wb[k];
+        judge_with(0.0f, 50.0f);
+        ASSERT_NEAR(1e-4, 0.1 / by_Wb[k] / 50.0, st.flux_error_bound_pu);
+    }
+}
+
+static void test_what_is_not_a_number_never_passes_as_closed(void)
+{
+    float *const field[] = {&in.u_s_V.alpha,
+                            &in.u_s_V.beta,
+                            &in.i_s_A.alpha,
+                            &in.i_s_A.beta,
+                            &in.lambda_r_hat_Wb.alpha,
+                            &in.lambda_r_hat_Wb.beta,
+                            &in.Rs_ohm,
+                            &in.omega_s_hat_rad_s};
+    for (unsigned f = 0; f < sizeof field / sizeof field[0]; f++) {
+        setUp();
+        in.i_s_A = (ab_t){5.0f, 1.0f};
+        in.u_s_V = (ab_t){5.0f, 1.0f};
+        *field[f] = NAN;
+        for (int k = 0; k < TURN; k++) {
+            supervisor_step(&cfg, &st, &in);
+        }
+        TEST_ASSERT_NOT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+        ASSERT_SAME_FLOAT(600.0f, st.omega_bound_rad_s);
+        /* And is remembered until the drive, which trips on it, zeroes the state. */
+        *field[f] = 0.5f;
+        for (int k = 0; k < 20 * TURN; k++) {
+            supervisor_step(&cfg, &st, &in);
+        }
+        TEST_ASSERT_NOT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+    }
+    /* A speed or an e1 that is none takes the bound away. */
+    setUp();
+    in.omega_e_hat_rad_s = NAN;
+    judge_with(0.05f, 50.0f);
+    ASSERT_SAME_FLOAT(600.0f, st.omega_bound_rad_s);
+}
+
+static void test_two_supervisors_judge_apart(void)
+{
+    supervisor_state_t other = {0};
+    judge_with(0.7f, 50.0f);
+    supervisor_step(&cfg, &other, &in);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, other.confidence);
+    TEST_ASSERT_EQUAL_UINT32(1u, other.periods);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_every_bad_parameter);
+    RUN_TEST(test_init_refuses_a_senseless_motor_or_period);
+    RUN_TEST(test_reasons_and_states_are_the_numbers_of_the_fault_log);
+    RUN_TEST(test_an_estimate_that_agrees_with_the_stator_equation_stays_closed);
+    RUN_TEST(test_the_second_flux_sees_the_error_above_its_corner_in_full);
+    RUN_TEST(test_a_judgement_equals_the_double_one_on_both_machines);
+    RUN_TEST(test_the_speed_bound_equals_the_double_one_while_closed);
+    RUN_TEST(test_no_speed_bound_is_stated_without_orientation);
+    RUN_TEST(test_a_judgement_knows_no_direction);
+    RUN_TEST(test_every_sixteenth_period_judges);
+    RUN_TEST(test_the_first_period_takes_the_estimate_for_the_flux);
+    RUN_TEST(test_a_flux_error_of_a_quarter_is_degraded_and_less_is_not);
+    RUN_TEST(test_the_wedge_under_load_is_degraded_and_its_edge_grows_with_the_current);
+    RUN_TEST(test_closed_comes_back_after_a_time_below_the_lower_threshold);
+    RUN_TEST(test_a_residual_beyond_the_uncertainty_is_a_loss_indicator);
+    RUN_TEST(test_a_large_residual_asks_for_impressed_current_at_once);
+    RUN_TEST(test_a_lasting_residual_asks_for_impressed_current);
+    RUN_TEST(test_counters_stop_at_their_limit);
+    RUN_TEST(test_a_residual_below_the_corner_is_no_loss);
+    RUN_TEST(test_at_zero_frequency_nothing_is_sure_and_the_bound_is_finite);
+    RUN_TEST(test_more_flux_than_one_and_a_half_references_is_a_loss_indicator);
+    RUN_TEST(test_the_flux_limit_follows_a_higher_reference_and_no_lower_one);
+    RUN_TEST(test_errors_are_measured_by_a_plausible_flux);
+    RUN_TEST(test_what_is_not_a_number_never_passes_as_closed);
+    RUN_TEST(test_two_supervisors_judge_apart);
+    return UNITY_END();
+}
