@@ -107,6 +107,8 @@ void scale_to_board(params_t &params, const Board &board)
     scale_param(params, "u_dc_min_V", board.u_dc_V / paper.u_dc_V);
     scale_param(params, "i_trip_A", current_scale);
     scale_param(params, "current_sum_max_A", current_scale);
+    scale_param(params, "sup_u_uncertainty_V",
+                board.line_voltage_full_scale_V / paper.line_voltage_full_scale_V);
     // The filter's group delay at low frequency, 2 D / w_c, seen from the middle of the interval
     // that just ended: half a period less.
     const auto delay_s = [](const Board &b) {

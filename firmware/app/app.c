@@ -179,5 +179,8 @@ void app_telemetry(const app_t *app, app_telemetry_t *t)
                            .e1_beta_A = d->observer.e1_A.beta,
                            .stator_frequency_Hz = d->omega_s_hat_rad_s / NUM_TWO_PI,
                            .Rs_hat_ohm = app->configured ? drive_rs_ohm(&app->drive_cfg, d) : 0.0f,
+                           .confidence = (uint32_t)d->supervisor.confidence,
+                           .supervisor_reasons = d->supervisor.reasons,
+                           .omega_m_bound_rad_s = d->supervisor.omega_bound_rad_s / p,
                            .gain = o->gain};
 }

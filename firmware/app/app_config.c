@@ -81,6 +81,17 @@ static void config_control(drive_params_t *d, const params_t *p)
     d->svpwm = (svpwm_params_t){.min_pulse_s = p->min_pulse_s,
                                 .u_dc_min_V = 0.5f * p->u_dc_min_V + 1.0f,
                                 .swap_vw = p->swap_vw != 0u};
+    d->supervisor = (supervisor_params_t){.corner_rad_s = NUM_TWO_PI * p->sup_corner_Hz,
+                                          .Rs_uncertainty_pu = p->sup_Rs_uncertainty,
+                                          .Rr_uncertainty_pu = p->sup_Rr_uncertainty,
+                                          .i_uncertainty_pu = p->sup_i_uncertainty,
+                                          .u_uncertainty_V = p->sup_u_uncertainty_V,
+                                          .residual_pu = p->sup_residual,
+                                          .lost_pu = p->sup_lost,
+                                          .confirm_s = p->sup_confirm_s,
+                                          .return_s = p->sup_return_s,
+                                          .lambda_nominal_Wb = p->M_H * p->i_d_A,
+                                          .omega_max_rad_s = p->omega_max_rad_s};
     d->dead_time = (dead_time_params_t){.fraction = p->dead_time_fraction,
                                         .dead_time_s = p->dead_time_s,
                                         .drop_V = p->device_drop_V,

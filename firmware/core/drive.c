@@ -26,7 +26,8 @@ static bool init_control(drive_config_t *cfg, const drive_params_t *params)
            current_control_init(&cfg->current, &params->current, &cfg->motor, params->period_s) &&
            svpwm_init(&cfg->svpwm, &params->svpwm, params->period_s) &&
            dead_time_init(&cfg->dead_time, &params->dead_time, params->period_s) &&
-           monitor_init(&params->monitor);
+           monitor_init(&params->monitor) &&
+           supervisor_init(&cfg->supervisor, &params->supervisor, &cfg->motor, params->period_s);
 }
 
 /* The means that go beyond the paper; each is off by its own parameter. */
@@ -258,6 +259,24 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
                            dq_from_ab(st->u_pending_V, axis_ahead));
 }
 
+/* How far all that is to be believed. */
+static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                      const drive_out_t *out)
+{
+    if (in->mode != DRIVE_RUN) {
+        st->supervisor = (supervisor_state_t){0};
+        return;
+    }
+    const supervisor_in_t sup_in = {.u_s_V = out->u_s_V,
+                                    .i_s_A = out->meas.i_s_A,
+                                    .lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
+                                    .e1_A = st->observer.e1_A,
+                                    .Rs_ohm = drive_rs_ohm(cfg, st),
+                                    .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
+                                    .omega_s_hat_rad_s = st->omega_s_hat_rad_s};
+    supervisor_step(&cfg->supervisor, &st->supervisor, &sup_in);
+}
+
 /* Gates off: nothing to estimate or control; monitor goes on counting. */
 static void rest(drive_state_t *st, drive_out_t *out)
 {
@@ -282,6 +301,7 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     } else {
         estimate(cfg, st, in, out);
         control(cfg, st, in, out);
+        supervise(cfg, st, in, out);
     }
     const monitor_in_t mon_in = {.meas = &out->meas,
                                  .duty = out->duty,

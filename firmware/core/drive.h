@@ -29,6 +29,7 @@
 #include "rs_tracking.h"
 #include "speed_adaptation.h"
 #include "speed_control.h"
+#include "supervisor.h"
 #include "svpwm.h"
 
 typedef enum {
@@ -63,6 +64,7 @@ typedef struct {
     rs_tracking_params_t rs_tracking;
     flux_steering_params_t steering;
     monitor_config_t monitor;
+    supervisor_params_t supervisor;
 } drive_params_t;
 
 typedef struct {
@@ -87,6 +89,7 @@ typedef struct {
     rs_tracking_config_t rs_tracking;
     flux_steering_config_t steering;
     monitor_config_t monitor;
+    supervisor_config_t supervisor;
 } drive_config_t;
 
 typedef struct {
@@ -100,6 +103,7 @@ typedef struct {
     rs_tracking_state_t rs_tracking;
     flux_steering_state_t steering;
     monitor_state_t monitor;
+    supervisor_state_t supervisor;
     float rs_start_delta_ohm; /* Rs found at the start minus the parameter; 0: none found */
     float dead_time_pu;       /* leg voltage lost over dc link, as found */
     bool dead_time_found;     /* else by the parameters */

@@ -14,7 +14,7 @@
 #define SUPERVISOR_LIMIT_PU  0.25f
 #define SUPERVISOR_RETURN_PU 0.18f
 
-/* The estimate of an oriented drive overshoots its reference by less (M 15 % off and a quarter
+/* The estimate of an oriented drive overshoots nominal flux by less (M 15 % off and a quarter
  * more). */
 #define SUPERVISOR_FLUX_HIGH_PU 1.5f
 
@@ -58,7 +58,8 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         .tau_per_s = motor->tau_per_s,
         .m_tau_ohm = motor->M_H * motor->tau_per_s,
         .corner2_rad2_s2 = params->corner_rad_s * params->corner_rad_s,
-        .lambda_min_Wb = SUPERVISOR_FLUX_LOW_PU * params->lambda_nominal_Wb,
+        .lambda_low_Wb = SUPERVISOR_FLUX_LOW_PU * params->lambda_nominal_Wb,
+        .lambda_high_Wb = SUPERVISOR_FLUX_HIGH_PU * params->lambda_nominal_Wb,
         .confirm_turns = (uint32_t)(confirm + 0.5f),
         .return_turns = (uint32_t)(back + 0.5f),
     };
@@ -138,9 +139,7 @@ static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const 
     const float omega_d_rad_s = sqrtf(omega_s_rad_s * omega_s_rad_s + cfg->corner2_rad2_s2);
 
     const float estimate_Wb = magnitude(in->lambda_r_hat_Wb);
-    const float high_Wb =
-        SUPERVISOR_FLUX_HIGH_PU * maxf(in->lambda_ref_Wb, cfg->p.lambda_nominal_Wb);
-    const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_min_Wb, high_Wb);
+    const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_low_Wb, cfg->lambda_high_Wb);
 
     const float dV_pu_per_s =
         cfg->kr_inv *
@@ -152,7 +151,7 @@ static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const 
     /* Below the corner d is Rs, whatever the flux does: a standing shaft is no loss. */
     const bool told = !(omega_s_rad_s < cfg->p.corner_rad_s);
     const float excess_pu = told ? (residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
-    st->reasons = find_reasons(cfg, st, excess_pu, !(estimate_Wb <= high_Wb));
+    st->reasons = find_reasons(cfg, st, excess_pu, !(estimate_Wb <= cfg->lambda_high_Wb));
     decide(cfg, st);
     st->omega_bound_rad_s = speed_bound(cfg, st, in, lambda_Wb);
 }

@@ -50,7 +50,8 @@ typedef struct {
     float tau_per_s;
     float m_tau_ohm;
     float corner2_rad2_s2;
-    float lambda_min_Wb;
+    float lambda_low_Wb;
+    float lambda_high_Wb;
     uint32_t confirm_turns;
     uint32_t return_turns;
 } supervisor_config_t;
@@ -73,7 +74,6 @@ typedef struct {
     ab_t i_s_A;           /* sampled now */
     ab_t lambda_r_hat_Wb; /* of this sample */
     ab_t e1_A;
-    float lambda_ref_Wb;
     float Rs_ohm; /* in use */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;

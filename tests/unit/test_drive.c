@@ -75,7 +75,13 @@ static drive_params_t params_of(motor_t motor)
                                         .u_dc_max_V = 700.0f,
                                         .u_dc_min_V = 100.0f,
                                         .omega_max_rad_s = 700.0f,
-                                        .plausibility_periods = 50u}};
+                                        .plausibility_periods = 50u},
+                            .supervisor = {.corner_rad_s = 3.0f,
+                                           .Rs_uncertainty_pu = 0.05f,
+                                           .residual_pu = 0.43f,
+                                           .lost_pu = 0.6f,
+                                           .lambda_nominal_Wb = 0.45f,
+                                           .omega_max_rad_s = 600.0f}};
 }
 
 /* ---- The same chain in double-precision complex arithmetic, run mode ---- */
@@ -450,6 +456,37 @@ static void test_torque_current_gets_what_i_d_leaves(void)
     TEST_ASSERT_EQUAL_FLOAT(6.0f, out.i_ref_A.q);
 }
 
+/* What it gets is what the control law used, the resistance in use included. */
+static void test_run_is_supervised_and_nothing_else_is(void)
+{
+    const drive_params_t p = both_machines(1);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}}, .rs_start_delta_ohm = 0.2f};
+    drive_in_t in = {.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_RUN};
+    drive_out_t out;
+    supervisor_state_t expected = {0};
+    for (int k = 0; k < 32; k++) {
+        drive_step(&cfg, &st, &in, &out);
+        const supervisor_in_t sup_in = {.u_s_V = out.u_s_V,
+                                        .i_s_A = out.meas.i_s_A,
+                                        .lambda_r_hat_Wb = st.observer.lambda_r_hat_Wb,
+                                        .e1_A = st.observer.e1_A,
+                                        .Rs_ohm = drive_rs_ohm(&cfg, &st),
+                                        .omega_e_hat_rad_s = st.omega_e_hat_rad_s,
+                                        .omega_s_hat_rad_s = st.omega_s_hat_rad_s};
+        supervisor_step(&cfg.supervisor, &expected, &sup_in);
+        TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.alpha, st.supervisor.s_Wb.alpha);
+        TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.beta, st.supervisor.s_Wb.beta);
+        TEST_ASSERT_EQUAL_FLOAT(expected.flux_error_bound_pu, st.supervisor.flux_error_bound_pu);
+        TEST_ASSERT_EQUAL_FLOAT(expected.omega_bound_rad_s, st.supervisor.omega_bound_rad_s);
+    }
+    in.mode = DRIVE_PREMAGNETISE;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_FALSE(st.supervisor.started);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.supervisor.flux_error_bound_pu);
+}
+
 static void test_off_rests_everything_but_offsets_and_fault_counters(void)
 {
     const drive_params_t p = both_machines(0);
@@ -619,6 +656,7 @@ static void test_init_refuses_one_bad_value_anywhere(void)
     REFUSE_WITH(svpwm.min_pulse_s, -1.0f);
     REFUSE_WITH(dead_time.i_threshold_A, 0.0f);
     REFUSE_WITH(monitor.i_trip_A, 0.0f);
+    REFUSE_WITH(supervisor.corner_rad_s, 0.0f);
 #undef REFUSE_WITH
     drive_config_t cfg;
     gain_table_t broken = test_table;
@@ -666,6 +704,7 @@ int main(void)
     RUN_TEST(test_premagnetise_holds_axis_and_speed_still);
     RUN_TEST(test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis);
     RUN_TEST(test_torque_current_gets_what_i_d_leaves);
+    RUN_TEST(test_run_is_supervised_and_nothing_else_is);
     RUN_TEST(test_off_rests_everything_but_offsets_and_fault_counters);
     RUN_TEST(test_faults_are_reported_in_every_mode);
     RUN_TEST(test_a_lost_estimate_is_a_fault);
