@@ -14,6 +14,7 @@ from zerohertz.errors import UserError
 COMMAND_MODULES = (
     "zerohertz.report.command",
     "zerohertz.scenario.command",
+    "zerohertz.atlas.detection_command",
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
     "zerohertz.replay.command",

@@ -1,0 +1,1 @@
+"""Where the drive holds, and whether it knows when it does not."""
