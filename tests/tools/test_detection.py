@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+
 from zerohertz import sim
 from zerohertz.atlas import detection
 from zerohertz.paths import ROOT
@@ -62,13 +63,9 @@ def test_a_wrong_flux_magnitude_is_lost_as_well():
 
 def test_a_false_alarm_counts_by_its_reason():
     doubt = during(8.0, 9.0, 1.0, 0.0)
-    unsure = detection.judge_mission(
-        record_of(confidence=doubt, supervisor_reasons=doubt)
-    )
+    unsure = detection.judge_mission(record_of(confidence=doubt, supervisor_reasons=doubt))
     assert (unsure.loss_alarms, unsure.unsure_alarms) == (0, 1)
-    loss = detection.judge_mission(
-        record_of(confidence=doubt, supervisor_reasons=2.0 * doubt)
-    )
+    loss = detection.judge_mission(record_of(confidence=doubt, supervisor_reasons=2.0 * doubt))
     assert (loss.loss_alarms, loss.unsure_alarms) == (1, 0)
     slow = detection.judge_mission(
         record_of(confidence=doubt, supervisor_reasons=2.0 * doubt, f_s_Hz=-0.9)
@@ -94,9 +91,7 @@ def test_the_speed_bound_is_compared_while_closed():
 
 
 def test_a_result_that_misses_one_requirement_does_not_meet():
-    found = [
-        detection.find(record_of(flux_angle_err_deg=during(8.0, 9.0, 40.0, 0.0)), "x")
-    ]
+    found = [detection.find(record_of(flux_angle_err_deg=during(8.0, 9.0, 40.0, 0.0)), "x")]
     quiet = detection.summary_of_missions([detection.judge_mission(record_of())])
     silent = {"losses": detection.summary_of_losses(found), "missions": quiet}
     assert silent["losses"]["silent"] == 1
@@ -108,16 +103,12 @@ def test_a_result_that_misses_one_requirement_does_not_meet():
     }
     assert detection.meets(good)
     assert not detection.meets(good | {"missions": quiet | {"impressed": 1}})
-    assert not detection.meets(
-        good | {"missions": quiet | {"closed_share_above_1Hz": 0.89}}
-    )
+    assert not detection.meets(good | {"missions": quiet | {"closed_share_above_1Hz": 0.89}})
 
 
 @pytest.mark.parametrize("figure", detection.LOSING_FIGURES)
 def test_the_papers_losing_experiments_are_told_in_time(figure):
-    losses = detection.summary_of_losses(
-        [detection.losing_run((load_setup("paper"), figure, 7))]
-    )
+    losses = detection.summary_of_losses([detection.losing_run((load_setup("paper"), figure, 7))])
     assert losses["not_lost"] == 0
     assert losses["silent"] == 0
     assert losses["above_1Hz"]["worst_ms"] <= 50.0

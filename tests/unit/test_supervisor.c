@@ -118,7 +118,7 @@ static void test_init_refuses_every_bad_parameter(void)
     }
     ASSERT_REFUSED(lost_pu, 0.42f); /* below residual_pu */
     ASSERT_ACCEPTED(lost_pu, 0.43f);
-    ASSERT_REFUSED(corner_rad_s, 5001.0f); /* not slow against the period */
+    ASSERT_REFUSED(corner_rad_s, 5000.0f); /* not slow against the period */
     ASSERT_ACCEPTED(corner_rad_s, 4990.0f);
     ASSERT_REFUSED(confirm_s, 3.3e6f); /* more turns than a counter takes */
     ASSERT_REFUSED(return_s, 3.3e6f);
@@ -138,6 +138,35 @@ static void test_init_refuses_a_senseless_motor_or_period(void)
         }
         TEST_ASSERT_FALSE(supervisor_init(&cfg, &params, &motor, not_positive(k)));
     }
+}
+
+static void test_init_rounds_times_to_whole_judgements(void)
+{
+    ASSERT_ACCEPTED(confirm_s, 0.01755f); /* 5.48 */
+    TEST_ASSERT_EQUAL_UINT32(5u, cfg.confirm_turns);
+    ASSERT_ACCEPTED(confirm_s, 0.01765f); /* 5.52 */
+    TEST_ASSERT_EQUAL_UINT32(6u, cfg.confirm_turns);
+    ASSERT_ACCEPTED(return_s, 0.01755f);
+    TEST_ASSERT_EQUAL_UINT32(5u, cfg.return_turns);
+    ASSERT_ACCEPTED(return_s, 0.01765f);
+    TEST_ASSERT_EQUAL_UINT32(6u, cfg.return_turns);
+}
+
+static void test_a_threshold_itself_is_no_reason(void)
+{
+    supervisor_params_t p = params;
+    p.u_uncertainty_V = 0.0f;
+    p.residual_pu = 0.5f;
+    p.lost_pu = 0.5f;
+    configure(0, &p);
+    judge_with(0.5f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    in.lambda_r_hat_Wb.alpha = 0.75f;
+    judge_with(0.0f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+    /* From the corner itself on, the residual counts. */
+    judge_with(0.875f, 3.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
 static void test_reasons_and_states_are_the_numbers_of_the_fault_log(void)
@@ -517,6 +546,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_every_bad_parameter);
     RUN_TEST(test_init_refuses_a_senseless_motor_or_period);
+    RUN_TEST(test_init_rounds_times_to_whole_judgements);
+    RUN_TEST(test_a_threshold_itself_is_no_reason);
     RUN_TEST(test_reasons_and_states_are_the_numbers_of_the_fault_log);
     RUN_TEST(test_an_estimate_that_agrees_with_the_stator_equation_stays_closed);
     RUN_TEST(test_the_second_flux_sees_the_error_above_its_corner_in_full);
