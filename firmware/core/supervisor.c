@@ -84,10 +84,16 @@ static inline uint32_t turns_with(bool flag, uint32_t turns, uint32_t limit)
 static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t *st,
                              float excess_pu, bool flux_high)
 {
-    uint32_t reasons = (st->flux_error_bound_pu <= SUPERVISOR_LIMIT_PU) ? 0u : SUPERVISOR_UNSURE;
-    reasons |= (excess_pu <= cfg->p.residual_pu) ? 0u : SUPERVISOR_RESIDUAL;
-    reasons |= flux_high ? SUPERVISOR_FLUX : 0u;
-
+    uint32_t reasons = 0u;
+    if (!(st->flux_error_bound_pu <= SUPERVISOR_LIMIT_PU)) {
+        reasons |= SUPERVISOR_UNSURE;
+    }
+    if (!(excess_pu <= cfg->p.residual_pu)) {
+        reasons |= SUPERVISOR_RESIDUAL;
+    }
+    if (flux_high) {
+        reasons |= SUPERVISOR_FLUX;
+    }
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
     const bool long_enough = suspect && (st->suspect_turns >= cfg->confirm_turns);
     st->suspect_turns = turns_with(suspect, st->suspect_turns, cfg->confirm_turns);
@@ -110,6 +116,8 @@ static void decide(const supervisor_config_t *cfg, supervisor_state_t *st)
         st->confidence = now;
     } else if (quiet && (st->quiet_turns >= cfg->return_turns)) {
         st->confidence = SUPERVISOR_CLOSED;
+    } else {
+        /* as it was */
     }
 }
 

@@ -18,7 +18,7 @@ def register(app: typer.Typer) -> None:
 
 def detection(
     hours: Annotated[
-        float, typer.Option(min=0.01, help="Simulated hours of missions that stay oriented.")
+        float, typer.Option(min=0.1, help="Simulated hours of oriented missions; shares need 1.")
     ] = 1.0,
     seeds: Annotated[int, typer.Option(min=1, max=100, help="Noise seeds of the figures.")] = 6,
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
