@@ -92,6 +92,12 @@ static void config_control(drive_params_t *d, const params_t *p)
                                           .return_s = p->sup_return_s,
                                           .lambda_nominal_Wb = p->M_H * p->i_d_A,
                                           .omega_max_rad_s = p->omega_max_rad_s};
+    d->lost_action = (drive_lost_action_t)p->lost_action;
+    d->impressed = (impressed_current_params_t){.current_A = p->impressed_A,
+                                                .slew_A_per_s = p->impressed_slew_A_s,
+                                                .slew_rad_s2 = p->impressed_slew_rad_s2,
+                                                .return_rad_s = NUM_TWO_PI * p->impressed_return_Hz,
+                                                .timeout_s = p->impressed_timeout_s};
     d->dead_time = (dead_time_params_t){.fraction = p->dead_time_fraction,
                                         .dead_time_s = p->dead_time_s,
                                         .drop_V = p->device_drop_V,

@@ -36,7 +36,10 @@ static bool init_means(drive_config_t *cfg, const drive_params_t *params)
     return rs_measurement_init(&cfg->rs_measurement, &params->rs_measurement, params->motor.Rs_ohm,
                                params->period_s) &&
            rs_tracking_init(&cfg->rs_tracking, &params->rs_tracking, params->period_s) &&
-           flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, params->period_s);
+           flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, params->period_s) &&
+           impressed_current_init(&cfg->impressed, &params->impressed, &cfg->motor,
+                                  params->period_s) &&
+           ((params->lost_action != DRIVE_LOST_IMPRESS) || impressed_current_on(&cfg->impressed));
 }
 
 bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_table_t *table)
@@ -62,6 +65,11 @@ bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_ta
     cfg->delay_comp_s = params->delay_comp_periods * params->period_s;
     cfg->lambda_min_Wb = DRIVE_LAMBDA_MIN_PU * params->motor.M_H * params->flux.i_d_A;
     cfg->monitor = params->monitor;
+    if ((params->lost_action != DRIVE_LOST_TELL) && (params->lost_action != DRIVE_LOST_STOP) &&
+        (params->lost_action != DRIVE_LOST_IMPRESS)) {
+        return false;
+    }
+    cfg->lost_action = params->lost_action;
     cfg->dead_time_identify = params->dead_time_identify;
     cfg->inv_lambda_ref_per_Wb = 1.0f / (params->motor.M_H * params->flux.i_d_A);
     return init_estimator(cfg, params) && init_control(cfg, params) && init_means(cfg, params);
@@ -142,7 +150,14 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
                                   .gain = out->gain};
     observer_step(&cfg->observer, &st->observer, &obs_in);
 
-    if (in->mode == DRIVE_RUN) {
+    if (in->mode != DRIVE_RUN) {
+        measure_rs(cfg, st, u_from_duty, out);
+    } else if (st->impressed.active &&
+               !impressed_current_observable(&cfg->impressed, &st->impressed)) {
+        /* Nothing to see: the rotor follows what is impressed, or nothing helps. */
+        st->omega_e_hat_rad_s = st->impressed.omega_rad_s;
+        st->adaptation.x_rad_s = st->impressed.omega_rad_s;
+    } else {
         const speed_adaptation_in_t ad_in = {.lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
                                              .e1_A = st->observer.e1_A,
                                              .omega_s_hat_rad_s = st->omega_s_hat_rad_s,
@@ -151,8 +166,6 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
                                              .gain = out->gain};
         st->omega_e_hat_rad_s =
             speed_adaptation_step(&cfg->adaptation, &st->adaptation, &ad_in).omega_e_hat_rad_s;
-    } else {
-        measure_rs(cfg, st, u_from_duty, out);
     }
 }
 
@@ -230,10 +243,19 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     /* d axis of the controllers: along the flux, fixed while there is none to follow, as in
      * premagnetisation. A NaN is no flux. */
     const bool flux = magnitude_Wb > cfg->lambda_min_Wb;
-    const ab_t axis = ((in->mode == DRIVE_RUN) && flux) ? ab_scale(lambda_Wb, 1.0f / magnitude_Wb)
-                                                        : (ab_t){1.0f, 0.0f};
+    ab_t axis = {1.0f, 0.0f};
+    if (st->impressed.active) {
+        axis = st->impressed.axis;
+    } else if ((in->mode == DRIVE_RUN) && flux) {
+        axis = ab_scale(lambda_Wb, 1.0f / magnitude_Wb);
+    } else {
+        /* fixed */
+    }
     out->i_A = dq_from_ab(out->meas.i_s_A, axis);
-    if (in->mode == DRIVE_RUN) {
+    if (st->impressed.active) {
+        st->omega_s_hat_rad_s = st->impressed.omega_rad_s;
+        out->i_ref_A = (dq_t){st->impressed.current_A, 0.0f};
+    } else if (in->mode == DRIVE_RUN) {
         st->omega_s_hat_rad_s =
             flux_frequency(cfg, st, out->gain, flux ? magnitude_Wb : cfg->lambda_min_Wb);
         out->i_ref_A = torque_current(cfg, st, in, magnitude_Wb, axis, out);
@@ -259,12 +281,71 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
                            dq_from_ab(st->u_pending_V, axis_ahead));
 }
 
+/* The estimate starts again from what is known: the current, nominal flux along it, and the speed
+ * that was wanted; a lost one may be anywhere, at its limits included. */
+static void take_over(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
+{
+    const float omega_rad_s = st->speed.omega_ref_rad_s;
+    impressed_current_start(&st->impressed, out->meas.i_s_A, omega_rad_s);
+    st->observer = (observer_state_t){
+        .i_s_hat_A = out->meas.i_s_A,
+        .lambda_r_hat_Wb = ab_scale(st->impressed.axis, 1.0f / cfg->inv_lambda_ref_per_Wb)};
+    st->adaptation = (speed_adaptation_state_t){.x_rad_s = omega_rad_s};
+    st->omega_e_hat_rad_s = omega_rad_s;
+    st->omega_s_hat_rad_s = omega_rad_s;
+    st->steering = (flux_steering_state_t){0};
+}
+
+/* Back to flux orientation with the torque that acts; the current controllers' integrators turn
+ * with the frame. */
+static void hand_back(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
+{
+    const ab_t lambda_Wb = st->observer.lambda_r_hat_Wb;
+    const float inv_Wb = 1.0f / maxf(sqrtf(ab_norm2(lambda_Wb)), cfg->lambda_min_Wb);
+    const ab_t axis = ab_scale(lambda_Wb, inv_Wb);
+    const ab_t u_V = ab_from_dq((dq_t){st->current.d.x, st->current.q.x}, st->impressed.axis);
+    const dq_t x_V = dq_from_ab(u_V, axis);
+    st->current.d.x = x_V.d;
+    st->current.q.x = x_V.q;
+    /* Torque, as current at nominal flux. */
+    const float i_q_A = dq_from_ab(out->meas.i_s_A, axis).q;
+    st->speed.pi.x = limitf(i_q_A * cfg->inv_lambda_ref_per_Wb / inv_Wb, cfg->speed.i_q_max_A);
+    st->speed.omega_ref_rad_s = st->impressed.omega_rad_s;
+    st->speed.omega_filtered_rad_s = st->omega_e_hat_rad_s;
+    st->impressed = (impressed_current_state_t){0};
+}
+
+/* What follows from the supervisor's judgement. */
+static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                  drive_out_t *out)
+{
+    const bool lost = st->supervisor.confidence == SUPERVISOR_IMPRESSED;
+    if (st->impressed.active) {
+        const impressed_current_in_t imp_in = {
+            .omega_ref_rad_s = in->omega_e_ref_rad_s, .u_dc_V = out->meas.u_dc_V, .lost = lost};
+        if (!lost) {
+            hand_back(cfg, st, out);
+        } else if (impressed_current_step(&cfg->impressed, &st->impressed, &imp_in)) {
+            out->faults |= MONITOR_ORIENTATION_LOST;
+        } else {
+            /* it holds */
+        }
+    } else if (lost && (cfg->lost_action == DRIVE_LOST_IMPRESS)) {
+        take_over(cfg, st, out);
+    } else if (lost && (cfg->lost_action == DRIVE_LOST_STOP)) {
+        out->faults |= MONITOR_ORIENTATION_LOST;
+    } else {
+        /* all well, or told only */
+    }
+}
+
 /* How far all that is to be believed. */
 static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
-                      const drive_out_t *out)
+                      drive_out_t *out)
 {
     if (in->mode != DRIVE_RUN) {
         st->supervisor = (supervisor_state_t){0};
+        st->impressed = (impressed_current_state_t){0};
         return;
     }
     const supervisor_in_t sup_in = {.u_s_V = out->u_s_V,
@@ -275,6 +356,9 @@ static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_
                                     .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
                                     .omega_s_hat_rad_s = st->omega_s_hat_rad_s};
     supervisor_step(&cfg->supervisor, &st->supervisor, &sup_in);
+    if ((st->supervisor.confidence == SUPERVISOR_IMPRESSED) || st->impressed.active) {
+        react(cfg, st, in, out);
+    }
 }
 
 /* Gates off: nothing to estimate or control; monitor goes on counting. */

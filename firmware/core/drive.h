@@ -21,6 +21,7 @@
 #include "flux_steering.h"
 #include "frames.h"
 #include "gain_table.h"
+#include "impressed_current.h"
 #include "measurement.h"
 #include "monitor.h"
 #include "motor.h"
@@ -42,6 +43,13 @@ typedef enum {
     DRIVE_VOLTAGE_SENSORS = 0, /* filtered line-voltage sensors (the paper) */
     DRIVE_VOLTAGE_DUTY = 1     /* reconstructed from the duty that acted */
 } drive_voltage_source_t;
+
+/* When the supervisor finds the orientation lost. */
+typedef enum {
+    DRIVE_LOST_TELL = 0,   /* telemetry only, as the paper would */
+    DRIVE_LOST_STOP = 1,   /* a fault: gates off */
+    DRIVE_LOST_IMPRESS = 2 /* impressed current holds the load until the estimate is back */
+} drive_lost_action_t;
 
 typedef struct {
     float period_s;
@@ -65,6 +73,8 @@ typedef struct {
     flux_steering_params_t steering;
     monitor_config_t monitor;
     supervisor_params_t supervisor;
+    drive_lost_action_t lost_action;
+    impressed_current_params_t impressed;
 } drive_params_t;
 
 typedef struct {
@@ -90,6 +100,8 @@ typedef struct {
     flux_steering_config_t steering;
     monitor_config_t monitor;
     supervisor_config_t supervisor;
+    drive_lost_action_t lost_action;
+    impressed_current_config_t impressed;
 } drive_config_t;
 
 typedef struct {
@@ -104,6 +116,7 @@ typedef struct {
     flux_steering_state_t steering;
     monitor_state_t monitor;
     supervisor_state_t supervisor;
+    impressed_current_state_t impressed;
     float rs_start_delta_ohm; /* Rs found at the start minus the parameter; 0: none found */
     float dead_time_pu;       /* leg voltage lost over dc link, as found */
     bool dead_time_found;     /* else by the parameters */

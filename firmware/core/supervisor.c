@@ -159,7 +159,10 @@ static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const 
     /* Below the corner d is Rs, whatever the flux does: a standing shaft is no loss. */
     const bool told = !(omega_s_rad_s < cfg->p.corner_rad_s);
     const float excess_pu = told ? (residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
-    st->reasons = find_reasons(cfg, st, excess_pu, !(estimate_Wb <= cfg->lambda_high_Wb));
+    /* Impressed current magnetises as it likes. */
+    const bool flux_high =
+        (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb);
+    st->reasons = find_reasons(cfg, st, excess_pu, flux_high);
     decide(cfg, st);
     st->omega_bound_rad_s = speed_bound(cfg, st, in, lambda_Wb);
 }

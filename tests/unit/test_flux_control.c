@@ -139,8 +139,7 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const double error_Wb = 0.003;
         const float lambda_Wb = (float)(4.9 * M_H - error_Wb);
         /* The error is the difference of two numbers rounded to 6e-8 Wb; Kp is up to 80 A/Wb. */
-        ASSERT_NEAR(1e-5, 40.0 / (exact.tau * M_H) * error_Wb + 4.7,
-                    step_at(&cfg, &st, lambda_Wb));
+        ASSERT_NEAR(1e-5, 40.0 / (exact.tau * M_H) * error_Wb + 4.7, step_at(&cfg, &st, lambda_Wb));
         ASSERT_NEAR(1e-6, 4.7 + 40.0 / M_H * 2e-4 * error_Wb, st.pi.x);
     }
 }
