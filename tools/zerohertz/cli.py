@@ -15,6 +15,7 @@ COMMAND_MODULES = (
     "zerohertz.report.command",
     "zerohertz.scenario.command",
     "zerohertz.atlas.detection_command",
+    "zerohertz.atlas.command",
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
     "zerohertz.replay.command",

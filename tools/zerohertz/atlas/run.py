@@ -1,0 +1,62 @@
+"""A map from its points to stored rows."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from zerohertz.atlas.parallel import run_all
+from zerohertz.atlas.points import Point
+from zerohertz.atlas.simulate import Bench
+from zerohertz.atlas.store import Store, fingerprint
+
+ROWS_PER_PART = 500
+
+Tell = Callable[[str], None]
+Progress = Callable[[int], None]
+
+
+@dataclasses.dataclass(frozen=True)
+class Means:
+    """How and where to run."""
+
+    out: Path
+    workers: int = 2
+    scheduler: str | None = None
+    fresh: bool = False
+
+
+def run_map(
+    bench: Bench, points: Sequence[Point], means: Means, tell: Tell, progress: Progress
+) -> list[dict[str, Any]]:
+    """All rows in the order of the points; those of an earlier, same run are not run again."""
+    name = points[0].map
+    store = Store(means.out / name, fingerprint(bench, points))
+    rows, dropped = store.open(means.fresh)
+    if dropped:
+        tell(f"{name}: starts anew: firmware, configuration or points differ from the stored ones")
+    if rows:
+        tell(f"{name}: {len(rows)} of {len(points)} points are stored already")
+    done = {row["index"] for row in rows}
+    progress(len(rows))
+    missing = [point for point in points if point.index not in done]
+    if missing:
+        unsaved: list[dict[str, Any]] = []
+        try:
+            for part in run_all(bench, missing, means.workers, means.scheduler):
+                unsaved += part
+                rows += part
+                progress(len(rows))
+                if len(unsaved) >= ROWS_PER_PART:
+                    store.add(unsaved)
+                    unsaved = []
+        except BaseException:
+            # Interrupted or broken: what is finished stays finished.
+            if unsaved:
+                store.add(unsaved)
+            raise
+        rows.sort(key=lambda row: row["index"])
+        store.finish(rows)
+    return rows
