@@ -81,7 +81,7 @@ class Judgement:
     started: bool
     mean_error_rpm: float
     std_rpm: float
-    worst_error_rpm: float  # from SETTLED_S on
+    worst_error_rpm: float  # from SETTLED_S on, in a shorter run from the judged window on
     oriented_share: float  # of the judged window
     lost_silent_s: float  # longest time on end: orientation lost, CLOSED
     closed_share: float  # of the time with torque from t = 0 on
@@ -104,12 +104,12 @@ def longest_s(flags: Flags, step_s: float) -> float:
 
 
 def judge(trace: Trace, loaded_s: float, judged_s: float, i_trip_A: float, trip: bool) -> Judgement:
-    """`trip`: beyond what a bench survives (speed, current) before any fault, or diverged."""
-    loaded = trace.t_s >= 0.0
-    window = trace.t_s >= loaded_s - judged_s
+    """`trip`: with the gates on, the run went beyond what a bench survives (speed, numbers)."""
+    loaded, window = trace.t_s >= 0.0, trace.t_s >= loaded_s - judged_s
+    settled = trace.t_s >= min(SETTLED_S, loaded_s - judged_s)
     complete = bool(trace.t_s[-1] >= loaded_s - 2.0 * trace.step_s)
     mean_rpm, std_rpm = _mean_std(trace.error_rpm[window]) if complete else (np.inf, np.inf)
-    worst_rpm = _largest(np.abs(trace.error_rpm[trace.t_s >= SETTLED_S]))
+    worst_rpm = _largest(np.abs(trace.error_rpm[settled]))
     right = oriented(trace)
     share = float(right[window].mean()) if complete else 0.0
     running = loaded & (trace.gates_on > 0)

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
-import importlib.util
 import json
-import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
@@ -40,6 +32,9 @@ def atlas(
     ] = None,
     random: Annotated[int, typer.Option(min=0, help="A sample of N points off the grid.")] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 1,
+    loaded: Annotated[
+        float, typer.Option(min=2.0, max=600.0, help="Of the sample: seconds under load.")
+    ] = 12.0,
     sets: Annotated[
         list[str] | None, typer.Option("--set", help="Firmware parameter name=value, last word.")
     ] = None,
@@ -69,81 +64,52 @@ def atlas(
     Without --standard, --map or --random: map i. Rows go to Parquet, maps to PNG and HTML.
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.
-    from zerohertz.atlas.points import STANDARD, random_sample, standard_map
+    from zerohertz.atlas import output
     from zerohertz.atlas.run import Means, run_map
     from zerohertz.atlas.simulate import make_bench
     from zerohertz.scenario.setup import load_setup
 
     began = time.monotonic()
-    firmware = _assignments("--set", sets or [], numbers=True)
-    if voltage is not None:
-        if voltage not in VOLTAGE:
-            raise UserError(f"--voltage: '{voltage}': give sensors or duty")
-        firmware = {"voltage_source": VOLTAGE[voltage]} | firmware
-    names = [*(STANDARD if standard else ()), *(maps or ())]
-    if not names and not random:
-        names = ["map_i"]
-    chosen = [standard_map(name) for name in names]
-    if random:
-        chosen.append(random_sample(random, seed))
+    firmware = _firmware(sets or [], voltage)
     setup = load_setup(config)
     bench = make_bench(setup, firmware, _assignments("--plant", plant or [], numbers=False))
+    if throughput:
+        output.print_throughput(bench, workers, as_json)
+        return
+    chosen = _chosen(standard, maps or [], random, seed, loaded)
     folder = out or BUILD / "atlas" / "-".join(filter(None, (setup.name, voltage)))
     means = Means(folder, workers, scheduler, fresh)
-    console = Console(stderr=True)
-
-    def tell(text: str) -> None:
-        console.print(text, highlight=False)
-
     results = {}
     for points in chosen:
-        with _bar(console, points[0].map, len(points)) as progress:
-            results[points[0].map] = run_map(bench, points, means, tell, progress)
-    _report(setup, results, folder, bench, standard, began, as_json, tell)
-
-
-def _report(
-    setup: Any,
-    results: dict[str, Any],
-    folder: Path,
-    bench: Any,
-    standard: bool,
-    began: float,
-    as_json: bool,
-    tell: Callable[[str], None],
-) -> None:
-    from zerohertz.atlas.summary import counts, shares
-
-    content: dict[str, Any] = {name: counts(rows) for name, rows in results.items()}
-    content["run_s"] = round(time.monotonic() - began, 1)
-    (folder / "summary.json").write_text(
-        json.dumps(content | {"shares": {n: shares(r) for n, r in results.items()}}, indent=1)
-        + "\n"
-    )
+        with output.progress_bar(points[0].map, len(points)) as progress:
+            results[points[0].map] = run_map(bench, points, means, output.tell, progress)
+    test_R = output.test_R(setup, bench, workers) if standard else None
+    content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:
         print(json.dumps(content))
     else:
-        _print_table(setup.name, results)
+        output.print_table(setup.name, results)
+        output.tell(f"rows, PNG and HTML: {folder}/*/")
 
 
-def _print_table(config: str, results: dict[str, Any]) -> None:
-    from zerohertz.atlas.summary import counts, percent, shares
+def _firmware(lines: list[str], voltage: str | None) -> dict[str, Any]:
+    if voltage is not None and voltage not in VOLTAGE:
+        raise UserError(f"--voltage: '{voltage}': give sensors or duty")
+    chosen = {} if voltage is None else {"voltage_source": VOLTAGE[voltage]}
+    return chosen | _assignments("--set", lines, numbers=True)
 
-    table = Table(title=f"configuration {config}", title_justify="left")
-    for text in "map points oriented% held% takeover safe_stop unsafe silent".split():
-        table.add_column(text, justify="left" if text == "map" else "right")
-    for text in ("closed%", "degraded%", "impressed%", "closed% held >1 Hz", "failed starts"):
-        table.add_column(text, justify="right")
-    for name, rows in results.items():
-        count, share = counts(rows), shares(rows)
-        cells = [f"{percent(count[key], len(rows)):.1f}" for key in ("oriented", "held")]
-        cells += [str(count[key]) for key in ("takeover", "safe_stop", "unsafe", "silent")]
-        for key in ("closed_share", "degraded_share", "impressed_share"):
-            cells.append(f"{100.0 * share[key]:.1f}")
-        fast = share["closed_share_held_above_1Hz"]
-        cells.append("" if fast is None else f"{100.0 * fast:.1f}")
-        table.add_row(name, str(count["points"]), *cells, str(share["failed_starts"]))
-    Console(width=None if sys.stdout.isatty() else 150).print(table)
+
+def _chosen(standard: bool, maps: list[str], random: int, seed: int, loaded_s: float) -> list[Any]:
+    """The points of every map asked for, each map once."""
+    from zerohertz.atlas.points import STANDARD, random_sample, standard_map
+
+    names = [*(STANDARD if standard else ()), *maps]
+    if not names and not random:
+        names = ["map_i"]
+    chosen = {points[0].map: points for points in map(standard_map, names)}
+    if random:
+        chosen["random"] = random_sample(random, seed, loaded_s)
+    return list(chosen.values())
 
 
 def _assignments(option: str, lines: list[str], numbers: bool) -> dict[str, Any]:
@@ -159,14 +125,3 @@ def _assignments(option: str, lines: list[str], numbers: bool) -> dict[str, Any]
                 raise UserError(f"{option}: {name}: '{text}' is no number") from None
             values[name] = text
     return values
-
-
-@contextlib.contextmanager
-def _bar(console: Console, text: str, total: int) -> Iterator[Callable[[int], None]]:
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}"))
-    hidden = not sys.stderr.isatty()
-    with Progress(
-        *columns, TimeRemainingColumn(), console=console, transient=True, disable=hidden
-    ) as bar:
-        task = bar.add_task(text, total=total)
-        yield lambda done: bar.update(task, completed=done)

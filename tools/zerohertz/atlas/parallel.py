@@ -55,15 +55,15 @@ def _chunks(bench: Bench, points: Sequence[Point]) -> Iterator[list[Point]]:
 def _by_processes(share: Share, chunks: list[list[Point]], workers: int) -> Iterator[Rows]:
     # spawn: the library's threads and handles must not be inherited half open.
     with (
-        _environment(),
+        worker_environment(),
         ProcessPoolExecutor(min(workers, len(chunks)), mp_context=get_context("spawn")) as pool,
     ):
         try:
             yield from _as_ready(pool, share, iter(chunks), 3 * workers)
         except BrokenProcessPool:
             raise UserError(
-                "a worker died (memory? a crash of the library?); finished rows are stored: run the "
-                "same command again, with --workers 1 to see the crash itself"
+                "a worker died (memory? a crash of the library?); finished rows are stored: run "
+                "the same command again, with --workers 1 to see the crash itself"
             ) from None
         except GeneratorExit:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -109,7 +109,7 @@ def _by_dask(share: Share, chunks: list[list[Point]], scheduler: str) -> Iterato
 
 
 @contextlib.contextmanager
-def _environment() -> Iterator[None]:
+def worker_environment() -> Iterator[None]:
     """What children inherit: one thread per numerical library, and the firmware already built."""
     wanted = dict.fromkeys(_THREADS, "1")
     wanted["ZEROHERTZ_SIL"] = os.fspath(ensure_built().sil_library)

@@ -21,7 +21,7 @@ STANDARD = ("map_i", "map_ii", "drift")
 
 BOARD_DEAD_TIME_S = 2e-6
 NOMINAL_J_KG_M2 = 0.035
-# Of the random sample: a knee that takes 13 % of M at rated flux; simulate.py keeps the ratio there.
+# Of the random sample: takes 13 % of the unsaturated M at rated flux (simulate.py).
 SATURATION_KNEE_WB = 0.8
 
 
@@ -130,6 +130,7 @@ def _random_point(index: int, rng: np.random.Generator, loaded_s: float) -> Poin
         drift_pu=float(rng.uniform(0.0, 0.05)),
         drift_s=8.0,
         loaded_s=loaded_s,
+        judged_s=min(2.0, 0.25 * loaded_s),
         **{name: about(0.0, 0.03) for name in ("offset_u_A", "offset_v_A", "offset_w_A")},
         **{name: about(0.0, 0.05) for name in ("offset_uv_V", "offset_vw_V")},
         **{

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import hashlib
+import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from zerohertz.scenario.setup import Setup, Value
 
 RIG = sim.HOST_SIM / "rigs" / "atlas.toml"
 DECIMATE = 5  # 1 ms of 200 us: ten rows in the shortest time that is judged
+RATED_TORQUE_NM = 8.4
 RATED_FLUX_WB = 0.5
 SATURATION_EXPONENT = 4
 
@@ -40,7 +42,7 @@ _BOARD_SECTIONS = ("adc", "full_scale", "filter", "control")
 
 @dataclasses.dataclass(frozen=True)
 class Bench:
-    """Everything of a run but the point. Paths relative to the checkout: workers may be elsewhere."""
+    """Everything of a run but the point. Paths relative to the checkout: workers have their own."""
 
     config: str
     motor_dir: str
@@ -48,7 +50,7 @@ class Bench:
     params: Mapping[str, Value]  # of the configuration
     firmware: Mapping[str, Value]  # set by the user, last word
     plant: Mapping[str, Any]  # rig or board overrides, last word
-    run_s: float = 0.0  # from the run command's run to state RUN (measured, see `prepared`)
+    run_s: float = 0.0  # when state RUN is reached, measured
     i_trip_A: float = 0.0
     library_sha256: str = ""
 
@@ -192,20 +194,19 @@ def _rig(point: Point) -> dict[str, Any]:
 
 @functools.cache
 def _nameplate_rig() -> dict[str, float]:
-    import tomllib
-
     return tomllib.loads(RIG.read_text(encoding="utf-8"))["motor"]
 
 
 def _scenario(bench: Bench, point: Point) -> str:
-    begin, end = begin_s(bench, point), begin_s(bench, point) + point.loaded_s
-    load_Nm = point.load_pu * 8.4
-    top = begin - SETTLE_S
+    run, begin = bench.run_s, begin_s(bench, point)
+    top, full, end = begin - SETTLE_S, begin + RAMP_S, begin + point.loaded_s
+    drifted, rs = begin + point.drift_s, 1.0 + point.drift_pu
+    load_Nm = point.load_pu * RATED_TORQUE_NM
     return (
         f'[scenario]\nname = "atlas"\nduration_s = {end:.6f}\nrun_on_s = {RUN_ON_S}\n[profiles]\n'
-        f"speed_ref_rpm = [[0.0, 0.0], [{bench.run_s:.6f}, 0.0], [{top:.6f}, {point.speed_rpm!r}]]\n"
-        f"load_torque_Nm = [[{begin:.6f}, 0.0], [{begin + RAMP_S:.6f}, {load_Nm!r}]]\n"
-        f"rs_factor = [[{begin:.6f}, 1.0], [{begin + point.drift_s:.6f}, {1.0 + point.drift_pu!r}]]\n"
+        f"speed_ref_rpm = [[0.0, 0.0], [{run:.6f}, 0.0], [{top:.6f}, {point.speed_rpm!r}]]\n"
+        f"load_torque_Nm = [[{begin:.6f}, 0.0], [{full:.6f}, {load_Nm!r}]]\n"
+        f"rs_factor = [[{begin:.6f}, 1.0], [{drifted:.6f}, {rs!r}]]\n"
     )
 
 
