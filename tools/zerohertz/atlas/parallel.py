@@ -86,10 +86,10 @@ def _as_ready(
 
 
 def _by_dask(share: Share, chunks: list[list[Point]], scheduler: str) -> Iterator[Rows]:
-    from distributed import Client, as_completed
+    from distributed import Client, KilledWorker, as_completed
 
     try:
-        client = Client(scheduler, timeout="10s", set_as_default=False)
+        client = Client(scheduler, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
         raise UserError(
             f"--scheduler: {scheduler}: no Dask scheduler answers ({error}); start one with "
@@ -103,9 +103,14 @@ def _by_dask(share: Share, chunks: list[list[Point]], scheduler: str) -> Iterato
             )
         # A run is a function of its arguments, but a repeated throughput run must not be cached.
         futures = client.map(share, chunks, pure=False)
-        for future in as_completed(futures):
-            yield future.result()
-            future.release()
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+                future.release()
+        except KilledWorker as error:
+            raise UserError(
+                f"--scheduler: {error}; finished rows are stored: run the same command again"
+            ) from None
 
 
 @contextlib.contextmanager

@@ -35,7 +35,7 @@ def run_map(
     name = points[0].map
     store = Store(means.out / name, fingerprint(bench, points))
     rows, dropped = store.open(means.fresh)
-    if dropped:
+    if dropped and not means.fresh:
         tell(f"{name}: starts anew: firmware, configuration or points differ from the stored ones")
     if rows:
         tell(f"{name}: {len(rows)} of {len(points)} points are stored already")
