@@ -16,6 +16,7 @@ Board read_board(const TomlDocument &document)
     board.filter_damping =
         in.number_or("filter.voltage_damping", board.filter_damping, within(0.1, 10.0));
     board.period_s = in.number("control.period_s", within(1e-6, 1e-2));
+    board.delay_periods = in.integer_or("control.delay_periods", 1, 1, 2);
     board.u_dc_V = in.number("inverter.u_dc_V", positive(1e5));
     if (board.u_dc_V > board.dc_link_full_scale_V) {
         in.reject("inverter.u_dc_V", "is above full_scale.dc_link_V", "raise the full scale");

@@ -19,6 +19,7 @@ struct Board {
     double filter_cutoff_Hz = 800.0;
     double filter_damping = 0.70710678118654752; // Butterworth
     double period_s = 200e-6;
+    int delay_periods = 1; // from the sample to the crest at which its duties begin to act
     double u_dc_V = 283.0; // nominal
 };
 

@@ -14,8 +14,8 @@ ExperimentFiles ExperimentFiles::load(const std::string &rig_path, const std::st
 
 void ExperimentFiles::set(std::string_view assignment)
 {
-    constexpr std::array<std::string_view, 5> rig_sections{"rig", "motor", "mechanics", "inverter",
-                                                           "sensors"};
+    constexpr std::array<std::string_view, 6> rig_sections{"rig",      "motor",   "mechanics",
+                                                           "inverter", "sensors", "integration"};
     constexpr std::array<std::string_view, 4> scenario_sections{"scenario", "profiles", "firmware",
                                                                 "controller_motor"};
     const auto in = [](const auto &sections, std::string_view word) {
@@ -32,7 +32,7 @@ void ExperimentFiles::set(std::string_view assignment)
     } else {
         throw ConfigError("override: '" + std::string(assignment) +
                           "': belongs to no file; start with motor, mechanics, inverter, sensors, "
-                          "scenario, profiles, firmware, controller_motor or board");
+                          "integration, scenario, profiles, firmware, controller_motor or board");
     }
 }
 

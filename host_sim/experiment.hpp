@@ -20,7 +20,7 @@ struct ExperimentFiles {
     static ExperimentFiles load(const std::string &rig_path, const std::string &board_path,
                                 const std::string &scenario_path);
     // "key=value". The first word of the dotted key chooses the file: motor, mechanics, inverter,
-    // sensors -> rig; scenario, profiles, firmware, controller_motor -> scenario;
+    // sensors, integration -> rig; scenario, profiles, firmware, controller_motor -> scenario;
     // board.<section>.<key>
     // -> board. Any other first word is refused here, a wrong key when the document is read.
     void set(std::string_view assignment);

@@ -17,16 +17,21 @@ double checked_leakage(const MotorParameters &m)
     if (saturated && (m.Ls_H <= m.M_H || m.Lr_H < m.M_H)) {
         throw std::invalid_argument("motor: saturation needs Ls > M and Lr >= M");
     }
+    if (!(m.iron_loss_ohm >= 0.0)) {
+        throw std::invalid_argument("motor: the iron-loss resistance is positive, or 0 for none");
+    }
     return determinant;
 }
 
 } // namespace
 
-InductionMotor::InductionMotor(const MotorParameters &parameters)
-    : parameters_(parameters), saturated_(parameters.saturation.flux_knee_Wb > 0.0),
-      Rs_ohm_(parameters.Rs_ohm), p_(parameters.pole_pairs),
-      leak_s_H_(parameters.Ls_H - parameters.M_H), leak_r_H_(parameters.Lr_H - parameters.M_H),
-      inv_M_(1.0 / parameters.M_H)
+InductionMotor::InductionMotor(const MotorParameters &parameters, IntegrationMethod method)
+    : parameters_(parameters), method_(method),
+      saturated_(parameters.saturation.flux_knee_Wb > 0.0),
+      iron_siemens_(parameters.iron_loss_ohm > 0.0 ? 1.0 / parameters.iron_loss_ohm : 0.0),
+      rotor_share_(1.0 / (1.0 + parameters.Rr_ohm * iron_siemens_)), Rs_ohm_(parameters.Rs_ohm),
+      p_(parameters.pole_pairs), leak_s_H_(parameters.Ls_H - parameters.M_H),
+      leak_r_H_(parameters.Lr_H - parameters.M_H), inv_M_(1.0 / parameters.M_H)
 {
     const double determinant = checked_leakage(parameters);
     y_ss_ = parameters.Lr_H / determinant;
@@ -114,33 +119,39 @@ Vec InductionMotor::stator_flux(Vec psi_r_Wb, Vec i_s_A) const
     return main_flux(psi_r_Wb + leak_r_H_ * i_s_A, 0.0) + leak_s_H_ * i_s_A;
 }
 
+Vec InductionMotor::rotor_flux_rate_V(const MotorState &x) const
+{
+    return rotor_share_ * ((p_ * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) -
+                           parameters_.Rr_ohm * currents(x).i_r_A);
+}
+
 Vec InductionMotor::transient_emf(const MotorState &x) const
 {
-    const MotorCurrents i = currents(x);
-    const Vec psi_r_V =
-        (p_ * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) - parameters_.Rr_ohm * i.i_r_A;
+    const Vec psi_r_V = rotor_flux_rate_V(x);
     if (!saturated_) {
         return (parameters_.M_H / parameters_.Lr_H) * psi_r_V;
     }
     // Derivative of psi_s along psi_r at constant i_s; the curve is smooth over a microsecond.
     constexpr double dt_s = 1e-6;
+    const Vec i_s_A = stator_current(x);
     return (1.0 / dt_s) *
-           (stator_flux(x.psi_r_Wb + dt_s * psi_r_V, i.i_s_A) - stator_flux(x.psi_r_Wb, i.i_s_A));
+           (stator_flux(x.psi_r_Wb + dt_s * psi_r_V, i_s_A) - stator_flux(x.psi_r_Wb, i_s_A));
 }
 
 // h times the derivative. Linear magnetics are written with the currents eliminated and h in the
 // coefficients, which shortens the chain of dependent operations: this is the plant's inner loop.
-template <bool saturated> struct InductionMotor::Increment {
+// `general` is the motor with saturation, iron loss or both.
+template <bool general> struct InductionMotor::Increment {
     const InductionMotor &motor;
     Vec h_u;
-    double h_Rs, h_Rr, h_p, h_inv_J;
+    double h_Rs, h_Rr, h_p, h_inv_J, inv_J;
     double ss, sr, rs, rr; // h R times inverse inductance
     double torque_per_cross, torque, viscous;
 
     Increment(const InductionMotor &m, Vec u_s_V, const ShaftDrive &shaft, double h_s)
         : motor(m), h_u(h_s * u_s_V), h_Rs(h_s * m.Rs_ohm_), h_Rr(h_s * m.parameters_.Rr_ohm),
-          h_p(h_s * m.p_), h_inv_J(h_s * shaft.inv_J_per_kg_m2), ss(h_Rs * m.y_ss_),
-          sr(h_Rs * m.y_sr_), rs(h_Rr * m.y_sr_), rr(h_Rr * m.y_rr_),
+          h_p(h_s * m.p_), h_inv_J(h_s * shaft.inv_J_per_kg_m2), inv_J(shaft.inv_J_per_kg_m2),
+          ss(h_Rs * m.y_ss_), sr(h_Rs * m.y_sr_), rs(h_Rr * m.y_sr_), rr(h_Rr * m.y_rr_),
           torque_per_cross(h_inv_J * m.p_ * m.y_sr_), torque(h_inv_J * shaft.torque_Nm),
           viscous(h_inv_J * shaft.viscous_Nms)
     {
@@ -150,10 +161,12 @@ template <bool saturated> struct InductionMotor::Increment {
     {
         const Vec rotation = (h_p * x.omega_m_rad_s) * turned_90(x.psi_r_Wb);
         const double drag = torque - viscous * x.omega_m_rad_s;
-        if constexpr (saturated) {
+        if constexpr (general) {
             const MotorCurrents i = motor.currents(x);
-            return {h_u - h_Rs * i.i_s_A, rotation - h_Rr * i.i_r_A,
-                    h_inv_J * motor.p_ * cross(x.psi_s_Wb, i.i_s_A) + drag};
+            const Vec h_psi_r_V = motor.rotor_share_ * (rotation - h_Rr * i.i_r_A);
+            const double h_iron_Nm = motor.iron_torque_Nm(x.psi_r_Wb, h_psi_r_V);
+            return {h_u - h_Rs * i.i_s_A, h_psi_r_V,
+                    h_inv_J * motor.p_ * cross(x.psi_s_Wb, i.i_s_A) + drag - inv_J * h_iron_Nm};
         } else {
             // p Im(conj(psi_s) i_s) = p y_sr Im(conj(psi_r) psi_s)
             return {(h_u - ss * x.psi_s_Wb) + sr * x.psi_r_Wb,
@@ -163,17 +176,24 @@ template <bool saturated> struct InductionMotor::Increment {
     }
 };
 
-template <bool saturated>
-void InductionMotor::runge_kutta(MotorState &x, Vec u_s_V, const ShaftDrive &shaft,
-                                 double h_s) const
+template <bool general>
+void InductionMotor::advance(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const
 {
-    const Increment<saturated> increment(*this, u_s_V, shaft, h_s);
+    const Increment<general> increment(*this, u_s_V, shaft, h_s);
     const MotorState y = x;
     const auto along = [&y](double share, const MotorState &k) {
         return MotorState{y.psi_s_Wb + share * k.psi_s_Wb, y.psi_r_Wb + share * k.psi_r_Wb,
                           y.omega_m_rad_s + share * k.omega_m_rad_s};
     };
     const MotorState k1 = increment(y);
+    if (method_ == IntegrationMethod::heun) {
+        x = along(0.5, k1);
+        const MotorState k2 = increment(along(1.0, k1));
+        x.psi_s_Wb = x.psi_s_Wb + 0.5 * k2.psi_s_Wb;
+        x.psi_r_Wb = x.psi_r_Wb + 0.5 * k2.psi_r_Wb;
+        x.omega_m_rad_s += 0.5 * k2.omega_m_rad_s;
+        return;
+    }
     const MotorState k2 = increment(along(0.5, k1));
     const MotorState k3 = increment(along(0.5, k2));
     const MotorState k4 = increment(along(1.0, k3));
@@ -187,10 +207,10 @@ void InductionMotor::runge_kutta(MotorState &x, Vec u_s_V, const ShaftDrive &sha
 
 void InductionMotor::step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const
 {
-    if (saturated_) {
-        runge_kutta<true>(x, u_s_V, shaft, h_s);
+    if (saturated_ || iron_siemens_ > 0.0) {
+        advance<true>(x, u_s_V, shaft, h_s);
     } else {
-        runge_kutta<false>(x, u_s_V, shaft, h_s);
+        advance<false>(x, u_s_V, shaft, h_s);
     }
 }
 
@@ -204,8 +224,10 @@ void InductionMotor::step_open(MotorState &x, const ShaftDrive &shaft, double h_
         const Vec psi_m = saturated_ ? main_flux(y.psi_r, 0.0) : Vec{};
         const Vec i_r =
             saturated_ ? inverse_M(dot(psi_m, psi_m)) * psi_m : (1.0 / parameters_.Lr_H) * y.psi_r;
-        return Open{(p_ * y.omega) * turned_90(y.psi_r) - parameters_.Rr_ohm * i_r,
-                    (shaft.torque_Nm - shaft.viscous_Nms * y.omega) * shaft.inv_J_per_kg_m2};
+        const Vec psi_r_V =
+            rotor_share_ * ((p_ * y.omega) * turned_90(y.psi_r) - parameters_.Rr_ohm * i_r);
+        const double drag_Nm = shaft.viscous_Nms * y.omega + iron_torque_Nm(y.psi_r, psi_r_V);
+        return Open{psi_r_V, (shaft.torque_Nm - drag_Nm) * shaft.inv_J_per_kg_m2};
     };
     const Open y{x.psi_r_Wb, x.omega_m_rad_s};
     const auto along = [&y](const Open &k, double h) {

@@ -4,6 +4,12 @@
 //   psi_s = Ls i_s + M i_r,  psi_r = M i_s + Lr i_r,  T = p Im(conj(psi_s) i_s)
 // Power-invariant vectors. With saturation Ls - M and Lr - M are constant leakages and the main
 // inductance falls with the main flux: M(psi_m) = M / (1 + (psi_m/knee)^exponent).
+//
+// Iron loss: a resistance R_fe in the stationary frame across d psi_r/dt, that is across the
+// magnetising branch of the inverse-Gamma circuit. Its current i_fe = (d psi_r/dt) / R_fe comes out
+// of the rotor's, which leaves no further state and no stiff one:
+//   (1 + Rr/R_fe) d psi_r/dt = -Rr i_r + j p w_m psi_r,  T = p Im(conj(psi_s) i_s - conj(psi_r)
+//   i_fe)
 #ifndef ZH_INDUCTION_MOTOR_HPP
 #define ZH_INDUCTION_MOTOR_HPP
 
@@ -24,6 +30,13 @@ struct MotorParameters {
     double M_H = 0.102;
     int pole_pairs = 2;
     Saturation saturation;
+    double iron_loss_ohm = 0.0; // across the rotor flux; 0: no iron loss
+};
+
+// How the equations are stepped; the second one to show that results do not depend on the first.
+enum class IntegrationMethod {
+    rk4,  // classical Runge-Kutta, order 4
+    heun, // order 2
 };
 
 struct MotorState {
@@ -34,7 +47,7 @@ struct MotorState {
 
 struct MotorCurrents {
     Vec i_s_A;
-    Vec i_r_A;
+    Vec i_r_A; // rotor and iron loss together: what flows into the main branch besides i_s
     Vec psi_m_Wb;
 };
 
@@ -48,7 +61,8 @@ struct ShaftDrive {
 class InductionMotor {
 public:
     // Throws std::invalid_argument unless resistances and leakage are positive.
-    explicit InductionMotor(const MotorParameters &parameters);
+    explicit InductionMotor(const MotorParameters &parameters,
+                            IntegrationMethod method = IntegrationMethod::rk4);
 
     const MotorParameters &parameters() const
     {
@@ -65,27 +79,37 @@ public:
     double torque_Nm(const MotorState &x) const;
     double torque_Nm(const MotorState &x, Vec i_s_A) const
     {
-        return p_ * cross(x.psi_s_Wb, i_s_A);
+        const double gap_Nm = p_ * cross(x.psi_s_Wb, i_s_A);
+        return iron_siemens_ > 0.0 ? gap_Nm - iron_torque_Nm(x.psi_r_Wb, rotor_flux_rate_V(x))
+                                   : gap_Nm;
     }
     // Stator flux that belongs to a stator current at the present rotor flux.
     Vec stator_flux(Vec psi_r_Wb, Vec i_s_A) const;
     // Voltage behind the transient inductance: u_s at which i_s would stand still but for Rs i_s.
     Vec transient_emf(const MotorState &x) const;
 
-    // One classical Runge-Kutta step of order 4, electrical and mechanical together, u_s constant.
+    // One step, electrical and mechanical together, u_s constant.
     void step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
-    // The same with open stator terminals (i_s = 0).
+    // The same with open stator terminals (i_s = 0), always by Runge-Kutta.
     void step_open(MotorState &x, const ShaftDrive &shaft, double h_s) const;
 
 private:
-    template <bool saturated> struct Increment;
-    template <bool saturated>
-    void runge_kutta(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
+    template <bool general> struct Increment;
+    template <bool general>
+    void advance(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
+    Vec rotor_flux_rate_V(const MotorState &x) const;
+    double iron_torque_Nm(Vec psi_r_Wb, Vec psi_r_rate_V) const
+    {
+        return p_ * iron_siemens_ * cross(psi_r_Wb, psi_r_rate_V);
+    }
     double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m
     Vec main_flux(Vec weighted_flux_Wb, double leakage_ratio) const;
 
     MotorParameters parameters_;
+    IntegrationMethod method_;
     bool saturated_;
+    double iron_siemens_; // 0: none
+    double rotor_share_;  // 1 / (1 + Rr/R_fe)
     double Rs_ohm_;
     // Inverse inductance matrix: i_s = y_ss psi_s - y_sr psi_r, i_r = y_rr psi_r - y_sr psi_s.
     double y_ss_, y_sr_, y_rr_;

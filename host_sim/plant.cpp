@@ -34,13 +34,14 @@ void check_fit(const Rig &rig, const Board &board)
     }
     const MotorParameters &m = rig.motor;
     const double transient_H = m.Ls_H - m.M_H * m.M_H / m.Lr_H;
-    const double half_s = 0.5 * board.period_s;
+    const double step_s =
+        board.period_s / (rig.integration.substeps > 0 ? rig.integration.substeps : 2);
     const double dead_V = inverter.dead_time_s * inverter.carrier_Hz * inverter.u_dc_V;
     if (inverter.model == InverterModel::averaged) {
-        check_threshold(inverter, dead_V + inverter.drop_V, half_s, transient_H);
+        check_threshold(inverter, dead_V + inverter.drop_V, step_s, transient_H);
     } else {
         check_threshold(inverter, 0.5 * inverter.u_dc_V, inverter.dead_time_s, transient_H);
-        check_threshold(inverter, inverter.drop_V, half_s, transient_H);
+        check_threshold(inverter, inverter.drop_V, step_s, transient_H);
     }
 }
 
@@ -68,12 +69,15 @@ Phases without_common_mode(const Phases &v)
 
 Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbances,
              std::uint64_t seed)
-    : period_s_(board.period_s), motor_(rig.motor), shaft_(rig.mechanics), inverter_(rig.inverter),
-      sensors_(rig.sensors, board, seed), filter_(board.filter_cutoff_Hz, board.filter_damping),
+    : period_s_(board.period_s), motor_(rig.motor, rig.integration.method), shaft_(rig.mechanics),
+      inverter_(rig.inverter), sensors_(rig.sensors, board, seed),
+      filter_(board.filter_cutoff_Hz, board.filter_damping),
       whole_period_(filter_.transition(board.period_s)),
       half_period_(filter_.transition(0.5 * board.period_s)),
       blocked_step_(filter_.transition(board.period_s / blocked_steps)),
       disturbances_(disturbances), drop_V_(rig.inverter.drop_V),
+      substeps_(rig.integration.substeps),
+      substep_(filter_.transition(board.period_s / std::max(substeps_, 1))),
       whole_steps_(whole_step_fits(rig, board.period_s)), u_dc_V_(rig.inverter.u_dc_V)
 {
     check_fit(rig, board);
@@ -133,6 +137,13 @@ void Plant::advance(const Duty &duty, bool gates_on)
 void Plant::advance_averaged(const Duty &duty)
 {
     const Segment half = inverter_.averaged_half(duty);
+    if (substeps_ > 0) {
+        blocked_ = false;
+        for (int n = 0; n < substeps_; ++n) {
+            integrate(half, period_s_ / substeps_, substep_);
+        }
+        return;
+    }
     const Vec i_s = motor_.stator_current(x_);
     const Vec i_mid = blocked_ ? i_s : i_s + 0.5 * (i_s - i_s_before_A_);
     blocked_ = false;
@@ -147,10 +158,18 @@ void Plant::advance_averaged(const Duty &duty)
     filter_.advance(whole_period_, v[0] - v[1], v[1] - v[2]);
 }
 
+int Plant::parts_of(double segment_s) const
+{
+    if (substeps_ > 0) {
+        return std::max(1, static_cast<int>(std::ceil(segment_s / period_s_ * substeps_ - 1e-9)));
+    }
+    return segment_s > 0.51 * period_s_ ? 2 : 1;
+}
+
 void Plant::advance_switched(const Duty &duty)
 {
     for (const Segment &segment : inverter_.schedule(duty)) {
-        const int parts = segment.h_s > 0.51 * period_s_ ? 2 : 1;
+        const int parts = parts_of(segment.h_s);
         const double h_s = segment.h_s / parts;
         const Transition transition = filter_.transition(h_s);
         for (int part = 0; part < parts; ++part) {

@@ -21,20 +21,27 @@
 
 namespace zh {
 
-// Timer preload: the duties computed in step k act on [t_(k+1), t_(k+2)). The gate signal is not
-// delayed: gates off acts at once. Before the first step the duties are one half.
+// Timer preload: the duties computed in step k act on [t_(k+n), t_(k+n+1)), n = delay_periods of
+// the board, 1 or 2. The gate signal is not delayed: gates off acts at once. Before the first step
+// the duties are one half.
 class PreloadedTimer {
 public:
+    explicit PreloadedTimer(int delay_periods = 1) : two_periods_(delay_periods > 1)
+    {
+    }
     // Stores this step's duties, returns those that act on the interval now beginning.
     Duty exchange(const Duty &duty)
     {
         const Duty acting = pending_;
-        pending_ = duty;
+        pending_ = two_periods_ ? written_ : duty;
+        written_ = duty;
         return acting;
     }
 
 private:
-    Duty pending_{0.5, 0.5, 0.5};
+    bool two_periods_;
+    Duty pending_{0.5, 0.5, 0.5}; // in the timer's shadow register
+    Duty written_{0.5, 0.5, 0.5}; // on its way there, where that takes a period
 };
 
 // The true quantities at the present crest, for recording and judging.
@@ -92,6 +99,7 @@ private:
     void follow_disturbances();
     void advance_averaged(const Duty &duty);
     void advance_switched(const Duty &duty);
+    int parts_of(double segment_s) const;
     void advance_blocked();
     void integrate(const Segment &segment, double h_s, const Transition &transition);
     void apply(Vec u_s_V, Vec i_s_A, double h_s);
@@ -113,7 +121,9 @@ private:
     Transition blocked_step_;
     Disturbances disturbances_;
     double drop_V_;
-    bool whole_steps_; // averaged: one integration step per period
+    int substeps_;       // 0: as whole_steps_ says
+    Transition substep_; // of period / substeps
+    bool whole_steps_;   // averaged: one integration step per period
 
     std::uint64_t steps_ = 0;
     MotorState x_;

@@ -22,6 +22,7 @@ MotorParameters read_motor(TomlReader &in)
     if (motor.saturation.exponent % 2 != 0) {
         in.reject("motor.saturation.exponent", "is odd", "give 2, 4, 6 or 8");
     }
+    motor.iron_loss_ohm = in.number_or("motor.iron_loss_ohm", 0.0, not_negative(1e6));
     const bool saturated = motor.saturation.flux_knee_Wb > 0.0;
     if (saturated && (motor.Ls_H <= motor.M_H || motor.Lr_H < motor.M_H)) {
         in.reject("motor.M_H", "saturation needs leakages Ls_H - M_H > 0 and Lr_H - M_H >= 0",
@@ -64,6 +65,18 @@ InverterParameters read_inverter(TomlReader &in)
     return inverter;
 }
 
+Integration read_integration(TomlReader &in)
+{
+    Integration integration;
+    if (in.has("integration.method")) {
+        integration.method = in.choice("integration.method", {"rk4", "heun"}) == 0
+                                 ? IntegrationMethod::rk4
+                                 : IntegrationMethod::heun;
+    }
+    integration.substeps = in.integer_or("integration.substeps", 0, 0, 1000);
+    return integration;
+}
+
 SensorParameters read_sensors(TomlReader &in)
 {
     const Range gain = within(0.5, 2.0);
@@ -93,6 +106,7 @@ Rig read_rig(const TomlDocument &document)
     rig.mechanics = read_mechanics(in);
     rig.inverter = read_inverter(in);
     rig.sensors = read_sensors(in);
+    rig.integration = read_integration(in);
     in.finish();
     return rig;
 }

@@ -12,12 +12,21 @@
 
 namespace zh {
 
+// How the plant is stepped, to show that nothing depends on it.
+struct Integration {
+    IntegrationMethod method = IntegrationMethod::rk4;
+    // Equal steps per control period (switched: at least; a switching instant ends one); 0: one or
+    // two, as plant.cpp finds enough.
+    int substeps = 0;
+};
+
 struct Rig {
     std::string name;
     MotorParameters motor;
     Mechanics mechanics;
     InverterParameters inverter;
     SensorParameters sensors;
+    Integration integration;
 };
 
 Rig read_rig(const TomlDocument &document);

@@ -120,8 +120,8 @@ class Loop {
 public:
     Loop(const Run &run, Witness *witness)
         : run_(run), witness_(witness), firmware_(run.params, run.gain),
-          plant_(run.rig, run.board, run.scenario.disturbances, run.seed), operator_(run.scenario),
-          f_s_(run.board.period_s)
+          plant_(run.rig, run.board, run.scenario.disturbances, run.seed),
+          timer_(run.board.delay_periods), operator_(run.scenario), f_s_(run.board.period_s)
     {
         out_.period_s = run.board.period_s;
         out_.stride = (run.steps + run.decimate - 1) / run.decimate;
@@ -250,7 +250,7 @@ std::vector<Exchange> exchanges(const Run &run, std::uint64_t steps)
     Firmware firmware(run.params, run.gain);
     Plant plant(run.rig, run.board, run.scenario.disturbances, run.seed);
     Operator op(run.scenario);
-    PreloadedTimer timer;
+    PreloadedTimer timer(run.board.delay_periods);
     for (std::uint64_t k = 0; k < steps; ++k) {
         const double t_s = plant.time_s();
         Exchange e{};

@@ -97,6 +97,15 @@ void mistakes_in_a_rig_are_named_with_file_line_and_key()
         {"\"averaged\"", "\"average\"", {"inverter.model: \"average\" is unknown", "switched"}},
         {"[mechanics]", "[mechanic]", {"mechanics.J_kg_m2: missing"}},
         {"[sensors]", "[sensor]", {"sensor.current_gain: unknown key", "no section [sensor]"}},
+        {"carrier_Hz = 5000.0",
+         "carrier_Hz = 5000.0\n[integration]\nmethod = \"euler\"",
+         {"integration.method: \"euler\" is unknown", "heun"}},
+        {"carrier_Hz = 5000.0",
+         "carrier_Hz = 5000.0\n[integration]\nsubsteps = -1",
+         {"integration.substeps: -1 is out of range"}},
+        {"pole_pairs = 2",
+         "pole_pairs = 2\niron_loss_ohm = -1",
+         {"motor.iron_loss_ohm: -1 is out"}},
         {"[1.0, 1.0, 1.0]", "[1.0, 1.0]", {"sensors.current_gain: is a list of 2 numbers", "3"}},
         {"[1.0, 1.0, 1.0]", "[1.0, 1.0, nan]", {"sensors.current_gain: is not a finite"}},
         {"[1.0, 1.0, 1.0]", "[1.0, 1.0, 0.0]", {"sensors.current_gain: 0 is out of range"}},
@@ -194,12 +203,18 @@ void an_experiment_routes_overrides_to_its_files()
                                   folder + "/scenarios/fig12.toml");
     files.set("motor.Rs_ohm=1.1");
     files.set("board.adc.bits=12");
+    files.set("board.control.delay_periods=2");
+    files.set("integration.substeps=8");
+    files.set("integration.method=heun");
     files.set("scenario.duration_s=20");
     files.set("profiles.load_torque_Nm=[[0, 0], [5, 2.5]]");
     files.set("firmware.eps1=7.31");
     files.set("controller_motor.Rs_factor=0.9");
     CHECK_NEAR(zh::read_rig(files.rig).motor.Rs_ohm, 1.1, 0.0);
     CHECK(zh::read_board(files.board).adc_bits == 12);
+    CHECK(zh::read_board(files.board).delay_periods == 2);
+    CHECK(zh::read_rig(files.rig).integration.substeps == 8);
+    CHECK(zh::read_rig(files.rig).integration.method == zh::IntegrationMethod::heun);
     const zh::Scenario scenario = zh::read_scenario(files.scenario);
     CHECK_NEAR(scenario.duration_s, 20.0, 0.0);
     CHECK_NEAR(scenario.disturbances.load_torque_Nm.value(9.0), 2.5, 0.0);
@@ -333,6 +348,7 @@ void mistakes_in_a_board_are_named()
     };
     CHECK(error("adc.bits=12").empty());
     CHECK(has(error("adc.bits=20"), "adc.bits: 20 is out of range"));
+    CHECK(has(error("control.delay_periods=3"), "control.delay_periods: 3 is out of range"));
     CHECK(has(error("filter.order=3"), "filter.order: 3 is out of range"));
     CHECK(has(error("full_scale.current_A=-1"), "full_scale.current_A: -1 is out of range"));
     CHECK(has(error("inverter.u_dc_V=500"), "inverter.u_dc_V: is above full_scale.dc_link_V"));

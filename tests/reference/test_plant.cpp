@@ -143,6 +143,55 @@ void the_timer_delays_duties_by_one_period()
     CHECK(timer.exchange({0.1, 0.2, 0.3}) == half);
     CHECK((timer.exchange({0.4, 0.5, 0.6}) == zh::Duty{0.1, 0.2, 0.3}));
     CHECK((timer.exchange({0.7, 0.8, 0.9}) == zh::Duty{0.4, 0.5, 0.6}));
+    zh::PreloadedTimer slow(2);
+    CHECK(slow.exchange({0.1, 0.2, 0.3}) == half);
+    CHECK(slow.exchange({0.4, 0.5, 0.6}) == half);
+    CHECK((slow.exchange({0.7, 0.8, 0.9}) == zh::Duty{0.1, 0.2, 0.3}));
+    CHECK((slow.exchange(half) == zh::Duty{0.4, 0.5, 0.6}));
+}
+
+// Substeps look at the dead time's current at each start: of first order where that acts, while an
+// ideal inverter leaves nothing but the integrator. Both methods, both inverters, one motion.
+void finer_steps_converge_to_one_motion()
+{
+    const auto end_of = [](const Rig &rig) {
+        Plant plant(rig, Board{}, {}, 1);
+        for (int k = 0; k < 1500; ++k) {
+            plant.advance(duty_of(std::polar(0.12, 60.0 * k * 200e-6)), true);
+        }
+        return plant.state();
+    };
+    const auto distance = [](const zh::MotorState &a, const zh::MotorState &b) {
+        return std::hypot(zh::magnitude(a.psi_s_Wb - b.psi_s_Wb),
+                          zh::magnitude(a.psi_r_Wb - b.psi_r_Wb),
+                          0.01 * (a.omega_m_rad_s - b.omega_m_rad_s));
+    };
+    for (const auto model : {zh::InverterModel::averaged, zh::InverterModel::switched}) {
+        Rig rig = ideal();
+        rig.inverter.model = model;
+        rig.inverter.dead_time_s = model == zh::InverterModel::averaged ? 3e-6 : 0.0;
+        rig.inverter.i_threshold_A = 0.5;
+        rig.motor.iron_loss_ohm = 400.0;
+        const auto stepped = [&](int substeps, zh::IntegrationMethod method) {
+            Rig finer = rig;
+            finer.integration = {method, substeps};
+            return end_of(finer);
+        };
+        const zh::MotorState truth = stepped(256, zh::IntegrationMethod::rk4);
+        const double coarse = distance(stepped(8, zh::IntegrationMethod::rk4), truth);
+        const double finer = distance(stepped(32, zh::IntegrationMethod::rk4), truth);
+        const double heun = distance(stepped(32, zh::IntegrationMethod::heun), truth);
+        const double usual = distance(end_of(rig), truth);
+        if (model == zh::InverterModel::averaged) {
+            // First order against 256 steps: (1/8 - 1/256) / (1/32 - 1/256) = 4.4.
+            CHECK_NEAR(coarse / finer, 4.4, 0.3);
+            CHECK_NEAR(heun / finer, 1.0, 0.05);
+            CHECK(usual < coarse); // the current expected in the middle of the period
+        } else {
+            CHECK(finer < 1e-12 && usual < 1e-9);
+            CHECK(heun < 1e-7 && heun > 1e3 * finer);
+        }
+    }
 }
 
 // Nothing happens at rest with the gates off, but for the ADC's zero.
@@ -423,6 +472,7 @@ int main()
         {"signs are positive into the motor", signs_are_positive_into_the_motor},
         {"a sample knows nothing of the coming duty", a_sample_knows_nothing_of_the_coming_duty},
         {"the timer delays duties by one period", the_timer_delays_duties_by_one_period},
+        {"finer steps converge to one motion", finer_steps_converge_to_one_motion},
         {"at rest it rests", at_rest_it_rests},
         {"blocked gates extinguish the currents", blocked_gates_extinguish_the_currents},
         {"blocked current falls as the dc link drives it",

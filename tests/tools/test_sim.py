@@ -68,6 +68,17 @@ def test_duty_of_step_k_acts_from_crest_k1_to_k2():
     assert min(early, late) > 1.0
 
 
+def test_a_board_may_take_two_periods():
+    record = run(Job(scenario=SCENARIO, board_overrides={"control.delay_periods": 2}))
+    a = np.exp(2j * np.pi / 3)
+    duty = np.sqrt(2 / 3) * (record["duty_u"] + a * record["duty_v"] + a**2 * record["duty_w"])
+    acted_V = record["u_alpha_V"] + 1j * record["u_beta_V"]
+    running = np.flatnonzero(record["gates_on"] > 0)[:-4]
+    from_duty_V = (duty * record["u_dc_V"])[running]
+    assert np.abs(acted_V[running + 3] - from_duty_V).max() < 1e-3
+    assert np.abs(acted_V[running + 2] - from_duty_V).max() > 1.0
+
+
 def test_gates_off_acts_at_once():
     record = run(Job(scenario=SCENARIO, scenario_overrides={"scenario.torque_off_s": 1.0}))
     off = int(np.flatnonzero((record.t_s > 0.5) & (record["gates_on"] == 0))[0])
