@@ -16,6 +16,7 @@ COMMAND_MODULES = (
     "zerohertz.scenario.command",
     "zerohertz.atlas.detection_command",
     "zerohertz.atlas.command",
+    "zerohertz.atlas.special_command",
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
     "zerohertz.replay.command",

@@ -169,12 +169,15 @@ def evaluate_figures(
 
 
 def evaluate_situations(
-    setup: Setup, seeds: int = SEEDS, workers: int = 1, progress: Progress | None = None
+    setup: Setup,
+    seeds: int = SEEDS,
+    workers: int = 1,
+    progress: Progress | None = None,
+    only: Iterable[str] = tuple(SITUATIONS),
 ) -> list[Result]:
     """The four situations over seeds 1..n: STABLE, and the ramp with its dwell not LOST."""
-    runs = [
-        Run(setup, figure, seed) for figure in SITUATIONS.values() for seed in range(1, seeds + 1)
-    ]
+    figures = {name: SITUATIONS[name] for name in only}
+    runs = [Run(setup, figure, seed) for figure in figures.values() for seed in range(1, seeds + 1)]
     found = measure_all(runs, workers, progress)
     return [
         Result(
@@ -186,7 +189,7 @@ def evaluate_situations(
                 if run.figure == figure
             ),
         )
-        for name, figure in SITUATIONS.items()
+        for name, figure in figures.items()
     ]
 
 
