@@ -32,7 +32,7 @@ from zerohertz.atlas.bench_run import (
 from zerohertz.atlas.finding import Finding
 from zerohertz.errors import UserError
 from zerohertz.scenario.evaluate import SITUATIONS, evaluate_situations
-from zerohertz.scenario.setup import Setup, parameter_defaults
+from zerohertz.scenario.setup import Setup
 
 Case = Callable[[], Finding]
 
@@ -125,15 +125,6 @@ def slow_crossing(setup: Setup, rs_ratio: float, load_pu: float) -> Finding:
     return held_or_declared(f"true Rs {rs_ratio:g}, load {100 * load_pu:+.0f} %", judged)
 
 
-def steering_off() -> dict[str, float]:
-    """Whatever parameter switches the flux steering, at zero; nothing while there is none."""
-    return {
-        name: 0.0
-        for name in parameter_defaults()
-        if "steer" in name and name.endswith(("_enable", "_mode"))
-    }
-
-
 def dwell_load_Nm(flux_Wb: float, speed_rpm: float) -> float:
     """The driving load at which the slip of this flux cancels the speed: w_s = 0.
 
@@ -144,12 +135,12 @@ def dwell_load_Nm(flux_Wb: float, speed_rpm: float) -> float:
 
 
 def dwell(setup: Setup, rs_ratio: float, duration_s: float = DWELL_S) -> Finding:
-    """Zero stator frequency, not passed but kept, the flux held where it is."""
+    """Zero stator frequency, not passed but kept: flux steering, which avoids it, is off."""
     ask = Experiment(
         duration_s=2.0,
         speed_rpm=[(0.0, DWELL_RPM)],
         rs_ratio=rs_ratio,
-        firmware=steering_off(),
+        firmware={"steer_min_Hz": 0.0},
     )
     text = f"true Rs {rs_ratio:g}"
     idle = bench_run.run(setup, ask)
