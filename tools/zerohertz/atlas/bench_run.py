@@ -1,7 +1,7 @@
 """The atlas' test bench for single experiments: one job, one judged record.
 
-t = 0 of an experiment is BEGIN_S: by then the drive has done its own start (offsets, a measurement
-of Rs, flux) and run up without load. Load torque > 0 opposes positive rotation.
+Start and t = 0 are those of the maps (simulate.py): the drive has done its own start (offsets, a
+measurement of Rs, flux) and run up without load. Load torque > 0 opposes positive rotation.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zerohertz import sim
+from zerohertz.atlas.classes import FAR_RPM, START_CHECK_S, START_ERROR_RPM, Confidence
+from zerohertz.atlas.simulate import RIG, RPM_PER_S, RUN_ON_S, SETTLE_S, make_bench
 from zerohertz.drive import State
 from zerohertz.scenario.setup import Setup
 
-RIG = sim.HOST_SIM / "rigs" / "atlas.toml"
 NAMEPLATE_RS_OHM = 0.930
 RR_OHM = 0.50
 POLE_PAIRS = 2
@@ -27,13 +28,6 @@ RATED_SPEED_RPM = 1710.0
 COULOMB_NM = 0.4
 RS_RATIOS = (0.67, 0.8, 1.0, 1.25, 1.5)
 
-BEGIN_S = 10.0
-_RUN_UP_S = 6.0  # the reference leaves zero; a start takes less
-_RUN_UP_RPM_PER_S = 600.0
-STARTED_RPM = 30.0
-# The load has the shaft, whatever the firmware says.
-LOST_RPM = 150.0
-IMPRESSED = 2  # column `confidence`: the declared take-over
 
 Points = Sequence[tuple[float, float]]
 
@@ -51,7 +45,7 @@ class Verdict(StrEnum):
 
 @dataclasses.dataclass(frozen=True)
 class Experiment:
-    """What is asked of the drive and done to the bench; times count from BEGIN_S."""
+    """What is asked of the drive and done to the bench; times count from t = 0."""
 
     duration_s: float
     speed_rpm: Points  # the first point is the speed it has run up to
@@ -69,32 +63,44 @@ class Judged:
 
     verdict: Verdict
     worst_rpm: float | None  # |w - w*| outside a take-over; None: nothing was outside
-    lost_s: float | None  # from BEGIN_S to the loss or the stop
+    lost_s: float | None  # when it was lost or stopped
     takeover_pu: float  # share of the time
     flux_angle_worst_deg: float
     f_s_abs_min_Hz: float
 
 
 def run(setup: Setup, what: Experiment) -> sim.Record:
-    """The record from BEGIN_S on is `after`'s; before that the drive starts."""
+    """The record with t_s from the beginning of the experiment; rows before it are the start.
+
+    The firmware is told what it is told on the maps: the nameplate, and no dead time.
+    """
+    bench = make_bench(setup)
     first_rpm = what.speed_rpm[0][1]
-    run_up = [(0.0, 0.0), (_RUN_UP_S, 0.0)]
-    run_up.append((_RUN_UP_S + max(abs(first_rpm), 1.0) / _RUN_UP_RPM_PER_S, first_rpm))
+    top_s = bench.run_s + max(0.2, abs(first_rpm) / RPM_PER_S)
+    begin_s = top_s + SETTLE_S
     profiles = {
-        "speed_ref_rpm": run_up + _later(what.speed_rpm),
-        "load_torque_Nm": [(0.0, 0.0), (BEGIN_S, 0.0), *_later(what.load_Nm)],
-        "rs_factor": [(0.0, 1.0), *_later(what.rs_drift)],
+        "speed_ref_rpm": [
+            (0.0, 0.0),
+            (bench.run_s, 0.0),
+            (top_s, first_rpm),
+            *_later(begin_s, what.speed_rpm),
+        ],
+        "load_torque_Nm": [(0.0, 0.0), (begin_s, 0.0), *_later(begin_s, what.load_Nm)],
+        "rs_factor": [(0.0, 1.0), *_later(begin_s, what.rs_drift)],
     }
     lines = [f"{name} = {_polyline(points)}" for name, points in profiles.items()]
-    head = f'[scenario]\nname = "bench"\nduration_s = {BEGIN_S + what.duration_s}\nrun_on_s = 0.1\n'
-    return sim.run(
+    head = (
+        f'[scenario]\nname = "bench"\nduration_s = {begin_s + what.duration_s:.6f}\n'
+        f"run_on_s = {RUN_ON_S}\n[profiles]\n"
+    )
+    record = sim.run(
         sim.Job(
-            scenario=head + "[profiles]\n" + "\n".join(lines) + "\n",
+            scenario=head + "\n".join(lines) + "\n",
             rig=RIG,
             board=setup.board,
             motor_dir=setup.motor_dir,
-            firmware_config=setup.params,
-            firmware=what.firmware,
+            firmware_config=bench.params,
+            firmware={"dead_time_s": 0.0, **what.firmware},
             rig_overrides={
                 **setup.rig_overrides,
                 "motor.Rs_ohm": what.rs_ratio * NAMEPLATE_RS_OHM,
@@ -104,10 +110,12 @@ def run(setup: Setup, what: Experiment) -> sim.Record:
             decimate=what.decimate,
         )
     )
+    t_s = record.t_s.astype(np.float64) - begin_s
+    return dataclasses.replace(record, columns=record.columns | {"t_s": t_s})
 
 
-def _later(points: Points) -> list[tuple[float, float]]:
-    return [(BEGIN_S + t_s, value) for t_s, value in points]
+def _later(begin_s: float, points: Points) -> list[tuple[float, float]]:
+    return [(begin_s + t_s, value) for t_s, value in points]
 
 
 def _polyline(points: Points) -> str:
@@ -115,9 +123,8 @@ def _polyline(points: Points) -> str:
 
 
 def window(record: sim.Record, start_s: float, end_s: float = np.inf) -> NDArray[np.bool_]:
-    """Rows from start_s to end_s, counted from BEGIN_S."""
-    t_s = record.t_s - BEGIN_S
-    return (t_s >= start_s) & (t_s <= end_s)
+    """Rows from start_s to end_s."""
+    return (record.t_s >= start_s) & (record.t_s <= end_s)
 
 
 def error_rpm(record: sim.Record) -> NDArray[np.float64]:
@@ -127,26 +134,24 @@ def error_rpm(record: sim.Record) -> NDArray[np.float64]:
 def impressed(record: sim.Record) -> NDArray[np.bool_]:
     """Rows with a declared take-over; a firmware without a supervisor declares none."""
     declared: Any = record.columns.get("confidence")
-    return np.zeros(len(record.t_s), bool) if declared is None else declared == IMPRESSED
+    return np.zeros(len(record.t_s), bool) if declared is None else declared == Confidence.IMPRESSED
 
 
 def started(record: sim.Record) -> bool:
     """Running, and near the reference, when the experiment begins."""
-    before = (record.t_s > BEGIN_S - 0.5) & (record.t_s < BEGIN_S)
-    running = record["state"][before] == State.RUN
-    return bool(running.any() and running.all()) and bool(
-        np.all(np.abs(error_rpm(record)[before]) < STARTED_RPM)
-    )
+    before = (record.t_s < 0.0) & (record.t_s >= -START_CHECK_S)
+    running = bool(before.any()) and bool(np.all(record["state"][before] == State.RUN))
+    return running and abs(float(error_rpm(record)[before].mean())) < START_ERROR_RPM
 
 
 def judge(record: sim.Record, duration_s: float, limit_rpm: float, from_s: float = 0.0) -> Judged:
-    """Held: |w - w*| <= limit from from_s on. Lost: beyond LOST_RPM, or no torque, at any time."""
+    """Held: |w - w*| <= limit from from_s on. Lost: beyond FAR_RPM, or no torque, at any time."""
     on = window(record, 0.0)
-    t_s = record.t_s[on] - BEGIN_S
+    t_s = record.t_s[on]
     error = np.abs(error_rpm(record))[on]
     declared = impressed(record)[on]
     off = record["gates_on"][on] == 0
-    gone = np.flatnonzero((error > LOST_RPM) | off)
+    gone = np.flatnonzero((error > FAR_RPM) | off)
     ends_early = len(t_s) == 0 or t_s[-1] < duration_s - 0.1
     watched = (t_s >= from_s) & ~declared
     worst = float(error[watched].max()) if watched.any() else None

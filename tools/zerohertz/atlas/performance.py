@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from zerohertz import sim
 from zerohertz.atlas import bench_run
 from zerohertz.atlas.bench_run import (
-    BEGIN_S,
     RATED_SPEED_RPM,
     RATED_TORQUE_NM,
     Experiment,
@@ -24,6 +23,7 @@ from zerohertz.atlas.bench_run import (
     judge,
     window,
 )
+from zerohertz.atlas.classes import FAR_RPM, START_ERROR_RPM
 from zerohertz.atlas.finding import Finding
 from zerohertz.scenario.setup import Setup
 
@@ -92,7 +92,7 @@ def _steady(setup: Setup, speed_rpm: float, load_pu: float, duration_s: float, l
         decimate=10,
     )
     record = bench_run.run(setup, what)
-    judged = judge(record, duration_s, bench_run.LOST_RPM)
+    judged = judge(record, duration_s, FAR_RPM)
     return judged, error_rpm(record)[window(record, duration_s - last_s)]
 
 
@@ -205,10 +205,10 @@ def sine_gain(setup: Setup, speed_rpm: float, load_pu: float, f_Hz: float) -> fl
         decimate=5,
     )
     record = bench_run.run(setup, what)
-    if judge(record, duration_s, bench_run.LOST_RPM).verdict is not Verdict.HELD:
+    if judge(record, duration_s, FAR_RPM).verdict is not Verdict.HELD:
         return math.nan
     part = window(record, settle_s)
-    turn = np.exp(-2j * np.pi * f_Hz * (record.t_s[part].astype(np.float64) - BEGIN_S))
+    turn = np.exp(-2j * np.pi * f_Hz * (record.t_s[part].astype(np.float64)))
     # Least squares with mean and drift beside the sine: those of the bench are not the loop's.
     slow = np.linspace(-1.0, 1.0, int(part.sum()))
     basis = np.column_stack([turn.real, turn.imag, np.ones_like(slow), slow])
@@ -231,7 +231,7 @@ def starting_torque(setup: Setup) -> Finding:
         decimate=5,
     )
     record = bench_run.run(setup, what)
-    judged = judge(record, what.duration_s, bench_run.LOST_RPM)
+    judged = judge(record, what.duration_s, FAR_RPM)
     part = window(record, on_s, end_s)
     torque_Nm = float(record["torque_Nm"][part].mean()) if part.any() else math.nan
     backwards_rpm = float(-record["speed_rpm"][window(record, 0.0)].min(initial=0.0))
@@ -239,8 +239,8 @@ def starting_torque(setup: Setup) -> Finding:
     met = (
         judged.verdict in (Verdict.HELD, Verdict.TAKEOVER)
         and torque_Nm >= load_Nm - bench_run.COULOMB_NM
-        and backwards_rpm <= bench_run.STARTED_RPM
-        and abs(final_rpm) <= bench_run.STARTED_RPM
+        and backwards_rpm <= START_ERROR_RPM
+        and abs(final_rpm) <= START_ERROR_RPM
     )
     measured = {
         "mean_torque_pu": torque_Nm / RATED_TORQUE_NM,

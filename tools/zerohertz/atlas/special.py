@@ -17,7 +17,6 @@ import numpy as np
 
 from zerohertz.atlas import bench_run, performance
 from zerohertz.atlas.bench_run import (
-    BEGIN_S,
     COULOMB_NM,
     POLE_PAIRS,
     RATED_TORQUE_NM,
@@ -154,9 +153,9 @@ def dwell(setup: Setup, rs_ratio: float, duration_s: float = DWELL_S) -> Finding
     on = window(record, SETTLE_S) & ~bench_run.impressed(record)
     off_rpm = np.abs(error_rpm(record)) > DWELL_LIMIT_RPM
     gone_s = np.flatnonzero((off_rpm | (record["gates_on"] == 0)) & on)
-    lost_s = float(record.t_s[gone_s[0]] - BEGIN_S - SETTLE_S) if len(gone_s) else math.nan
+    lost_s = float(record.t_s[gone_s[0]] - SETTLE_S) if len(gone_s) else math.nan
     finding = held_or_declared(text, judged, load_Nm=load_Nm, flux_Wb=flux_Wb)
-    before = on & (record.t_s < BEGIN_S + SETTLE_S + (lost_s if len(gone_s) else duration_s))
+    before = on & (record.t_s < SETTLE_S + (lost_s if len(gone_s) else duration_s))
     measured = dict(finding.measured) | {
         "lost_s": lost_s,
         "f_s_mean_Hz": float(record["f_s_Hz"][before].mean()) if before.any() else math.nan,
