@@ -17,8 +17,9 @@ import pytest
 from zerohertz import sim
 from zerohertz.atlas import bench_run, performance, special
 from zerohertz.atlas.bench_run import Experiment, Verdict, judge
-from zerohertz.atlas.simulate import RIG
-from zerohertz.atlas.variations import VARIATIONS, variations
+from zerohertz.atlas.points import Point
+from zerohertz.atlas.simulate import RIG, job_of
+from zerohertz.atlas.variations import VARIATIONS, benches, variations
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import Setup
@@ -208,53 +209,43 @@ def test_results_come_in_the_order_of_the_tests():
 
 @pytest.fixture(scope="module")
 def nominal():
-    return easy_point(VARIATIONS[0])
+    return easy_point("nominal")
 
 
-def easy_point(variation):
-    """300 min^-1, half load, twelve seconds."""
-    text = (
-        '[scenario]\nname = "x"\nduration_s = 6.0\nrun_on_s = 0.1\n[profiles]\n'
-        "speed_ref_rpm = [[0, 0], [2, 0], [2.5, 300]]\n"
-        "load_torque_Nm = [[0, 0], [3, 0], [4, 4.2]]\n"
-    )
-    job = sim.Job(
-        scenario=text,
-        rig=RIG,
-        board=FIXED.board,
-        motor_dir=FIXED.motor_dir,
-        firmware_config=FIXED.params,
-        decimate=10,
-    )
-    return sim.run(variation.apply(job))
+def easy_point(name):
+    """300 min^-1 and half load, as a point of the atlas runs it."""
+    (bench,) = benches(FIXED, {}, {}, name).values()
+    point = Point(map="x", index=0, seed=1, speed_rpm=300.0, load_pu=0.5, rs_ratio=1.0)
+    return sim.run(job_of(bench, point))
 
 
-@pytest.mark.parametrize("variation", VARIATIONS, ids=lambda v: v.name)
-def test_every_variation_is_another_plant_and_holds_an_easy_point(variation, nominal):
-    run = easy_point(variation)
-    late = run.t_s > 5.0
+@pytest.mark.parametrize("name", [v.name for v in VARIATIONS])
+def test_every_variation_is_another_plant_and_holds_an_easy_point(name, nominal):
+    run = easy_point(name)
+    late = run.t_s > run.t_s[-1] - 1.0
     assert run.first_fault == 0
     assert abs(run["speed_rpm"][late].mean() - 300.0) < 8.55
-    same = np.array_equal(run["i_q_A"], nominal["i_q_A"])
-    assert same == (variation.name == "nominal")
+    assert np.array_equal(run["i_q_A"], nominal["i_q_A"]) == (name == "nominal")
 
 
-def test_finer_steps_change_next_to_nothing(nominal):
+@pytest.mark.parametrize("name", ["fine_steps", "heun"])
+def test_finer_steps_change_next_to_nothing(name, nominal):
     """The integrator is not what the results depend on."""
-    for name in ("fine_steps", "heun"):
-        run = easy_point(variations(name)[0])
-        assert np.abs(run["speed_rpm"] - nominal["speed_rpm"]).max() < 0.1, name
+    assert np.abs(easy_point(name)["speed_rpm"] - nominal["speed_rpm"]).max() < 0.1
 
 
-def test_a_variation_changes_its_own_and_leaves_the_point_the_rest():
-    job = sim.Job(rig_overrides={"motor.Rs_ohm": 1.2, "mechanics.J_kg_m2": 0.035}, seed=3)
-    varied = variations("inertia_low")[0].apply(job)
-    assert varied.rig_overrides == {"motor.Rs_ohm": 1.2, "mechanics.J_kg_m2": 0.015}
-    assert varied.seed == 3
+def test_what_the_user_sets_has_the_last_word():
+    found = benches(FIXED, {"delay_comp_periods": 2.0}, {"mechanics.J_kg_m2": 0.05}, "all")
+    assert list(found) == [v.name for v in VARIATIONS]
+    assert found["inertia_low"].plant == {"mechanics.J_kg_m2": 0.05}
+    assert found["delay_2"].firmware == {"delay_comp_periods": 2.0}
+    assert found["delay_2"].plant["control.delay_periods"] == 2
+    (usual,) = benches(FIXED, {}, {}, None).values()
+    assert usual.plant == {}
+
+
+def test_unknown_variations_are_refused_by_name():
     with pytest.raises(UserError, match="--variation: 'heum' is unknown"):
         variations("heum")
-
-
-def test_names_of_variations_are_unique():
     names = [v.name for v in variations("all")]
-    assert len(set(names)) == len(names) == len(VARIATIONS)
+    assert len(set(names)) == len(names)

@@ -42,6 +42,9 @@ def atlas(
         list[str] | None,
         typer.Option(help="Rig or board section.key=value, for example inverter.model=switched."),
     ] = None,
+    variation: Annotated[
+        str | None, typer.Option(help="Another plant by name, or all (atlas/variations.py).")
+    ] = None,
     voltage: Annotated[
         str | None, typer.Option(help="Voltage the observer uses: sensors or duty.")
     ] = None,
@@ -66,23 +69,29 @@ def atlas(
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.atlas import output
     from zerohertz.atlas.run import Means, run_map
-    from zerohertz.atlas.simulate import make_bench
+    from zerohertz.atlas.variations import benches
     from zerohertz.scenario.setup import load_setup
 
     began = time.monotonic()
     firmware = _firmware(sets or [], voltage)
     setup = load_setup(config)
-    bench = make_bench(setup, firmware, _assignments("--plant", plant or [], numbers=False))
+    overrides = _assignments("--plant", plant or [], numbers=False)
+    plants = benches(setup, firmware, overrides, variation)
+    bench = next(iter(plants.values()))
     if throughput:
         output.print_throughput(bench, workers, as_json)
         return
     chosen = _chosen(standard, maps or [], random, seed, loaded)
     folder = out or BUILD / "atlas" / "-".join(filter(None, (setup.name, voltage)))
-    means = Means(folder, workers, scheduler, fresh)
+    if variation is not None:
+        folder = folder / "variations"
     results = {}
-    for points in chosen:
-        with output.progress_bar(points[0].map, len(points)) as progress:
-            results[points[0].map] = run_map(bench, points, means, output.tell, progress)
+    for other, on in plants.items():
+        means = Means(folder / other, workers, scheduler, fresh)
+        for points in chosen:
+            name = "/".join(filter(None, (other, points[0].map)))
+            with output.progress_bar(name, len(points)) as progress:
+                results[name] = run_map(on, points, means, output.tell, progress)
     test_R = output.test_R(setup, bench, workers) if standard else None
     content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:

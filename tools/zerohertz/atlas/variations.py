@@ -10,8 +10,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from zerohertz.atlas.simulate import Bench, make_bench
 from zerohertz.errors import UserError
-from zerohertz.sim import Job
+from zerohertz.scenario.setup import Setup
 
 RATED_FLUX_WB = 0.459  # 4.5 A through .102 H
 LEAKAGE_H = 0.008
@@ -28,15 +29,6 @@ class Variation:
     rig: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     board: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     firmware: Mapping[str, float] = dataclasses.field(default_factory=dict)
-
-    def apply(self, job: Job) -> Job:
-        """The same run on this plant; of what both set, the variation's value counts."""
-        return dataclasses.replace(
-            job,
-            rig_overrides={**job.rig_overrides, **self.rig},
-            board_overrides={**job.board_overrides, **self.board},
-            firmware={**job.firmware, **self.firmware},
-        )
 
 
 def _saturated(knee_Wb: float, exponent: int) -> dict[str, float]:
@@ -173,6 +165,24 @@ VARIATIONS: tuple[Variation, ...] = (
         board={"control.delay_periods": 2},
     ),
 )
+
+
+def benches(
+    setup: Setup,
+    firmware: Mapping[str, float],
+    plant: Mapping[str, Any],
+    name: str | None,
+) -> dict[str, Bench]:
+    """The bench under each variation asked for, by its name; the usual one under "" without.
+
+    The user's own firmware and plant have the last word.
+    """
+    if name is None:
+        return {"": make_bench(setup, firmware, plant)}
+    return {
+        v.name: make_bench(setup, {**v.firmware, **firmware}, {**v.rig, **v.board, **plant})
+        for v in variations(name)
+    }
 
 
 def variations(name: str) -> tuple[Variation, ...]:
