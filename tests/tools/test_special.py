@@ -13,9 +13,10 @@ import math
 
 import numpy as np
 import pytest
+import typer
 
 from zerohertz import sim
-from zerohertz.atlas import bench_run, performance, special
+from zerohertz.atlas import bench_run, performance, special, special_command
 from zerohertz.atlas.bench_run import Experiment, Verdict, judge
 from zerohertz.atlas.points import Point
 from zerohertz.atlas.simulate import RIG, job_of
@@ -249,3 +250,35 @@ def test_unknown_variations_are_refused_by_name():
         variations("heum")
     names = [v.name for v in variations("all")]
     assert len(set(names)) == len(names)
+
+
+CONFIG = """
+[config]
+name = "fixed"
+motor = "hasegawa2005_recommended"
+board = "paper"
+rig = "atlas"
+[params]
+speed_bandwidth_rad_s = {}
+i_d_A = 5.3
+phi_factor = 0.576
+"""
+
+
+@pytest.mark.parametrize(("bandwidth_rad_s", "met"), [(31.0, True), (4.0, False)])
+def test_the_command_says_what_it_measured_and_fails_with_the_goal(
+    bandwidth_rad_s, met, tmp_path, capsys
+):
+    """A speed loop this slow falls back by far more than the starting torque's goal allows."""
+    path = tmp_path / "fixed.toml"
+    path.write_text(CONFIG.format(bandwidth_rad_s))
+    code = 0
+    try:
+        special_command.special(["starting_torque"], str(path), workers=1, as_json=True)
+    except typer.Exit as exit:
+        code = exit.exit_code
+    said = json.loads(capsys.readouterr().out)
+    assert said["config"] == "fixed"
+    assert said["starting_torque"]["met"] is met
+    assert said["starting_torque"]["findings"][0]["backwards_rpm"] > 0.0
+    assert code == (0 if met else 1)

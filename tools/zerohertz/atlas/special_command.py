@@ -31,15 +31,14 @@ def special(
     test_R, slow_crossing, dwell, situations, speed_range, static_accuracy, torque_rise,
     speed_bandwidth, starting_torque. Exit 1 when a goal is missed.
     """
+    from zerohertz.atlas.output import progress_bar
     from zerohertz.atlas.special import case_count, run_tests
-    from zerohertz.scenario.command import progress_bar
     from zerohertz.scenario.setup import load_setup
 
     setup = load_setup(config)
     asked = names or []
-    console = Console(stderr=True)
     begin_s = time.monotonic()
-    with progress_bar(console, "special tests", case_count(setup, asked)) as progress:
+    with progress_bar("special tests", case_count(setup, asked)) as progress:
         results = run_tests(setup, asked, workers, progress)
     if as_json:
         content: dict[str, Any] = {"config": setup.name}

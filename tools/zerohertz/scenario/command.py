@@ -66,10 +66,10 @@ def figures(
     paper = setup.name == "paper"
     console = Console(stderr=True)
     evaluated = evaluate.evaluate_figures if paper else evaluate.evaluate_situations
-    with progress_bar(console, "experiments", seeds * (13 if paper else 4)) as progress:
+    with _bar(console, "experiments", seeds * (13 if paper else 4)) as progress:
         results = evaluated(setup, seeds, workers, progress)
     if sensitivity and paper:
-        with progress_bar(console, "sensitivity", run_count()) as progress:
+        with _bar(console, "sensitivity", run_count()) as progress:
             spread, redrawn = compute_sensitivity(setup, workers=workers, progress=progress)
         source = f"{COMPUTED_NOW}{redraw_note(redrawn)}"
     else:
@@ -162,7 +162,7 @@ def identify(
 
 
 @contextlib.contextmanager
-def progress_bar(console: Console, text: str, total: int) -> Iterator[Callable[[int], None]]:
+def _bar(console: Console, text: str, total: int) -> Iterator[Callable[[int], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}"))
     hidden = not sys.stderr.isatty()
     with Progress(
