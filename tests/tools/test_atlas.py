@@ -267,6 +267,15 @@ def test_pictures_of_a_grid_and_of_a_sample(few_rows, tmp_path):
         assert 'script src="http' not in page
     assert "20.0 % oriented, 40.0 % held, 2 unsafe" in picture.title("no_gain", grid)
     assert "Rs 1.5 of nameplate, Rr 1.3" in page
+    assert "is drawn" not in page
+
+
+def test_the_page_of_a_large_sample_is_thinned_and_says_so(few_rows, tmp_path, monkeypatch):
+    monkeypatch.setattr(picture, "MOST_IN_PAGE", 4)
+    picture.write_html(tmp_path / "map.html", "no_gain", few_rows)
+    page = (tmp_path / "map.html").read_text()
+    assert "8 points" in page
+    assert "one point in 2 is drawn" in page
 
 
 def test_json_is_the_object_and_nothing_else(tmp_path, monkeypatch, capsys):

@@ -23,7 +23,7 @@ Share = Callable[[Sequence[Point]], Rows]
 # costs nothing and the last worker does not keep the others waiting.
 CHUNK_SIM_S = 120.0
 # One thread each: the workers are the parallelism.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "ARROW_NUM_THREADS")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def run_all(

@@ -29,6 +29,7 @@ LOOK = {
 }
 SILENT = "silent: CLOSED while the orientation was lost"
 WIDTH_PX = 1800
+MOST_IN_PAGE = 5000  # a browser stays quick, and the page below 10 MB
 
 
 def title(config: str, rows: Rows) -> str:
@@ -59,10 +60,15 @@ def write_png(path: Path, config: str, rows: Rows) -> None:
 
 
 def write_html(path: Path, config: str, rows: Rows) -> None:
-    """The same, to point at: every number of a point appears under the mouse."""
+    """The same, to point at: every number of a point appears under the mouse.
+
+    Of a very large sample every n-th point; the figures of the title are those of all.
+    """
     from plotly.subplots import make_subplots
 
-    groups = _groups(rows)
+    every = -(-len(rows) // MOST_IN_PAGE)
+    groups = _groups(rows[::every])
+    heading = title(config, rows) + (f"; one point in {every} is drawn" if every > 1 else "")
     names = [f"Rs {ratio:g} of nameplate{text}" for text in groups for ratio in RS_RATIOS]
     page = make_subplots(len(groups), len(RS_RATIOS), subplot_titles=names, shared_yaxes=True)
     known: set[str] = set()
@@ -81,7 +87,7 @@ def write_html(path: Path, config: str, rows: Rows) -> None:
         tickvals=list(range(len(LOADS_PU))), ticktext=[f"{100 * p:g}" for p in LOADS_PU]
     )
     page.update_layout(
-        title=title(config, rows),
+        title=heading,
         template="plotly_white",
         height=360 * len(groups) + 160,
         legend={"orientation": "h", "y": -0.25 / len(groups)},
