@@ -2,7 +2,7 @@
  *
  * 1801 entries of L(w), one per 2 elec. min^-1 from standstill; method closed_form.
  * Inputs (motor.toml), SHA-256:
- * 1c3b659c3d94f915a43148fa203f3502cf1d16bbd722789d37afd57f5409f926
+ * d475d7f4948a90be4ce74d25307094fd0afaa09f92940be05929d24781f02c1d
  */
 #ifndef L_GAIN_HASEGAWA2005_RECOMMENDED_H
 #define L_GAIN_HASEGAWA2005_RECOMMENDED_H

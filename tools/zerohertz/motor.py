@@ -86,8 +86,20 @@ class Design:
     p1_per_s: float | None = None  # closed_form, and reference of gamma_pr
     a: float | None = None
     b: float | None = None
+    p1_fast_per_s: float | None = None  # closed_form: p1 goes to this ...
+    p1_slow_elec_per_min: float | None = None  # ... in a straight line from this speed on ...
+    p1_fast_elec_per_min: float | None = None  # ... to this one
     real_factor: float | None = None  # pole_shift
     imag_factor: float | None = None
+
+    def p1_at(self, omega_rad_s: float) -> float:
+        """The pole p1 of the closed form at this speed (electrical), 1/s."""
+        if self.p1_fast_per_s is None:
+            return self.p1_per_s
+        speed = abs(omega_rad_s) * 60.0 / (2.0 * math.pi)
+        slow, fast = self.p1_slow_elec_per_min, self.p1_fast_elec_per_min
+        share = min(max((speed - slow) / (fast - slow), 0.0), 1.0)
+        return self.p1_per_s + share * (self.p1_fast_per_s - self.p1_per_s)
 
     @property
     def entries(self) -> int:
@@ -152,6 +164,9 @@ _SECTIONS: dict[str, dict[str, str]] = {
         "p1_per_s": "negative",
         "a": "positive",
         "b": "not_negative",
+        "p1_fast_per_s": "negative",
+        "p1_slow_elec_per_min": "not_negative",
+        "p1_fast_elec_per_min": "positive",
         "real_factor": "positive",
         "imag_factor": "not_negative",
     },
@@ -163,6 +178,7 @@ _NEEDED_BY = {
     "real_factor": ("pole_shift",),
     "imag_factor": ("pole_shift",),
 }
+_SCHEDULE = ("p1_fast_per_s", "p1_slow_elec_per_min", "p1_fast_elec_per_min")  # all or none
 _LARGEST = 1.0e30  # no quantity of a motor comes near; float32 ends at 3.4e38
 _RULES = {
     "positive": (lambda x: x > 0.0, "must be greater than zero"),
@@ -207,6 +223,7 @@ def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
     )
     _require_leakage(motor.circuit, file)
     _require_plausible(motor, file)
+    _require_schedule(motor.design, file)
     return motor
 
 
@@ -240,6 +257,8 @@ def _section(data: Mapping[str, Any], section: str, file: str) -> dict[str, Any]
     for key, kind in _SECTIONS[section].items():
         if key in content:
             result[key] = _value(content[key], kind, f"{file}: {section}.{key}")
+        elif key in _SCHEDULE:
+            continue
         elif key not in _NEEDED_BY:
             raise MotorError(f"{file}: {section}.{key}: key is missing; add it")
         elif method in _NEEDED_BY[key]:
@@ -309,6 +328,22 @@ def _require_plausible(motor: Motor, file: str) -> None:
         raise MotorError(
             f"{file}: nameplate.speed_rpm: is {plate.speed_rpm:g}; rated speed lies a little below "
             f"the synchronous {synchronous_rpm:g} min^-1 of frequency_Hz and pole_pairs"
+        )
+
+
+def _require_schedule(design: Design, file: str) -> None:
+    given = [key for key in _SCHEDULE if getattr(design, key) is not None]
+    if not given:
+        return
+    if len(given) < len(_SCHEDULE):
+        missing = next(key for key in _SCHEDULE if key not in given)
+        raise MotorError(f"{file}: design.{missing}: key is missing; {given[0]} needs it")
+    if design.method != "closed_form":
+        raise MotorError(f"{file}: design.{given[0]}: is for method closed_form; remove it")
+    if design.p1_slow_elec_per_min >= design.p1_fast_elec_per_min:
+        raise MotorError(
+            f"{file}: design.p1_slow_elec_per_min: is {design.p1_slow_elec_per_min:g}; it must be "
+            f"below p1_fast_elec_per_min = {design.p1_fast_elec_per_min:g}"
         )
 
 

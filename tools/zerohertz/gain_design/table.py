@@ -145,7 +145,7 @@ def _explicit_gain(motor: Motor, omega_rad_s: float) -> ComplexArray:
     design, circuit = motor.design, motor.circuit
     if design.method == "closed_form":
         return closed_form_gain(
-            circuit, omega_rad_s, p1_per_s=design.p1_per_s, a=design.a, b=design.b
+            circuit, omega_rad_s, p1_per_s=design.p1_at(omega_rad_s), a=design.a, b=design.b
         )
     if design.method == "pole_shift":
         return pole_shift_gain(
