@@ -1,6 +1,6 @@
 /* Flux level that keeps the stator frequency away from zero, where the speed cannot be seen.
  *
- * Rs T/(p lambda^2) is the slip: with less flux it grows. While |w* + slip| at nominal flux would
+ * Rr T/(p lambda^2) is the slip: with less flux it grows. While |w* + slip| at nominal flux would
  * be below w_min, the flux is lowered until the field turns with w_min in the sense of the torque:
  * slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). With hysteresis, and moved fast
  * enough that zero frequency is crossed, not visited. No help as T -> 0: then nominal flux stays.
@@ -50,7 +50,8 @@ typedef struct {
     bool moving;         /* the slew limit is active */
 } flux_steering_out_t;
 
-/* False for a bad number; with min_rad_s = 0 only nominal flux and machine data are looked at. */
+/* False for a number that is not finite or of the wrong sign, or lambda_min above nominal; nothing
+ * else is looked at with min_rad_s = 0. */
 CHECKED bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_t *params,
                                 const motor_model_t *motor, float period_s);
 

@@ -32,7 +32,6 @@ typedef struct {
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
-    float Rs_nameplate_ohm;
 } rs_measurement_config_t;
 
 /* Sums of one level. */
@@ -69,7 +68,8 @@ typedef struct {
 } rs_measurement_out_t;
 
 /* False for a number that is not finite or of the wrong sign, low >= high, average > level,
- * ratio_max <= 1, or a level shorter than a period; nothing is looked at with enable false. */
+ * ratio_max <= 1, an average shorter than a period or longer than 8192 of them (floats add up no
+ * more); nothing is looked at with enable false. */
 CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
                                  const rs_measurement_params_t *params, float Rs_nameplate_ohm,
                                  float period_s);

@@ -8,7 +8,8 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
     if (!(p->gain_ohm_per_rad > 0.0f) && nonnegativef(p->gain_ohm_per_rad)) {
         return true; /* off */
     }
-    const bool law = positivef(p->gain_ohm_per_rad) && positivef(p->i_0_A) &&
+    const float i_0_A2 = p->i_0_A * p->i_0_A;
+    const bool law = positivef(p->gain_ohm_per_rad) && positivef(p->i_0_A) && positivef(i_0_A2) &&
                      positivef(p->speed_err_rad_s) && nonnegativef(p->quiet_s);
     const bool bands = nonnegativef(p->min_rad_s) && (p->min_rad_s < p->max_rad_s) &&
                        is_finite(p->max_rad_s) && positivef(p->low_pu) && (p->low_pu <= 1.0f) &&
@@ -19,13 +20,13 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
     }
     *cfg = (rs_tracking_config_t){
         .gain_T_ohm_s_per_rad = p->gain_ohm_per_rad * period_s,
-        .i_0_A2 = p->i_0_A * p->i_0_A,
+        .i_0_A2 = i_0_A2,
         .min_rad_s = p->min_rad_s,
         .max_rad_s = p->max_rad_s,
         .low_pu = p->low_pu,
         .high_pu = p->high_pu,
         .speed_err_rad_s = p->speed_err_rad_s,
-        .quiet_periods = (uint32_t)(p->quiet_s / period_s),
+        .quiet_periods = (uint32_t)(p->quiet_s / period_s + 0.5f),
     };
     return true;
 }
