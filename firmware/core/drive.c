@@ -120,7 +120,7 @@ static void measure_rs(const drive_config_t *cfg, drive_state_t *st, ab_t u_from
     const rs_measurement_out_t rs =
         rs_measurement_step(&cfg->rs_measurement, &st->rs_measurement, &in);
     out->rs_measurement = rs.status;
-    out->i_ref_A.d = rs.i_ref_A;
+    out->i_ref_A = (dq_t){rs.i_ref_A, 0.0f};
     if (rs.status == RS_MEASUREMENT_DONE) {
         st->rs_start_delta_ohm = rs.Rs_ohm - cfg->motor.Rs_ohm;
         if (cfg->dead_time_identify) {
