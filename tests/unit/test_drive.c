@@ -90,8 +90,11 @@ typedef struct {
     cplx i_hat, lam, e1, l2, u_acting, u_pending;
     double w, ws, x, wf, wref, x_speed, x_d, x_q;
     double duty[3];
-    double iq_ref;
+    double id_ref, iq_ref;
     cplx i_dq, u_s;
+    double rs_start, rs_track, torque, below, dead_pu;
+    int quiet;
+    bool steering, moving, dead_found;
 } ref_t;
 
 static double limit(double x, double bound)
@@ -141,6 +144,7 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const drive_in_t *in
     s->l2 = l2;
     const double T = (double)p->period_s;
     const cplx g = tau - I * s->w;
+    u -= (s->rs_start + s->rs_track) * *i_s;
     const cplx di =
         -(Rs + M * M * Rr / (Lr * Lr)) / sLs * s->i_hat + g / eps * s->lam + u / sLs + l1 * s->e1;
     const cplx dl = M * tau * s->i_hat - g * s->lam + l2 * s->e1;
@@ -154,22 +158,81 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const drive_in_t *in
     s->w = (double)p->adaptation.kp_rad_per_s_Wb_A * z + s->x;
 }
 
+/* Flux below nominal and its rate; the torque by rotor flux and current. */
+static double ref_steer(ref_t *s, const drive_params_t *p)
+{
+    const flux_steering_params_t *f = &p->steering;
+    const double T = (double)p->period_s, pp = (double)p->motor.pole_pairs;
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    const double nominal = (double)f->lambda_nominal_Wb, least = (double)f->min_rad_s;
+    if (!(least > 0.0)) {
+        return 0.0;
+    }
+    s->torque += T / (T + (double)f->torque_filter_s) *
+                 (pp * kr * cabs(s->lam) * cimag(s->i_dq) - s->torque);
+    const double torque = fabs(s->torque), w = (s->torque < 0.0) ? -s->wref : s->wref;
+    const double slip_Wb2 = (double)p->motor.Rr_ohm / pp * torque;
+    const double field = fabs(w + slip_Wb2 / (nominal * nominal));
+    const bool leave =
+        (torque < (double)f->torque_min_Nm) || (field > least + (double)f->hysteresis_rad_s);
+    s->steering = !leave && (s->steering || (field < least));
+    double target = nominal;
+    if (s->steering && (w < least)) {
+        target =
+            fmax(sqrt(slip_Wb2 / (least - w)), torque / (pp * kr * 0.95 * (double)f->i_q_max_A));
+        target = fmax((double)f->lambda_min_Wb, fmin(nominal, target));
+    }
+    const double slew = T * (double)f->slew_Wb_per_s, wanted = nominal - target - s->below;
+    const double step = limit(wanted, slew);
+    s->moving = fabs(wanted) >= slew;
+    s->below += step;
+    return -step / T;
+}
+
+/* Tracking of the resistance; moved: the speed reference did. */
+static void ref_track(ref_t *s, const drive_params_t *p, double error, bool moved)
+{
+    const rs_tracking_params_t *t = &p->rs_tracking;
+    const double start = (double)p->motor.Rs_ohm + s->rs_start, i_q = cimag(s->i_dq);
+    if (s->moving || moved || (fabs(error) > (double)t->speed_err_rad_s)) {
+        s->quiet = 0;
+    } else if (s->quiet < (int)lrint((double)t->quiet_s / (double)p->period_s)) {
+        s->quiet++;
+    } else if ((fabs(s->ws) >= (double)t->min_rad_s) && (fabs(s->ws) <= (double)t->max_rad_s)) {
+        const double e1_d = creal(conj(s->lam) * s->e1) / cabs(s->lam);
+        s->rs_track += (double)p->period_s * (double)t->gain_ohm_per_rad * e1_d * s->ws * i_q /
+                       (i_q * i_q + (double)t->i_0_A * (double)t->i_0_A);
+        s->rs_track = fmax(start * ((double)t->low_pu - 1.0),
+                           fmin(start * ((double)t->high_pu - 1.0), s->rs_track));
+    }
+}
+
 static double ref_speed_pi(ref_t *s, const drive_params_t *p, double w_ref)
 {
     const double T = (double)p->period_s, pp = (double)p->motor.pole_pairs;
     const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
-    const double slew = T * (double)p->speed.slew_rad_s2;
-    s->wref += limit(w_ref - s->wref, slew);
+    const double step = limit(w_ref - s->wref, T * (double)p->speed.slew_rad_s2);
+    s->wref += step;
     s->wf += T / (T + (double)p->speed.filter_s) * (s->w - s->wf);
-    const double kp = (double)p->speed.J_kg_m2 * (double)p->speed.bandwidth_rad_s /
-                      (pp * pp * kr * (double)p->speed.lambda_Wb);
-    const double ki = (double)p->speed.ki_factor * (double)p->speed.bandwidth_rad_s * kp;
+    const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
+    double bandwidth = (double)p->speed.bandwidth_rad_s;
+    const double share = fmin(1.0, fmax(0.0, (fabs(s->wf) - slow) / (fast - slow)));
+    bandwidth += (p->speed.fast_bandwidth_rad_s > 0.0f)
+                     ? share * ((double)p->speed.fast_bandwidth_rad_s - bandwidth)
+                     : 0.0;
+    const double kp =
+        (double)p->speed.J_kg_m2 * bandwidth / (pp * pp * kr * (double)p->speed.lambda_Wb);
+    const double ki = (double)p->speed.ki_factor * bandwidth * kp;
+    const double ti = (double)p->speed.ki_factor * (double)p->speed.bandwidth_rad_s;
     const double e = s->wref - s->wf, asked = kp * e + s->x_speed;
-    const double room = sqrt((double)(p->speed.i_max_A * p->speed.i_max_A) -
-                             (double)(p->flux.i_d_A * p->flux.i_d_A));
-    const double got = limit(asked, fmin((double)p->speed.i_q_max_A, room));
-    s->x_speed += T * ki * e + T * ki / kp * (got - asked);
-    return got;
+    const double room = sqrt((double)(p->speed.i_max_A * p->speed.i_max_A) - s->id_ref * s->id_ref);
+    const double flux_pu = 1.0 - s->below / ((double)p->motor.M_H * (double)p->flux.i_d_A);
+    const double got = limit(asked, flux_pu * fmin((double)p->speed.i_q_max_A, room));
+    s->x_speed += T * ki * e + T * ti * (got - asked);
+    if (p->rs_tracking.gain_ohm_per_rad > 0.0f) {
+        ref_track(s, p, e, fabs(step) > 1e-9);
+    }
+    return got / flux_pu;
 }
 
 static cplx ref_modulate(ref_t *s, const drive_params_t *p, cplx u, cplx i, double u_dc)
@@ -179,8 +242,9 @@ static cplx ref_modulate(ref_t *s, const drive_params_t *p, cplx u, cplx i, doub
     const double dU = (double)p->dead_time.fraction *
                       ((double)p->dead_time.dead_time_s / (double)p->period_s * u_dc +
                        (double)p->dead_time.drop_V);
+    const double leg = s->dead_found ? (s->dead_pu * u_dc) : dU;
     for (int n = 0; n < 3; n++) {
-        lost[n] = dU * limit(ph[n] / (double)p->dead_time.i_threshold_A, 1.0);
+        lost[n] = leg * limit(ph[n] / (double)p->dead_time.i_threshold_A, 1.0);
     }
     const cplx u_lost = clarke(lost[0], lost[1], lost[2]);
     double v[3];
@@ -205,11 +269,14 @@ static void ref_step(ref_t *s, const drive_params_t *p, const drive_in_t *in)
     s->i_dq = i;
     /* The rate at which the estimate itself turns. */
     s->ws = s->w + cimag((M * tau * s->i_hat + s->l2 * s->e1) / s->lam);
+    const double rate = ref_steer(s, p);
+    s->id_ref = (double)p->flux.i_d_A - (s->below - rate / tau) / M;
+    s->id_ref = fmax(0.0, fmin((double)p->flux.i_d_max_A, s->id_ref));
     s->iq_ref = ref_speed_pi(s, p, (double)in->omega_e_ref_rad_s);
 
     const double kp = (double)p->current.bandwidth_rad_s * sLs;
     const double ki = (double)p->current.ki_factor * (double)p->current.bandwidth_rad_s * kp;
-    const cplx e = ((double)p->flux.i_d_A + I * s->iq_ref) - i;
+    const cplx e = (s->id_ref + I * s->iq_ref) - i;
     const cplx dec = I * s->ws * sLs * i + I * s->w * M / (double)p->motor.Lr_H * cabs(s->lam);
     const cplx asked = kp * e + s->x_d + I * s->x_q + (double)p->current.decoupling * dec;
     const cplx ahead = cexp(I * limit(s->ws * T * (double)p->delay_comp_periods, 0.785));
@@ -248,17 +315,29 @@ static measurement_in_t words(const drive_params_t *p, int k, double amps, doubl
         (uint16_t)lrint(u_dc / (double)p->measurement.dc_link_full_scale_V * 16384.0)};
 }
 
-static void compare_chain(const drive_params_t *p, double amps, double volts, double u_dc,
-                          double w_ref, int steps, bool expect_limited)
+/* Returns the double chain as it ended. rs_start, dead_pu: what a measurement has found; 0: none.
+ */
+static ref_t compare_found(const drive_params_t *p, double amps, double volts, double u_dc,
+                           double w_ref, int steps, bool expect_limited, double rs_start,
+                           double dead_pu)
 {
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, p, &test_table));
-    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.3f, 0.2f}, .i_s_hat_A = {3.0f, 1.0f}},
+    drive_state_t st = {.rs_start_delta_ohm = (float)rs_start,
+                        .dead_time_pu = (float)dead_pu,
+                        .dead_time_found = dead_pu > 0.0,
+                        .observer = {.lambda_r_hat_Wb = {0.3f, 0.2f}, .i_s_hat_A = {3.0f, 1.0f}},
                         .omega_e_hat_rad_s = 11.0f,
                         .omega_s_hat_rad_s = 14.0f,
                         .adaptation = {.x_rad_s = 9.0f}};
-    ref_t ref = {
-        .lam = 0.3f + I * (double)0.2f, .i_hat = 3.0 + 1.0 * I, .w = 11.0, .ws = 14.0, .x = 9.0};
+    ref_t ref = {.lam = 0.3f + I * (double)0.2f,
+                 .i_hat = 3.0 + 1.0 * I,
+                 .w = 11.0,
+                 .ws = 14.0,
+                 .x = 9.0,
+                 .rs_start = rs_start,
+                 .dead_pu = dead_pu,
+                 .dead_found = dead_pu > 0.0};
     bool limited = false;
     for (int k = 0; k < steps; k++) {
         const drive_in_t in = {.sample = words(p, k, amps, volts, u_dc),
@@ -274,6 +353,11 @@ static void compare_chain(const drive_params_t *p, double amps, double volts, do
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.w, (double)st.omega_e_hat_rad_s);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.ws, (double)st.omega_s_hat_rad_s);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, ref.iq_ref, (double)out.i_ref_A.q);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, ref.id_ref, (double)out.i_ref_A.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.rs_track, (double)st.rs_tracking.delta_ohm);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.below, (double)st.steering.below_Wb);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, (double)p->motor.Rs_ohm + ref.rs_start + ref.rs_track,
+                                  (double)drive_rs_ohm(&cfg, &st));
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.i_dq), (double)out.i_A.d);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(ref.i_dq), (double)out.i_A.q);
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, creal(ref.lam), (double)st.observer.lambda_r_hat_Wb.alpha);
@@ -287,6 +371,13 @@ static void compare_chain(const drive_params_t *p, double amps, double volts, do
         limited = limited || (hi > 0.9999);
     }
     TEST_ASSERT_EQUAL(expect_limited, limited);
+    return ref;
+}
+
+static void compare_chain(const drive_params_t *p, double amps, double volts, double u_dc,
+                          double w_ref, int steps, bool expect_limited)
+{
+    (void)compare_found(p, amps, volts, u_dc, w_ref, steps, expect_limited, 0.0, 0.0);
 }
 
 static drive_params_t both_machines(int n)
@@ -338,6 +429,46 @@ static void test_chain_at_the_voltage_limit_equals_the_double_chain(void)
     }
 }
 
+/* Means that go beyond the paper, as they may be set together; the board and machine as before. */
+static drive_params_t with_means(int n)
+{
+    drive_params_t p = both_machines(n);
+    p.speed.fast_bandwidth_rad_s = 35.0f;
+    p.speed.slow_rad_s = 2.0f;
+    p.speed.fast_rad_s = 40.0f;
+    p.rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = 0.5f,
+                                           .i_0_A = 1.5f,
+                                           .min_rad_s = 0.5f,
+                                           .max_rad_s = 300.0f,
+                                           .low_pu = 0.5f,
+                                           .high_pu = 1.5f,
+                                           .quiet_s = 1e-3f,
+                                           .speed_err_rad_s = 1000.0f};
+    p.steering = (flux_steering_params_t){.min_rad_s = 9.0f,
+                                          .hysteresis_rad_s = 1.0f,
+                                          .lambda_nominal_Wb = p.motor.M_H * p.flux.i_d_A,
+                                          .lambda_min_Wb = 0.4f * p.motor.M_H * p.flux.i_d_A,
+                                          .torque_min_Nm = 0.1f,
+                                          .torque_filter_s = 2e-3f,
+                                          .slew_Wb_per_s = 20.0f,
+                                          .i_q_max_A = 12.0f};
+    return p;
+}
+
+static void test_chain_with_every_means_equals_the_double_chain(void)
+{
+    for (int n = 0; n < 2; n++) {
+        const drive_params_t p = with_means(n);
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const ref_t end =
+                compare_found(&p, 5.0, 30.0, 540.0, sign * 3.0, 120, false, 0.21, 0.02);
+            /* All of them were at work. */
+            TEST_ASSERT_TRUE(fabs(end.rs_track) > 1e-4);
+            TEST_ASSERT_TRUE(end.below > 0.01);
+        }
+    }
+}
+
 static void test_delay_compensation_angle_is_limited(void)
 {
     drive_params_t p = both_machines(0);
@@ -368,15 +499,30 @@ static void test_delay_compensation_angle_is_limited(void)
     }
 }
 
+/* Levels of four periods, the last two averaged. */
+static drive_params_t with_measurement(int n)
+{
+    drive_params_t p = both_machines(n);
+    p.rs_measurement = (rs_measurement_params_t){.enable = true,
+                                                 .high_A = 8.0f,
+                                                 .low_A = 5.0f,
+                                                 .level_s = 800e-6f,
+                                                 .average_s = 400e-6f,
+                                                 .bias = 1.25f,
+                                                 .ratio_max = 2.0f};
+    return p;
+}
+
 /* Nothing of the period before is left in the output: the caller need not clear it. */
 static void test_every_field_of_the_output_is_written_in_every_mode(void)
 {
     const drive_params_t p = both_machines(0);
-    drive_config_t cfg;
-    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     const drive_mode_t modes[] = {DRIVE_OFF, DRIVE_PREMAGNETISE, DRIVE_RUN};
-    for (int m = 0; m < 3; m++) {
-        const drive_in_t in = {.sample = words(&p, 3, 5.0, 30.0, 540.0), .mode = modes[m]};
+    for (int m = 0; m < 6; m++) {
+        const drive_params_t measuring = with_measurement(0);
+        drive_config_t cfg;
+        TEST_ASSERT_TRUE(drive_init(&cfg, (m < 3) ? &p : &measuring, &test_table));
+        const drive_in_t in = {.sample = words(&p, 3, 5.0, 30.0, 540.0), .mode = modes[m % 3]};
         drive_out_t out[2];
         for (int k = 0; k < 2; k++) {
             drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.3f, 0.2f}}};
@@ -384,6 +530,151 @@ static void test_every_field_of_the_output_is_written_in_every_mode(void)
             drive_step(&cfg, &st, &in, &out[k]);
         }
         TEST_ASSERT_EQUAL_MEMORY(&out[0], &out[1], sizeof out[0]);
+    }
+}
+
+/* Sample with current and voltage along alpha. */
+static measurement_in_t along_alpha(const drive_params_t *p, double amps, double volts)
+{
+    const double fs = (double)p->measurement.line_voltage_full_scale_V;
+    const uint16_t leg = counts(-amps * sqrt(1.0 / 6.0), 25.0);
+    return (measurement_in_t){.i_u_counts = counts(amps * sqrt(2.0 / 3.0), 25.0),
+                              .i_v_counts = leg,
+                              .i_w_counts = leg,
+                              .u_uv_counts = counts(volts * sqrt(1.5), fs),
+                              .u_vw_counts = 8192u,
+                              .u_dc_counts = (uint16_t)lrint(540.0 / 800.0 * 16384.0)};
+}
+
+/* The whole measurement, high_A (of 8 A asked) and 5 A for four periods each, Rs 1.2 ohm at the
+ * sensors; the last output, and the mean voltage of the duties in the averaged periods of either
+ * level. */
+static drive_out_t measure(const drive_config_t *cfg, const drive_params_t *p, drive_state_t *st,
+                           double high_A, double duty_V[2])
+{
+    drive_out_t out = {0};
+    duty_V[0] = 0.0;
+    duty_V[1] = 0.0;
+    for (int k = 0; k < 8; k++) {
+        const double amps = (k < 4) ? high_A : 5.0;
+        const drive_in_t in = {.sample = along_alpha(p, amps, 1.2 * amps + 3.0),
+                               .mode = DRIVE_PREMAGNETISE};
+        duty_V[k / 4] += ((k % 4) >= 2) ? 0.5 * (double)st->u_acting_V.alpha : 0.0;
+        drive_step(cfg, st, &in, &out);
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.rs_measurement);
+        TEST_ASSERT_EQUAL_FLOAT((k < 4) ? 8.0f : 5.0f, out.i_ref_A.d);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, st->rs_start_delta_ohm);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    }
+    const drive_in_t in = {.sample = along_alpha(p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
+    drive_step(cfg, st, &in, &out);
+    return out;
+}
+
+static void test_the_measured_resistance_is_used_after_both_levels(void)
+{
+    for (int n = 0; n < 2; n++) {
+        const drive_params_t p = with_measurement(n);
+        drive_config_t cfg;
+        drive_state_t st = {0};
+        double duty_V[2];
+        TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+        TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
+        const drive_out_t out = measure(&cfg, &p, &st, 8.0, duty_V);
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.rs_measurement);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+        TEST_ASSERT_EQUAL_FLOAT(4.0f, out.i_ref_A.d); /* on to the flux */
+        /* 1 LSB of .1 V and of 3 mA in the differences of 3.6 V and 3 A. */
+        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.25 * 1.2, (double)drive_rs_ohm(&cfg, &st));
+        TEST_ASSERT_FALSE(st.dead_time_found);
+        /* In the next period it has acted in the observer, and nothing is measured any more. */
+        const drive_in_t in = {.sample = along_alpha(&p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
+        drive_out_t next;
+        drive_step(&cfg, &st, &in, &next);
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_IDLE, next.rs_measurement);
+        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.25 * 1.2, (double)drive_rs_ohm(&cfg, &st));
+    }
+}
+
+static void test_the_legs_loss_is_identified_when_wanted(void)
+{
+    drive_params_t p = with_measurement(1);
+    p.dead_time_identify = true;
+    drive_config_t cfg;
+    drive_state_t st = {0};
+    double duty_V[2];
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    st.current.d.x = 20.0f; /* what the duties give for 12.6 and 9 V */
+    (void)measure(&cfg, &p, &st, 8.0, duty_V);
+    TEST_ASSERT_TRUE(st.dead_time_found);
+    const double Rs_ohm = (double)drive_rs_ohm(&cfg, &st) / 1.25;
+    const double lost_V = (duty_V[0] - Rs_ohm * 8.0) / sqrt(8.0 / 3.0);
+    TEST_ASSERT_TRUE(lost_V > 1.0);
+    /* 3 mA of current, .6 V of dc link. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * lost_V + 3e-3, lost_V, 540.0 * (double)st.dead_time_pu);
+}
+
+static void test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them(void)
+{
+    drive_params_t p = with_measurement(0);
+    p.voltage_source = DRIVE_VOLTAGE_DUTY;
+    p.rs_measurement.ratio_max = 10.0f; /* the samples do not answer to the duties */
+    drive_config_t cfg;
+    drive_state_t st = {0};
+    double duty_V[2];
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    const drive_out_t out = measure(&cfg, &p, &st, 7.0, duty_V);
+    const double Rs_ohm = (duty_V[0] - duty_V[1]) / 2.0;
+    TEST_ASSERT_TRUE(Rs_ohm > 0.1);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.rs_measurement);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * Rs_ohm, 1.25 * Rs_ohm, (double)drive_rs_ohm(&cfg, &st));
+}
+
+static void test_a_refused_resistance_is_a_fault_while_it_is_asked_for(void)
+{
+    drive_params_t p = with_measurement(0);
+    p.rs_measurement.ratio_max = 1.1f; /* 1.2 ohm is no .93 */
+    drive_config_t cfg;
+    drive_state_t st = {0};
+    double duty_V[2];
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_out_t out = measure(&cfg, &p, &st, 8.0, duty_V);
+    drive_in_t in = {.sample = along_alpha(&p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.rs_measurement);
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_STATOR_RESISTANCE, out.faults);
+        TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
+        TEST_ASSERT_FALSE(st.dead_time_found);
+        drive_step(&cfg, &st, &in, &out);
+    }
+    in.mode = DRIVE_OFF;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_IDLE, out.rs_measurement);
+    /* The next start measures anew. */
+    in.mode = DRIVE_PREMAGNETISE;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.rs_measurement);
+}
+
+/* What the legs lose is looked for: the compensation must not hide it. */
+static void test_dead_time_is_not_compensated_while_the_resistance_is_measured(void)
+{
+    drive_params_t p = with_measurement(0);
+    drive_config_t with, without;
+    TEST_ASSERT_TRUE(drive_init(&with, &p, &test_table));
+    p.dead_time.fraction = 0.0f;
+    TEST_ASSERT_TRUE(drive_init(&without, &p, &test_table));
+    drive_state_t a = {0}, b = {0};
+    drive_out_t x = {0}, y = {0};
+    for (int k = 0; k < 9; k++) {
+        const double amps = (k < 4) ? 8.0 : 5.0;
+        const drive_in_t in = {.sample = along_alpha(&p, amps, 1.2 * amps),
+                               .mode = DRIVE_PREMAGNETISE};
+        drive_step(&with, &a, &in, &x);
+        drive_step(&without, &b, &in, &y);
+        TEST_ASSERT_EQUAL((k == 8), memcmp(&x.duty, &y.duty, sizeof x.duty) != 0);
     }
 }
 
@@ -492,10 +783,14 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
     const drive_params_t p = both_machines(0);
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    drive_state_t st = {.measurement = {.offset_A = {0.1f, -0.2f, 0.3f}},
+    drive_state_t st = {.measurement = {.offset_A = {0.1f, -0.2f, 0.3f}, .offset_V = {2.0f, -3.0f}},
                         .observer = {.lambda_r_hat_Wb = {0.4f, 0.0f}},
                         .omega_e_hat_rad_s = 30.0f,
                         .omega_s_hat_rad_s = 31.0f,
+                        .rs_start_delta_ohm = 0.2f,
+                        .rs_tracking = {.delta_ohm = 0.1f},
+                        .steering = {.below_Wb = 0.1f},
+                        .dead_time_found = true,
                         .u_pending_V = {5.0f, 5.0f},
                         .monitor = {.adc_periods = 3u}};
     drive_in_t in = {.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_OFF};
@@ -516,6 +811,11 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
     TEST_ASSERT_EQUAL_FLOAT(0.1f, st.measurement.offset_A.u);
     TEST_ASSERT_EQUAL_FLOAT(-0.2f, st.measurement.offset_A.v);
     TEST_ASSERT_EQUAL_FLOAT(0.3f, st.measurement.offset_A.w);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, st.measurement.offset_V.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(-3.0f, st.measurement.offset_V.beta);
+    TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.steering.below_Wb);
+    TEST_ASSERT_FALSE(st.dead_time_found);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.omega_e_hat_rad_s);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.omega_s_hat_rad_s);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.observer.lambda_r_hat_Wb.alpha);
@@ -657,6 +957,9 @@ static void test_init_refuses_one_bad_value_anywhere(void)
     REFUSE_WITH(dead_time.i_threshold_A, 0.0f);
     REFUSE_WITH(monitor.i_trip_A, 0.0f);
     REFUSE_WITH(supervisor.corner_rad_s, 0.0f);
+    REFUSE_WITH(rs_measurement.enable, true); /* and no levels */
+    REFUSE_WITH(rs_tracking.gain_ohm_per_rad, -1.0f);
+    REFUSE_WITH(steering.min_rad_s, -1.0f);
 #undef REFUSE_WITH
     drive_config_t cfg;
     gain_table_t broken = test_table;
@@ -674,6 +977,7 @@ static void test_init_turns_parameters_into_coefficients(void)
     TEST_ASSERT_EQUAL_FLOAT(1.5f * 200e-6f, cfg.delay_comp_s);
     TEST_ASSERT_EQUAL_FLOAT(0.05f * p.motor.M_H * 4.0f, cfg.lambda_min_Wb);
     TEST_ASSERT_EQUAL_FLOAT(200e-6f, cfg.period_s);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / (p.motor.M_H * 4.0f), cfg.inv_lambda_ref_per_Wb);
     TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.observer.i_max_A); /* twice the ADC's full scale */
     TEST_ASSERT_EQUAL_FLOAT(3.0f, cfg.observer.lambda_max_Wb);
 }
@@ -699,8 +1003,14 @@ int main(void)
     RUN_TEST(test_chain_with_duty_voltage_equals_the_double_chain);
     RUN_TEST(test_chain_without_gain_needs_no_table);
     RUN_TEST(test_chain_at_the_voltage_limit_equals_the_double_chain);
+    RUN_TEST(test_chain_with_every_means_equals_the_double_chain);
     RUN_TEST(test_delay_compensation_angle_is_limited);
     RUN_TEST(test_every_field_of_the_output_is_written_in_every_mode);
+    RUN_TEST(test_the_measured_resistance_is_used_after_both_levels);
+    RUN_TEST(test_the_legs_loss_is_identified_when_wanted);
+    RUN_TEST(test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them);
+    RUN_TEST(test_a_refused_resistance_is_a_fault_while_it_is_asked_for);
+    RUN_TEST(test_dead_time_is_not_compensated_while_the_resistance_is_measured);
     RUN_TEST(test_premagnetise_holds_axis_and_speed_still);
     RUN_TEST(test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis);
     RUN_TEST(test_torque_current_gets_what_i_d_leaves);

@@ -48,6 +48,8 @@ static void test_init_derives_the_gains_of_both_machines(void)
         ASSERT_SAME_FLOAT(4.9f, cfg.i_d_A);
         ASSERT_SAME_FLOAT(7.5f, cfg.i_d_max_A);
         ASSERT_NEAR(1e-6, M_H * 4.9, cfg.lambda_ref_Wb);
+        ASSERT_NEAR(1e-5, 1.0 / M_H, cfg.inv_M_per_H);
+        ASSERT_NEAR(1e-7, 1.0 / exact.tau, cfg.inv_tau_s);
         ASSERT_NEAR(1e-4, 40.0 / (exact.tau * M_H), cfg.pi.kp);
         ASSERT_NEAR(1e-7, 40.0 / M_H * 2e-4, cfg.pi.ki_T);
         ASSERT_NEAR(1e-8, exact.tau * 2e-4, cfg.pi.tracking);
@@ -165,6 +167,36 @@ static void test_the_current_stays_between_zero_and_its_limit(void)
     ASSERT_SAME_FLOAT(8.0f, st.pi.x);
 }
 
+/* 1/16 Wb below: .5 A less; moving up with 1 Wb/s: 1/4 Wb times 8 A/Wb = 2 A more. */
+static void test_constant_mode_feeds_a_lowered_reference_forward(void)
+{
+    flux_control_config_t cfg = simple;
+    flux_control_state_t st = {0};
+    cfg.mode = FLUX_CONTROL_CONSTANT;
+    flux_control_in_t in = {.lambda_hat_Wb = 0.3f, .below_Wb = 0.0625f};
+    ASSERT_SAME_FLOAT(3.5f, flux_control_step(&cfg, &st, &in));
+    in.rate_Wb_per_s = 1.0f;
+    ASSERT_SAME_FLOAT(5.5f, flux_control_step(&cfg, &st, &in));
+    in.rate_Wb_per_s = -1.0f;
+    ASSERT_SAME_FLOAT(1.5f, flux_control_step(&cfg, &st, &in));
+    in.rate_Wb_per_s = -2.0f; /* would take -.5 A, ... */
+    ASSERT_NEAR(0.0, 0.0, flux_control_step(&cfg, &st, &in));
+    in.rate_Wb_per_s = 2.5f; /* ... and 8.5 A */
+    ASSERT_SAME_FLOAT(8.0f, flux_control_step(&cfg, &st, &in));
+    in.rate_Wb_per_s = NAN;
+    ASSERT_SAME_FLOAT(0.0f, flux_control_step(&cfg, &st, &in));
+    ASSERT_SAME_FLOAT(0.0f, st.pi.x);
+}
+
+static void test_the_pi_controls_to_the_lowered_reference_and_its_rate_does_not_matter(void)
+{
+    flux_control_state_t st = {.pi = {.x = 4.25f}};
+    const flux_control_in_t in = {
+        .lambda_hat_Wb = 0.375f, .below_Wb = 0.125f, .rate_Wb_per_s = 3.0f};
+    ASSERT_SAME_FLOAT(4.25f, flux_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(4.25f, st.pi.x);
+}
+
 /* lambda' = tau (M i_d - lambda) for some periods; peak and final flux. */
 static void magnetise(int machine, const flux_control_config_t *cfg, flux_control_state_t *st,
                       int periods, double *lambda_Wb, double *peak_Wb)
@@ -220,6 +252,33 @@ static void test_the_flux_builds_up_from_zero_at_the_limit_and_does_not_overshoo
     }
 }
 
+/* A ramp of the reference from nominal down to half, at a rate that leaves the current room. */
+static void test_the_flux_follows_a_ramp_without_lag_on_both_machines(void)
+{
+    flux_control_params_t p = good;
+    p.mode = FLUX_CONTROL_CONSTANT;
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        const reference_model_t exact = reference_model(&reference_machine[m], 0.0);
+        const double M_H = (double)reference_machine[m].M_H, nominal_Wb = 4.9 * M_H;
+        const double decay = exp(-exact.tau * (double)PERIOD_S);
+        double lambda_Wb = nominal_Wb, below_Wb = 0.0;
+        flux_control_config_t cfg;
+        flux_control_state_t st = {0};
+        TEST_ASSERT_TRUE(flux_control_init(&cfg, &p, &model, PERIOD_S));
+        for (int k = 0; k < 2500; k++) {
+            below_Wb += 0.5 * (double)PERIOD_S;
+            const flux_control_in_t in = {
+                .lambda_hat_Wb = NAN, .below_Wb = (float)below_Wb, .rate_Wb_per_s = -0.5f};
+            const float i_d_A = flux_control_step(&cfg, &st, &in);
+            lambda_Wb = decay * lambda_Wb + (1.0 - decay) * M_H * (double)i_d_A;
+            /* Half a period of the ramp; without the rate it would lag by .5/tau, 64 mWb and more.
+             */
+            ASSERT_NEAR(1e-4, nominal_Wb - below_Wb, lambda_Wb);
+        }
+    }
+}
+
 static void test_an_estimate_that_is_no_number_keeps_current_and_state_in_their_limits(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
@@ -246,12 +305,15 @@ int main(void)
     RUN_TEST(test_init_refuses_wrong_signs_that_cancel);
     RUN_TEST(test_init_accepts_both_modes_and_a_current_at_the_limit);
     RUN_TEST(test_constant_mode_ignores_the_estimate);
+    RUN_TEST(test_constant_mode_feeds_a_lowered_reference_forward);
+    RUN_TEST(test_the_pi_controls_to_the_lowered_reference_and_its_rate_does_not_matter);
     RUN_TEST(test_step_holds_the_flux_at_its_reference);
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
     RUN_TEST(test_twice_the_error_asks_for_twice_the_current);
     RUN_TEST(test_the_current_stays_between_zero_and_its_limit);
     RUN_TEST(test_the_flux_follows_with_the_bandwidth_on_both_machines);
     RUN_TEST(test_the_flux_builds_up_from_zero_at_the_limit_and_does_not_overshoot);
+    RUN_TEST(test_the_flux_follows_a_ramp_without_lag_on_both_machines);
     RUN_TEST(test_an_estimate_that_is_no_number_keeps_current_and_state_in_their_limits);
     RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
     return UNITY_END();

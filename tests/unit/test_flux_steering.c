@@ -142,6 +142,14 @@ static void test_init_accepts_the_ends_of_the_ranges(void)
     TEST_ASSERT_TRUE(flux_steering_init(&cfg, &p, &table1, PERIOD_S));
     ASSERT_SAME_FLOAT(1.0f, cfg.filter_gain);
     ASSERT_SAME_FLOAT(4.23f, cfg.leave_rad_s);
+    p.min_rad_s = 1e-3f;
+    TEST_ASSERT_TRUE(flux_steering_init(&cfg, &p, &table1, PERIOD_S));
+    ASSERT_SAME_FLOAT(1e-3f, cfg.min_rad_s);
+    cfg = simple;
+    cfg.min_rad_s = 0.5f;
+    /* Field -.75 with nominal slip: not slow enough; -.25: .5 + .75 of slip, T/(4 lambda^2). */
+    ASSERT_SAME_FLOAT(1.0f, fresh_flux_Wb(-1.25f, 2.0f));
+    ASSERT_NEAR(1e-6, sqrt(0.5 / 1.25), fresh_flux_Wb(-0.75f, 2.0f));
 }
 
 static void test_switched_off_nothing_is_looked_at_and_nothing_moves(void)
@@ -262,6 +270,9 @@ static void test_motoring_faster_than_the_minimum_needs_no_slip(void)
     ASSERT_SAME_FLOAT(1.0f, flux_Wb(4.0f, 1.0f));
     TEST_ASSERT_TRUE(st.steering);
     ASSERT_SAME_FLOAT(1.0f, flux_Wb(4.5f, 1.0f));
+    TEST_ASSERT_TRUE(st.steering);
+    cfg.torque_min_Nm = 0.0f;
+    ASSERT_SAME_FLOAT(1.0f, flux_Wb(4.5f, 0.0f));
     TEST_ASSERT_TRUE(st.steering);
     /* Just below, the flux is nominal as well: nothing jumps. */
     ASSERT_SAME_FLOAT(1.0f, flux_Wb(nextafterf(4.0f, 0.0f), 1.0f));

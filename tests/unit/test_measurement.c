@@ -110,6 +110,24 @@ static void test_step_is_the_scaling_in_double_precision(void)
     }
 }
 
+/* Line voltages of u_uv 100, u_vw 10 V: alpha sqrt(2/3) 105, beta sqrt(1/2) 10. */
+static void test_the_voltage_offset_is_taken_off_the_line_voltage_only(void)
+{
+    const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
+    const measurement_state_t st = {.offset_V = {1.5f, -0.25f}};
+    const measurement_out_t plain = step(&exact_params, &no_offset, in);
+    const measurement_out_t out = step(&exact_params, &st, in);
+    ASSERT_NEAR(1e-5, sqrt(2.0 / 3.0) * 105.0, out.u_raw_V.alpha);
+    ASSERT_NEAR(1e-5, sqrt(0.5) * 10.0, out.u_raw_V.beta);
+    ASSERT_SAME_FLOAT(out.u_raw_V.alpha - 1.5f, out.u_line_V.alpha);
+    ASSERT_SAME_FLOAT(out.u_raw_V.beta + 0.25f, out.u_line_V.beta);
+    ASSERT_SAME_FLOAT(plain.u_raw_V.alpha, plain.u_line_V.alpha);
+    ASSERT_SAME_FLOAT(plain.u_raw_V.beta, plain.u_line_V.beta);
+    TEST_ASSERT_EQUAL_MEMORY(&plain.i_A, &out.i_A, sizeof out.i_A);
+    ASSERT_SAME_FLOAT(plain.u_dc_V, out.u_dc_V);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.flags);
+}
+
 static double complex complex_of(ab_t x)
 {
     return (double)x.alpha + I * (double)x.beta;
@@ -308,6 +326,7 @@ int main(void)
     RUN_TEST(test_centre_words_are_zero);
     RUN_TEST(test_every_word_length_spans_the_full_scale);
     RUN_TEST(test_step_is_the_scaling_in_double_precision);
+    RUN_TEST(test_the_voltage_offset_is_taken_off_the_line_voltage_only);
     RUN_TEST(test_next_phase_is_120_degrees_ahead);
     RUN_TEST(test_double_full_scale_doubles_the_values);
     RUN_TEST(test_swapped_wiring_gives_the_motors_own_order);

@@ -81,6 +81,14 @@ static void test_init_rounds_to_whole_periods(void)
     TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &p, RS_ohm, 0.25f));
     TEST_ASSERT_EQUAL_UINT32(4u, cfg.level_periods);
     TEST_ASSERT_EQUAL_UINT32(3u, cfg.average_periods);
+    p.level_s = 0.625f; /* 2.5 */
+    p.average_s = 0.3675f;
+    TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &p, RS_ohm, 0.25f));
+    TEST_ASSERT_EQUAL_UINT32(3u, cfg.level_periods);
+    TEST_ASSERT_EQUAL_UINT32(1u, cfg.average_periods); /* 1.47 */
+    p.level_s = 0.6175f;
+    TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &p, RS_ohm, 0.25f));
+    TEST_ASSERT_EQUAL_UINT32(2u, cfg.level_periods); /* 2.47 */
 }
 
 #define ASSERT_REFUSED(field, value)                                                               \
@@ -141,6 +149,7 @@ static void test_switched_off_nothing_is_looked_at_and_nothing_is_asked(void)
     const rs_measurement_params_t off = {.enable = false, .high_A = NAN, .level_s = -1.0f};
     cfg = simple;
     TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &off, NAN, 0.0f));
+    TEST_ASSERT_EQUAL_MEMORY(&(rs_measurement_config_t){0}, &cfg, sizeof cfg);
     for (int k = 0; k < 3; k++) {
         const rs_measurement_out_t out = step(8.0f, 8.0f, 8.0f);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_IDLE, out.status);

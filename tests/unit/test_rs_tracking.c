@@ -80,7 +80,10 @@ static void test_init_rounds_the_quiet_time_to_whole_periods(void)
     rs_tracking_params_t p = good;
     p.quiet_s = 0.625f;
     TEST_ASSERT_TRUE(rs_tracking_init(&cfg, &p, 0.25f));
-    TEST_ASSERT_EQUAL_UINT32(3u, cfg.quiet_periods);
+    TEST_ASSERT_EQUAL_UINT32(3u, cfg.quiet_periods); /* 2.5 */
+    p.quiet_s = 0.6175f;
+    TEST_ASSERT_TRUE(rs_tracking_init(&cfg, &p, 0.25f));
+    TEST_ASSERT_EQUAL_UINT32(2u, cfg.quiet_periods); /* 2.47 */
 }
 
 #define ASSERT_REFUSED(field, value)                                                               \

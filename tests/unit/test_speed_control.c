@@ -133,6 +133,103 @@ static void test_init_accepts_no_integral_action_and_no_filter(void)
     ASSERT_SAME_FLOAT(0.0f, cfg.pi.ki_T);
 }
 
+/* 31 rad/s up to 30 rad/s, 124 from 60 on. */
+static speed_control_params_t scheduled(void)
+{
+    speed_control_params_t p = good;
+    p.fast_bandwidth_rad_s = 124.0f;
+    p.slow_rad_s = 30.0f;
+    p.fast_rad_s = 60.0f;
+    return p;
+}
+
+static void test_init_derives_the_schedule(void)
+{
+    const speed_control_params_t p = scheduled();
+    speed_control_config_t cfg = {0};
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    ASSERT_NEAR(1e-6, 3.0, cfg.more_max);
+    ASSERT_NEAR(1e-7, 0.1, cfg.more_per_rad_s);
+    ASSERT_SAME_FLOAT(30.0f, cfg.slow_rad_s);
+}
+
+static void test_init_refuses_a_schedule_the_wrong_way_round(void)
+{
+    speed_control_config_t untouched = {.i_q_max_A = 77.0f};
+    for (int i = 0; i < NOT_FINITE_COUNT; i++) {
+        ASSERT_REFUSED(fast_bandwidth_rad_s, not_finite(i));
+    }
+    ASSERT_REFUSED(fast_bandwidth_rad_s, -1.0f);
+    const float bad_rad_s[] = {NAN, INFINITY, -INFINITY, -0.1f, 60.0f, 60.1f};
+    for (unsigned i = 0; i < 6u; i++) {
+        speed_control_params_t bad = scheduled();
+        bad.slow_rad_s = bad_rad_s[i];
+        TEST_ASSERT_FALSE(speed_control_init(&untouched, &bad, &table1, PERIOD_S));
+        bad = scheduled();
+        bad.fast_rad_s = (i < 4u) ? bad_rad_s[i] : (60.0f - bad_rad_s[i]);
+        TEST_ASSERT_FALSE(speed_control_init(&untouched, &bad, &table1, PERIOD_S));
+    }
+    ASSERT_SAME_FLOAT(77.0f, untouched.i_q_max_A);
+}
+
+static void test_a_fast_bandwidth_that_is_not_faster_is_no_schedule(void)
+{
+    const float not_faster_rad_s[] = {0.0f, 20.0f, 31.0f};
+    for (unsigned i = 0; i < 3u; i++) {
+        speed_control_params_t p = scheduled();
+        speed_control_config_t cfg = {0};
+        p.fast_bandwidth_rad_s = not_faster_rad_s[i];
+        p.slow_rad_s = 60.0f; /* not looked at */
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+        ASSERT_SAME_FLOAT(0.0f, cfg.more_max);
+        ASSERT_SAME_FLOAT(0.0f, cfg.more_per_rad_s);
+    }
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg = {0};
+    p.slow_rad_s = 0.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+}
+
+/* Error 1 rad/s at a filtered speed; Kp .5, Ki T .125. Twice as fast from 12 rad/s on, once at 4.
+ */
+static void test_the_gains_grow_with_the_speed_either_way(void)
+{
+    speed_control_config_t cfg = simple;
+    cfg.more_per_rad_s = 0.125f;
+    cfg.more_max = 1.0f;
+    cfg.slow_rad_s = 4.0f;
+    const float w_rad_s[] = {0.0f, 4.0f, 8.0f, 12.0f, 100.0f};
+    const float faster[] = {1.0f, 1.0f, 1.5f, 2.0f, 2.0f};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (unsigned k = 0; k < 5u; k++) {
+            const float w = (float)sign * w_rad_s[k];
+            speed_control_state_t st = {.omega_filtered_rad_s = w,
+                                        .omega_ref_rad_s = w + (float)sign};
+            const speed_control_in_t in = {
+                .flux_pu = 1.0f, .omega_ref_rad_s = w + (float)sign, .omega_hat_rad_s = w};
+            ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], speed_control_step(&cfg, &st, &in));
+            ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
+        }
+    }
+}
+
+/* Half the flux: the same torque takes twice the current, and half of the torque is left. */
+static void test_less_flux_takes_more_current_within_the_same_limit(void)
+{
+    speed_control_state_t st = {.omega_ref_rad_s = 4.0f};
+    speed_control_in_t in = {.flux_pu = 0.5f, .omega_ref_rad_s = 4.0f};
+    ASSERT_SAME_FLOAT(4.0f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(0.5f, st.pi.x); /* at nominal flux: asked and allowed 2 A */
+    st = (speed_control_state_t){.omega_ref_rad_s = 40.0f};
+    in.omega_ref_rad_s = 40.0f;
+    ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in));
+    /* Asked 20, allowed 7.5: 40/8 - 12.5/4. */
+    ASSERT_SAME_FLOAT(1.875f, st.pi.x);
+    st = (speed_control_state_t){.omega_ref_rad_s = -40.0f};
+    in = (speed_control_in_t){.flux_pu = 0.5f, .omega_ref_rad_s = -40.0f, .i_d_ref_A = 15.0f};
+    ASSERT_SAME_FLOAT(-8.0f, speed_control_step(&simple, &st, &in));
+}
+
 static void test_step_holds_the_load_at_the_reference(void)
 {
     const speed_control_in_t in = {
@@ -295,6 +392,29 @@ static void test_the_loop_has_the_bandwidth_on_both_machines(void)
     }
 }
 
+static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
+{
+    speed_control_params_t p = scheduled();
+    p.ki_factor = 0.0f;
+    p.filter_s = 0.0f;
+    p.slew_rad_s2 = 1e6f;
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        const double kr = (double)reference_machine[m].M_H / (double)reference_machine[m].Lr_H;
+        speed_control_config_t cfg;
+        speed_control_state_t st = {.omega_filtered_rad_s = 100.0f, .omega_ref_rad_s = 110.0f};
+        double w_rad_s = 100.0;
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
+        for (int k = 0; k < 40; k++) {
+            const speed_control_in_t in = {
+                .flux_pu = 1.0f, .omega_ref_rad_s = 110.0f, .omega_hat_rad_s = (float)w_rad_s};
+            w_rad_s += (double)PERIOD_S * 4.0 * kr * 0.5 / 0.015 *
+                       (double)speed_control_step(&cfg, &st, &in);
+        }
+        ASSERT_NEAR(1e-3, 110.0 - 10.0 * pow(1.0 - 124.0 * 2e-4, 40.0), w_rad_s);
+    }
+}
+
 static void test_a_limited_run_up_overshoots_less_when_told(void)
 {
     speed_control_params_t p = good;
@@ -342,6 +462,11 @@ int main(void)
     RUN_TEST(test_init_refuses_every_bad_number_and_leaves_the_config);
     RUN_TEST(test_init_refuses_wrong_signs_that_cancel);
     RUN_TEST(test_init_accepts_no_integral_action_and_no_filter);
+    RUN_TEST(test_init_derives_the_schedule);
+    RUN_TEST(test_init_refuses_a_schedule_the_wrong_way_round);
+    RUN_TEST(test_a_fast_bandwidth_that_is_not_faster_is_no_schedule);
+    RUN_TEST(test_the_gains_grow_with_the_speed_either_way);
+    RUN_TEST(test_less_flux_takes_more_current_within_the_same_limit);
     RUN_TEST(test_step_holds_the_load_at_the_reference);
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
     RUN_TEST(test_step_is_odd);
@@ -352,6 +477,7 @@ int main(void)
     RUN_TEST(test_no_torque_current_is_left_when_the_flux_takes_it_all);
     RUN_TEST(test_the_integrator_is_told_the_limited_current);
     RUN_TEST(test_the_loop_has_the_bandwidth_on_both_machines);
+    RUN_TEST(test_the_scheduled_loop_has_the_fast_bandwidth_at_speed);
     RUN_TEST(test_a_limited_run_up_overshoots_less_when_told);
     RUN_TEST(test_an_input_that_is_no_number_leaves_the_last_one_in_force);
     RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
