@@ -130,6 +130,9 @@ static void test_init_refuses_every_bad_number(void)
     ASSERT_REFUSED(torque_min_Nm, -0.1f);
     ASSERT_REFUSED(torque_filter_s, -0.0001f);
     ASSERT_REFUSED(lambda_min_Wb, 0.521f);
+    ASSERT_REFUSED(i_q_max_A, 3e38f); /* the flux it needs is zero */
+    table1.kr = -table1.kr;           /* wrong signs that cancel in the slip */
+    ASSERT_MOTOR_REFUSED(tau_per_s, -4.9f);
 }
 
 static void test_init_accepts_the_ends_of_the_ranges(void)
