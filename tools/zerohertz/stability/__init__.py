@@ -1,0 +1,1 @@
+"""Operating-point linearisation of the whole sampled loop: `zh stability`."""

@@ -1,0 +1,233 @@
+"""What the control law is made of: the constants of firmware/core, in double precision.
+
+Derived from the parameters of a configuration as app_config.c and the init functions do it; nothing
+here depends on the operating point.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from zerohertz.errors import UserError
+from zerohertz.motor import Circuit
+
+Real = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+_STEERING_I_Q_SHARE = 0.95  # flux_steering.c
+
+
+@dataclasses.dataclass(frozen=True)
+class GainTable:
+    """L over |w_hat|. Linear between the entries: the firmware takes the nearest, a staircase of
+    .2 rad/s, which noise and ripple average to this line."""
+
+    step_rad_s: float
+    l1_per_s: Complex
+    l2_ohm: Complex
+
+    @staticmethod
+    def zero() -> GainTable:
+        return GainTable(1.0, np.zeros(2, complex), np.zeros(2, complex))
+
+    @staticmethod
+    def load(folder: Path) -> GainTable:
+        path = folder / "l_gain.json"
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            words = bytes.fromhex("".join(data["l_words"]) + data["step_rad_s_word"])
+        except FileNotFoundError:
+            raise UserError(f"{path}: no such file; name a folder of gain_tables") from None
+        except (ValueError, KeyError, TypeError) as error:
+            raise UserError(f"{path}: is no gain table ({error}); run zh design") from None
+        values = np.frombuffer(words, dtype=">f4").astype(float)
+        rows = values[:-1].reshape(-1, 4)
+        return GainTable(values[-1], rows[:, 0] + 1j * rows[:, 1], rows[:, 2] + 1j * rows[:, 3])
+
+    def at(self, omega_e_rad_s: Real) -> tuple[Complex, Complex]:
+        """L(-w) = conj L(w)."""
+        k = np.clip(np.abs(omega_e_rad_s) / self.step_rad_s, 0.0, len(self.l1_per_s) - 1)
+        low = np.minimum(k.astype(int), len(self.l1_per_s) - 2)
+        share = k - low
+        pair = []
+        for entry in (self.l1_per_s, self.l2_ohm):
+            value = entry[low] * (1.0 - share) + entry[low + 1] * share
+            pair.append(np.where(omega_e_rad_s < 0.0, value.conj(), value))
+        return pair[0], pair[1]
+
+
+@dataclasses.dataclass(frozen=True)
+class Pi:
+    """pi.h: output kp e + x, x += ki_T e."""
+
+    kp: float
+    ki_T: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Steering:
+    """flux_steering.h; min_rad_s = 0: off."""
+
+    min_rad_s: float
+    leave_rad_s: float
+    lambda_nominal_Wb: float
+    lambda_min_Wb: float
+    torque_min_Nm: float
+    slip_Wb2_per_Nm_s: float
+    flux_per_torque_Wb_per_Nm: float
+    filter_gain: float
+
+    def steers(self, omega_ref_rad_s: Real, torque_Nm: Real) -> npt.NDArray[np.bool_]:
+        """Where the hysteresis stands once the torque has come up from zero, slowly."""
+        on = np.zeros(np.broadcast(omega_ref_rad_s, torque_Nm).shape, dtype=bool)
+        if self.min_rad_s <= 0.0:
+            return on
+        speed = np.where(torque_Nm < 0.0, -omega_ref_rad_s, omega_ref_rad_s)
+        for share in np.linspace(0.0, 1.0, 201):
+            torque = share * np.abs(torque_Nm)
+            slip = self.slip_Wb2_per_Nm_s * torque / self.lambda_nominal_Wb**2
+            field = np.abs(speed + slip)
+            on |= field < self.min_rad_s
+            on &= (torque >= self.torque_min_Nm) & (field <= self.leave_rad_s)
+        return on & (speed < self.min_rad_s)
+
+    def below_Wb(self, omega_ref_rad_s: Real, torque_Nm: Real, on: npt.NDArray[np.bool_]) -> Real:
+        """Nominal flux minus the steered one."""
+        size = np.maximum(np.abs(torque_Nm), 1e-9)
+        speed = np.where(torque_Nm < 0.0, -omega_ref_rad_s, omega_ref_rad_s)
+        slip = np.maximum(self.min_rad_s - speed, 1e-9)
+        wanted = np.maximum(
+            np.sqrt(self.slip_Wb2_per_Nm_s * size / slip), self.flux_per_torque_Wb_per_Nm * size
+        )
+        steered = np.clip(wanted, self.lambda_min_Wb, self.lambda_nominal_Wb)
+        return np.where(on, self.lambda_nominal_Wb - steered, 0.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Firmware:
+    """drive_config_t, as far as an equilibrium in RUN sees it."""
+
+    period_s: float
+    circuit: Circuit  # what the firmware believes
+    pole_pairs: float
+    table: GainTable
+    voltage_from_duty: bool
+    voltage_filter_comp_s: float
+    delay_comp_s: float
+    second_order: bool
+    adapt_kp: float
+    adapt_ki_T: float
+    leak_T: float
+    leak_mode: int
+    leak_to_prior: bool
+    leak_on_rad_s: float
+    phi_factor: float
+    phi_ramp_rad_s: float
+    speed: Pi
+    speed_filter_gain: float
+    speed_more_max: float
+    speed_more_per_rad_s: float
+    speed_slow_rad_s: float
+    i_q_max_A: float
+    i_max_A: float
+    flux_by_pi: bool
+    i_d_A: float
+    flux: Pi
+    current: Pi
+    decoupling: float
+    steering: Steering
+    rs_measured: bool
+    rs_bias: float
+
+    @property
+    def lambda_nominal_Wb(self) -> float:
+        return self.circuit.M_H * self.i_d_A
+
+    @property
+    def kr(self) -> float:
+        return self.circuit.M_H / self.circuit.Lr_H
+
+
+def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
+    """The constants as the firmware's init functions derive them."""
+    circuit = Circuit(*(p[name] for name in ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H")))
+    T = p["period_s"]
+    lambda_Wb = p["M_H"] * p["i_d_A"]
+    slow = p["speed_bandwidth_rad_s"]
+    fast = p["speed_fast_bandwidth_rad_s"]
+    more_max = fast / slow - 1.0 if fast > slow else 0.0
+    leak_per_s = (p["eps1"], p["eps1"] * p["adapt_ki"], p["eps1"] / T)[int(p["eps1_unit"])]
+    return Firmware(
+        period_s=T,
+        circuit=circuit,
+        pole_pairs=p["pole_pairs"],
+        table=table,
+        voltage_from_duty=p["voltage_source"] == 1,
+        voltage_filter_comp_s=p["voltage_filter_comp_s"],
+        delay_comp_s=p["delay_comp_periods"] * T,
+        second_order=p["observer_method"] == 1,
+        adapt_kp=p["adapt_kp"],
+        adapt_ki_T=p["adapt_ki"] * T,
+        leak_T=leak_per_s * T,
+        leak_mode=int(p["eps1_mode"]),
+        leak_to_prior=p["eps1_prior"] == 1,
+        leak_on_rad_s=2.0 * math.pi * p["eps1_on_Hz"],
+        phi_factor=p["phi_factor"],
+        phi_ramp_rad_s=p["phi_ramp_rad_s"],
+        speed=_speed_pi(p, circuit, lambda_Wb),
+        speed_filter_gain=T / (T + p["speed_filter_s"]),
+        speed_more_max=more_max,
+        speed_more_per_rad_s=more_max / (p["speed_fast_rad_s"] - p["speed_slow_rad_s"]),
+        speed_slow_rad_s=p["speed_slow_rad_s"],
+        i_q_max_A=p["i_q_max_A"],
+        i_max_A=p["i_max_A"],
+        flux_by_pi=p["flux_mode"] == 1,
+        i_d_A=p["i_d_A"],
+        flux=_flux_pi(p, circuit),
+        current=_current_pi(p, circuit),
+        decoupling=p["decoupling"],
+        steering=_steering(p, circuit, lambda_Wb),
+        rs_measured=p["rs_measure"] == 1,
+        rs_bias=p["rs_bias"],
+    )
+
+
+def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
+    bandwidth = p["speed_bandwidth_rad_s"]
+    torque_per_A = p["pole_pairs"] ** 2 * circuit.M_H / circuit.Lr_H * lambda_Wb
+    kp = p["speed_J_kg_m2"] * bandwidth / torque_per_A
+    return Pi(kp, p["speed_ki_factor"] * bandwidth * kp * p["period_s"])
+
+
+def _flux_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
+    ki = p["flux_bandwidth_rad_s"] / circuit.M_H
+    return Pi(ki / circuit.tau_per_s, ki * p["period_s"])
+
+
+def _current_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
+    bandwidth = p["current_bandwidth_rad_s"]
+    kp = bandwidth * circuit.sigma_Ls_H
+    return Pi(kp, p["current_ki_factor"] * bandwidth * kp * p["period_s"])
+
+
+def _steering(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Steering:
+    kr = circuit.M_H / circuit.Lr_H
+    min_rad_s = 2.0 * math.pi * p["steer_min_Hz"]
+    return Steering(
+        min_rad_s=min_rad_s,
+        leave_rad_s=min_rad_s + 2.0 * math.pi * p["steer_hysteresis_Hz"],
+        lambda_nominal_Wb=lambda_Wb,
+        lambda_min_Wb=p["steer_flux_min"] * lambda_Wb,
+        torque_min_Nm=p["steer_torque_min_Nm"],
+        slip_Wb2_per_Nm_s=circuit.tau_per_s * circuit.M_H / (kr * p["pole_pairs"]),
+        flux_per_torque_Wb_per_Nm=1.0
+        / (p["pole_pairs"] * kr * _STEERING_I_Q_SHARE * p["i_q_max_A"]),
+        filter_gain=p["period_s"] / (p["period_s"] + p["steer_filter_s"]),
+    )
