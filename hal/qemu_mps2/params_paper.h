@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x7dcdde69u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0xef0ad9edu
+#define PARAMS_CRC32C 0x81ef917du
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -48,6 +48,9 @@
         .speed_J_kg_m2 = 0.035f, \
         .speed_filter_s = 0.0223346f, \
         .speed_slew_rad_s2 = 1000000000.0f, \
+        .speed_fast_bandwidth_rad_s = 0.0f, \
+        .speed_slow_rad_s = 30.0f, \
+        .speed_fast_rad_s = 60.0f, \
         .i_q_max_A = 15.0f, \
         .i_max_A = 16.0f, \
         .flux_mode = 0u, \
@@ -64,6 +67,43 @@
         .dead_time_s = 3.31713e-06f, \
         .device_drop_V = 1.00688f, \
         .dead_time_i_threshold_A = 0.514627f, \
+        .rs_measure = 0u, \
+        .rs_high_A = 8.0f, \
+        .rs_low_A = 5.0f, \
+        .rs_level_s = 1.5f, \
+        .rs_average_s = 0.3f, \
+        .rs_bias = 1.02f, \
+        .rs_ratio_max = 2.0f, \
+        .dead_time_identify = 0u, \
+        .rs_track_gain = 0.0f, \
+        .rs_track_i_0_A = 1.5f, \
+        .rs_track_min_Hz = 0.3f, \
+        .rs_track_max_Hz = 6.0f, \
+        .rs_track_low = 0.98f, \
+        .rs_track_high = 1.5f, \
+        .rs_track_quiet_s = 0.5f, \
+        .rs_track_speed_err_rad_s = 3.0f, \
+        .steer_min_Hz = 0.0f, \
+        .steer_hysteresis_Hz = 0.2f, \
+        .steer_flux_min = 0.4f, \
+        .steer_torque_min_Nm = 0.8f, \
+        .steer_filter_s = 0.032f, \
+        .steer_slew_Wb_s = 0.37f, \
+        .sup_corner_Hz = 0.48f, \
+        .sup_Rs_uncertainty = 0.3f, \
+        .sup_Rr_uncertainty = 0.3f, \
+        .sup_i_uncertainty = 0.02f, \
+        .sup_u_uncertainty_V = 0.1f, \
+        .sup_residual = 0.43f, \
+        .sup_lost = 0.6f, \
+        .sup_confirm_s = 0.5f, \
+        .sup_return_s = 0.3f, \
+        .lost_action = 0u, \
+        .impressed_A = 15.0f, \
+        .impressed_slew_A_s = 100.0f, \
+        .impressed_slew_rad_s2 = 60.0f, \
+        .impressed_return_Hz = 1.5f, \
+        .impressed_timeout_s = 5.0f, \
         .i_trip_A = 20.0f, \
         .u_dc_max_V = 390.0f, \
         .u_dc_min_V = 150.0f, \

@@ -6,15 +6,15 @@
 #define PARAMS_MOTOR  "hasegawa2005_recommended"
 
 #define PARAMS_TABLE        l_gain_hasegawa2005_recommended
-#define PARAMS_TABLE_CRC32C 0xb547e78eu
+#define PARAMS_TABLE_CRC32C 0x1a2990d3u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0xb1aa9172u
+#define PARAMS_CRC32C 0x9db65854u
 
 /* clang-format off */
 #define PARAMS_VALUES \
     { \
-        .Rs_ohm = 1.016f, \
+        .Rs_ohm = 0.93f, \
         .Rr_ohm = 0.5f, \
         .Ls_H = 0.11f, \
         .Lr_H = 0.102f, \
@@ -29,11 +29,11 @@
         .offset_calibration_s = 0.1f, \
         .voltage_source = 0u, \
         .voltage_filter_comp_s = 0.00018f, \
-        .observer_method = 0u, \
+        .observer_method = 1u, \
         .observer_gain_enable = 1u, \
         .lambda_max_Wb = 2.0f, \
-        .adapt_kp = 1.95f, \
-        .adapt_ki = 2468.0f, \
+        .adapt_kp = 4.0f, \
+        .adapt_ki = 2000.0f, \
         .eps1 = 0.008f, \
         .eps1_unit = 2u, \
         .eps1_mode = 0u, \
@@ -43,27 +43,67 @@
         .omega_max_rad_s = 628.0f, \
         .phi_factor = 0.576f, \
         .phi_ramp_rad_s = 2.76f, \
-        .speed_bandwidth_rad_s = 20.0f, \
-        .speed_ki_factor = 0.25f, \
+        .speed_bandwidth_rad_s = 33.0f, \
+        .speed_ki_factor = 0.12f, \
         .speed_J_kg_m2 = 0.035f, \
-        .speed_filter_s = 0.003f, \
+        .speed_filter_s = 0.001f, \
         .speed_slew_rad_s2 = 1000000000.0f, \
+        .speed_fast_bandwidth_rad_s = 70.0f, \
+        .speed_slow_rad_s = 63.0f, \
+        .speed_fast_rad_s = 95.0f, \
         .i_q_max_A = 15.0f, \
         .i_max_A = 15.8f, \
         .flux_mode = 0u, \
-        .i_d_A = 5.3f, \
+        .i_d_A = 5.1f, \
         .i_d_max_A = 8.0f, \
         .flux_bandwidth_rad_s = 10.0f, \
         .premagnetise_s = 1.0f, \
-        .current_bandwidth_rad_s = 400.0f, \
+        .current_bandwidth_rad_s = 600.0f, \
         .current_ki_factor = 0.3f, \
         .decoupling = 1.0f, \
         .delay_comp_periods = 1.5f, \
         .min_pulse_s = 0.0f, \
-        .dead_time_fraction = 1.0f, \
-        .dead_time_s = 0.0000033f, \
-        .device_drop_V = 1.0f, \
-        .dead_time_i_threshold_A = 0.51f, \
+        .dead_time_fraction = 0.0f, \
+        .dead_time_s = 0.000002f, \
+        .device_drop_V = 0.0f, \
+        .dead_time_i_threshold_A = 0.25f, \
+        .rs_measure = 1u, \
+        .rs_high_A = 8.0f, \
+        .rs_low_A = 5.0f, \
+        .rs_level_s = 1.5f, \
+        .rs_average_s = 0.3f, \
+        .rs_bias = 1.02f, \
+        .rs_ratio_max = 2.0f, \
+        .dead_time_identify = 1u, \
+        .rs_track_gain = 0.15f, \
+        .rs_track_i_0_A = 2.0f, \
+        .rs_track_min_Hz = 0.3f, \
+        .rs_track_max_Hz = 3.0f, \
+        .rs_track_low = 0.98f, \
+        .rs_track_high = 1.5f, \
+        .rs_track_quiet_s = 0.5f, \
+        .rs_track_speed_err_rad_s = 3.0f, \
+        .steer_min_Hz = 0.673f, \
+        .steer_hysteresis_Hz = 0.19f, \
+        .steer_flux_min = 0.39f, \
+        .steer_torque_min_Nm = 0.8f, \
+        .steer_filter_s = 0.032f, \
+        .steer_slew_Wb_s = 0.37f, \
+        .sup_corner_Hz = 0.48f, \
+        .sup_Rs_uncertainty = 0.05f, \
+        .sup_Rr_uncertainty = 0.3f, \
+        .sup_i_uncertainty = 0.02f, \
+        .sup_u_uncertainty_V = 0.1f, \
+        .sup_residual = 0.43f, \
+        .sup_lost = 0.6f, \
+        .sup_confirm_s = 0.5f, \
+        .sup_return_s = 0.3f, \
+        .lost_action = 2u, \
+        .impressed_A = 15.0f, \
+        .impressed_slew_A_s = 100.0f, \
+        .impressed_slew_rad_s2 = 60.0f, \
+        .impressed_return_Hz = 1.5f, \
+        .impressed_timeout_s = 5.0f, \
         .i_trip_A = 20.0f, \
         .u_dc_max_V = 390.0f, \
         .u_dc_min_V = 150.0f, \
