@@ -9,6 +9,11 @@
 /* Below this share of the flux reference the estimate does not say where the flux is. */
 #define DRIVE_LAMBDA_MIN_PU 0.05f
 
+/* Periods of the slow turn; the supervisor's own turn ends in period 0. */
+#define DRIVE_TURN_STEERING 4u
+#define DRIVE_TURN_TRACKING 8u
+#define DRIVE_TURN_SCHEDULE 12u
+
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
 {
     return measurement_init(&cfg->measurement, &params->measurement) &&
@@ -33,10 +38,11 @@ static bool init_control(drive_config_t *cfg, const drive_params_t *params)
 /* The means that go beyond the paper; each is off by its own parameter. */
 static bool init_means(drive_config_t *cfg, const drive_params_t *params)
 {
+    const float turn_s = (float)DRIVE_SLOW_PERIODS * params->period_s;
     return rs_measurement_init(&cfg->rs_measurement, &params->rs_measurement, params->motor.Rs_ohm,
                                params->period_s) &&
-           rs_tracking_init(&cfg->rs_tracking, &params->rs_tracking, params->period_s) &&
-           flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, params->period_s) &&
+           rs_tracking_init(&cfg->rs_tracking, &params->rs_tracking, turn_s) &&
+           flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, turn_s) &&
            impressed_current_init(&cfg->impressed, &params->impressed, &cfg->motor,
                                   params->period_s) &&
            ((params->lost_action != DRIVE_LOST_IMPRESS) || impressed_current_on(&cfg->impressed));
@@ -202,37 +208,69 @@ static ab_t modulate(const drive_config_t *cfg, const drive_state_t *st, ab_t u_
     return ab_sub(pwm.u_realised_V, u_lost_V);
 }
 
-/* Flux steering, flux control, speed control, and Rs tracking, which watches them. */
-static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
-                           float lambda_Wb, ab_t axis, const drive_out_t *out)
+static void steer_flux(const drive_config_t *cfg, drive_state_t *st, float lambda_Wb, float i_q_A)
 {
-    const float torque_Nm = motor_torque_Nm(&cfg->motor, lambda_Wb, out->i_A.q);
-    const flux_steering_out_t steer =
-        flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s, torque_Nm);
-    const flux_control_in_t flux_in = {.lambda_hat_Wb = lambda_Wb,
-                                       .below_Wb = steer.below_Wb,
-                                       .rate_Wb_per_s = steer.rate_Wb_per_s};
+    st->steer = flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s,
+                                   motor_torque_Nm(&cfg->motor, lambda_Wb, i_q_A));
+    const float less_pu = st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb;
+    st->torque_more_pu = less_pu / (1.0f - less_pu);
+    st->i_d_less_A = flux_control_less_A(&cfg->flux, st->steer.below_Wb, st->steer.rate_Wb_per_s);
+}
+
+static void track_rs(const drive_config_t *cfg, drive_state_t *st, ab_t axis, float i_q_A)
+{
+    const float reference_rad_s = st->speed.omega_ref_rad_s;
+    const float moved_rad_s = absf(reference_rad_s - st->omega_ref_before_rad_s);
+    const rs_tracking_in_t in = {.Rs_start_ohm = cfg->motor.Rs_ohm + st->rs_start_delta_ohm,
+                                 .e1_d_A = ab_dot(axis, st->observer.e1_A),
+                                 .i_q_A = i_q_A,
+                                 .omega_s_hat_rad_s = st->omega_s_hat_rad_s,
+                                 .speed_err_rad_s =
+                                     reference_rad_s - st->speed.omega_filtered_rad_s,
+                                 .changing = st->steer.moving || (moved_rad_s > 0.0f)};
+    rs_tracking_step(&cfg->rs_tracking, &st->rs_tracking, &in);
+    st->omega_ref_before_rad_s = reference_rad_s;
+}
+
+/* Slow work, each kind in its own period of the turn; the supervisor judges in the last one. */
+static void slow_turn(const drive_config_t *cfg, drive_state_t *st, float lambda_Wb, ab_t axis,
+                      float i_q_A)
+{
+    st->slow_period = (st->slow_period + 1u) % DRIVE_SLOW_PERIODS;
+    switch (st->slow_period) {
+    case DRIVE_TURN_STEERING:
+        if (flux_steering_on(&cfg->steering)) {
+            steer_flux(cfg, st, lambda_Wb, i_q_A);
+        }
+        break;
+    case DRIVE_TURN_TRACKING:
+        if (rs_tracking_on(&cfg->rs_tracking)) {
+            track_rs(cfg, st, axis, i_q_A);
+        }
+        break;
+    case DRIVE_TURN_SCHEDULE:
+        speed_control_schedule(&cfg->speed, &st->speed);
+        break;
+    default:
+        /* nothing this time */
+        break;
+    }
+}
+
+/* Flux control and speed control: the current that is wanted. */
+static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                           float lambda_Wb)
+{
+    const flux_control_in_t flux_in = {
+        .lambda_hat_Wb = lambda_Wb, .below_Wb = st->steer.below_Wb, .less_A = st->i_d_less_A};
     const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
-    const float before_rad_s = st->speed.omega_ref_rad_s;
     const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
                                          .omega_hat_rad_s = st->omega_e_hat_rad_s,
                                          .i_d_ref_A = i_d_A,
                                          .flux_pu =
-                                             1.0f - steer.below_Wb * cfg->inv_lambda_ref_per_Wb};
-    const float i_q_A = speed_control_step(&cfg->speed, &st->speed, &speed_in);
-
-    if (rs_tracking_on(&cfg->rs_tracking)) {
-        const float moved_rad_s = absf(st->speed.omega_ref_rad_s - before_rad_s);
-        const rs_tracking_in_t rs_in = {.Rs_start_ohm = cfg->motor.Rs_ohm + st->rs_start_delta_ohm,
-                                        .e1_d_A = ab_dot(axis, st->observer.e1_A),
-                                        .i_q_A = out->i_A.q,
-                                        .omega_s_hat_rad_s = st->omega_s_hat_rad_s,
-                                        .speed_err_rad_s = st->speed.omega_ref_rad_s -
-                                                           st->speed.omega_filtered_rad_s,
-                                        .changing = steer.moving || (moved_rad_s > 0.0f)};
-        rs_tracking_step(&cfg->rs_tracking, &st->rs_tracking, &rs_in);
-    }
-    return (dq_t){i_d_A, i_q_A};
+                                             1.0f - st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb,
+                                         .inv_flux_pu = 1.0f + st->torque_more_pu};
+    return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
 }
 
 static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
@@ -258,7 +296,8 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     } else if (in->mode == DRIVE_RUN) {
         st->omega_s_hat_rad_s =
             flux_frequency(cfg, st, out->gain, flux ? magnitude_Wb : cfg->lambda_min_Wb);
-        out->i_ref_A = torque_current(cfg, st, in, magnitude_Wb, axis, out);
+        slow_turn(cfg, st, magnitude_Wb, axis, out->i_A.q);
+        out->i_ref_A = torque_current(cfg, st, in, magnitude_Wb);
     } else if (out->rs_measurement != RS_MEASUREMENT_BUSY) {
         const flux_control_in_t flux_in = {.lambda_hat_Wb = magnitude_Wb};
         out->i_ref_A = (dq_t){flux_control_step(&cfg->flux, &st->flux, &flux_in), 0.0f};
@@ -294,6 +333,9 @@ static void take_over(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->omega_e_hat_rad_s = omega_rad_s;
     st->omega_s_hat_rad_s = omega_rad_s;
     st->steering = (flux_steering_state_t){0};
+    st->steer = (flux_steering_out_t){0};
+    st->torque_more_pu = 0.0f;
+    st->i_d_less_A = 0.0f;
 }
 
 /* Back to flux orientation with the torque that acts; the current controllers' integrators turn

@@ -33,6 +33,10 @@
 #include "supervisor.h"
 #include "svpwm.h"
 
+/* Slow work has its turn every so many periods, each kind in a period of its own, so that the worst
+ * period stays near the mean. */
+#define DRIVE_SLOW_PERIODS 16u
+
 typedef enum {
     DRIVE_OFF = 0, /* gates off: estimator and controllers at rest, currents still watched */
     DRIVE_PREMAGNETISE = 1, /* i_d along a fixed axis, no torque, speed taken as 0 */
@@ -114,6 +118,11 @@ typedef struct {
     rs_measurement_state_t rs_measurement;
     rs_tracking_state_t rs_tracking;
     flux_steering_state_t steering;
+    flux_steering_out_t steer;    /* of its last turn */
+    float i_d_less_A;             /* what steering takes from the magnetising current */
+    float torque_more_pu;         /* nominal flux over the reference, less 1 */
+    float omega_ref_before_rad_s; /* at the last turn of Rs tracking */
+    uint32_t slow_period;
     monitor_state_t monitor;
     supervisor_state_t supervisor;
     impressed_current_state_t impressed;

@@ -32,9 +32,7 @@ float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *
                         const flux_control_in_t *in)
 {
     if (cfg->mode == FLUX_CONTROL_CONSTANT) {
-        /* The flux follows M i_d with the lag 1/tau: the rate makes up for it. */
-        const float less_Wb = in->below_Wb - in->rate_Wb_per_s * cfg->inv_tau_s;
-        return clampf(cfg->i_d_A - less_Wb * cfg->inv_M_per_H, 0.0f, cfg->i_d_max_A);
+        return cfg->i_d_A - in->less_A;
     }
     const float lambda_err_Wb = cfg->lambda_ref_Wb - in->below_Wb - in->lambda_hat_Wb;
     const float asked_A = pi_output(&cfg->pi, &st->pi, lambda_err_Wb);

@@ -78,7 +78,7 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
                                        float omega_ref_rad_s, float torque_Nm)
 {
-    if (!(cfg->min_rad_s > 0.0f)) {
+    if (!flux_steering_on(cfg)) {
         return (flux_steering_out_t){0.0f, 0.0f, false};
     }
     const float behind_Nm = torque_Nm - st->torque_Nm;

@@ -55,6 +55,11 @@ typedef struct {
 CHECKED bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_t *params,
                                 const motor_model_t *motor, float period_s);
 
+static inline bool flux_steering_on(const flux_steering_config_t *cfg)
+{
+    return cfg->min_rad_s > 0.0f;
+}
+
 /* omega_ref: electrical speed reference after its slew limit; torque: of the estimate, unfiltered.
  */
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,

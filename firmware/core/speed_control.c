@@ -75,13 +75,12 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
         st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
     }
     const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
-    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
-    const float faster = 1.0f + clampf(cfg->more_per_rad_s * above_rad_s, 0.0f, cfg->more_max);
+    const float faster = 1.0f + st->more;
     const float faster_err_rad_s = faster * omega_err_rad_s;
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
     /* At nominal flux; less flux takes more current for the same torque. */
     const float limit_A = i_q_limit_A(cfg, in->i_d_ref_A) * in->flux_pu;
     const float allowed_A = limitf(asked_A, limit_A);
     pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
-    return (in->flux_pu < 1.0f) ? (allowed_A / in->flux_pu) : allowed_A;
+    return allowed_A * in->inv_flux_pu;
 }

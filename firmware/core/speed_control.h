@@ -43,19 +43,29 @@ typedef struct {
     pi_state_t pi;
     float omega_filtered_rad_s;
     float omega_ref_rad_s; /* after the slew limit */
+    float more;            /* bandwidth over that of slow speed is 1 + this */
 } speed_control_state_t;
 
 typedef struct {
     float omega_ref_rad_s;
     float omega_hat_rad_s;
-    float i_d_ref_A; /* has priority in the current limit */
-    float flux_pu;   /* flux reference over the one the gains are meant for, > 0 */
+    float i_d_ref_A;   /* has priority in the current limit */
+    float flux_pu;     /* flux reference over the one the gains are meant for, > 0 */
+    float inv_flux_pu; /* 1 over that: a division the caller makes seldom */
 } speed_control_in_t;
 
 /* False, and *cfg untouched, for a number that is not finite, of the wrong sign, or zero where it
  * divides or limits. */
 CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                                 const motor_model_t *motor, float period_s);
+
+/* The bandwidth for the speed of now; need not be called every period. */
+static inline void speed_control_schedule(const speed_control_config_t *cfg,
+                                          speed_control_state_t *st)
+{
+    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
+    st->more = clampf(cfg->more_per_rad_s * above_rad_s, 0.0f, cfg->more_max);
+}
 
 /* i_q reference in A. A reference or estimate that is not finite leaves the last one in force. */
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,

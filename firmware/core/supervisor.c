@@ -5,6 +5,7 @@
 /* Judgements are slow work: one every 3.2 ms at 200 us keeps the mean of a period low and 50 ms of
  * delay far away. */
 #define SUPERVISOR_TURN_PERIODS 16u
+#define SUPERVISOR_PARTS        4u
 
 /* Filter of w_s per turn: 11 ms, the noise of w_hat is faster. */
 #define SUPERVISOR_OMEGA_S_GAIN 0.25f
@@ -139,32 +140,59 @@ static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_
     return minf(bound_rad_s, cfg->p.omega_max_rad_s);
 }
 
-static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in,
-                  ab_t d_Wb)
+/* Part one: what d, flux and current are. */
+static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
+                    const supervisor_in_t *in, ab_t d_Wb)
 {
-    st->omega_s_rad_s += SUPERVISOR_OMEGA_S_GAIN * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
-    const float omega_s_rad_s = absf(st->omega_s_rad_s);
-    const float omega_d_rad_s = sqrtf(omega_s_rad_s * omega_s_rad_s + cfg->corner2_rad2_s2);
-
     const float estimate_Wb = magnitude(in->lambda_r_hat_Wb);
     const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_low_Wb, cfg->lambda_high_Wb);
+    st->omega_s_rad_s += SUPERVISOR_OMEGA_S_GAIN * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
+    st->found = (supervisor_findings_t){
+        .residual_pu = magnitude(d_Wb) / lambda_Wb,
+        .lambda_Wb = lambda_Wb,
+        .i_s_A = magnitude(in->i_s_A),
+        /* Impressed current magnetises as it likes. */
+        .flux_high =
+            (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb),
+    };
+}
 
+/* Part two: what the uncertainty explains, and what may hide in it. */
+static void weigh(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in)
+{
+    const float omega_s_rad_s = absf(st->omega_s_rad_s);
+    const float omega_d_rad_s = sqrtf(omega_s_rad_s * omega_s_rad_s + cfg->corner2_rad2_s2);
     const float dV_pu_per_s =
         cfg->kr_inv *
-        (cfg->p.Rs_uncertainty_pu * in->Rs_ohm * magnitude(in->i_s_A) + cfg->p.u_uncertainty_V) /
-        lambda_Wb;
-    const float residual_pu = magnitude(d_Wb) / lambda_Wb;
-    st->flux_error_bound_pu = (residual_pu * omega_d_rad_s + dV_pu_per_s) /
+        (cfg->p.Rs_uncertainty_pu * in->Rs_ohm * st->found.i_s_A + cfg->p.u_uncertainty_V) /
+        st->found.lambda_Wb;
+    st->flux_error_bound_pu = (st->found.residual_pu * omega_d_rad_s + dV_pu_per_s) /
                               maxf(omega_s_rad_s, SUPERVISOR_OMEGA_S_MIN_RAD_S);
     /* Below the corner d is Rs, whatever the flux does: a standing shaft is no loss. */
     const bool told = !(omega_s_rad_s < cfg->p.corner_rad_s);
-    const float excess_pu = told ? (residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
-    /* Impressed current magnetises as it likes. */
-    const bool flux_high =
-        (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb);
-    st->reasons = find_reasons(cfg, st, excess_pu, flux_high);
-    decide(cfg, st);
-    st->omega_bound_rad_s = speed_bound(cfg, st, in, lambda_Wb);
+    st->found.excess_pu = told ? (st->found.residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
+}
+
+/* The turn's last periods: a part of the judgement each. */
+static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in,
+                  ab_t d_Wb)
+{
+    switch (SUPERVISOR_TURN_PERIODS - st->periods) {
+    case 3u:
+        measure(cfg, st, in, d_Wb);
+        break;
+    case 2u:
+        weigh(cfg, st, in);
+        break;
+    case 1u:
+        st->reasons = find_reasons(cfg, st, st->found.excess_pu, st->found.flux_high);
+        decide(cfg, st);
+        break;
+    default:
+        st->omega_bound_rad_s = speed_bound(cfg, st, in, st->found.lambda_Wb);
+        st->periods = 0u;
+        break;
+    }
 }
 
 void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
@@ -179,8 +207,7 @@ void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
     st->s_Wb = ab_add(s_Wb, ab_scale(d_Wb, cfg->share));
 
     st->periods++;
-    if (st->periods >= SUPERVISOR_TURN_PERIODS) {
-        st->periods = 0u;
+    if (st->periods > SUPERVISOR_TURN_PERIODS - SUPERVISOR_PARTS) {
         judge(cfg, st, in, d_Wb);
     }
 }

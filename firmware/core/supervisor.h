@@ -56,10 +56,20 @@ typedef struct {
     uint32_t return_turns;
 } supervisor_config_t;
 
+/* What one part of a judgement leaves to the next. */
+typedef struct {
+    float residual_pu;
+    float lambda_Wb;
+    float i_s_A;
+    bool flux_high;
+    float excess_pu;
+} supervisor_findings_t;
+
 typedef struct {
     ab_t s_Wb;
     bool started;
-    uint32_t periods;       /* since the last judgement */
+    uint32_t periods; /* since the last judgement */
+    supervisor_findings_t found;
     float omega_s_rad_s;    /* low-passed */
     uint32_t suspect_turns; /* RESIDUAL or FLUX on end */
     uint32_t quiet_turns;
@@ -84,8 +94,8 @@ typedef struct {
 CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                              const motor_model_t *motor, float period_s);
 
-/* One period of RUN; at any other time the state is zeroed. Judges every 16th period. What is not a
- * number never passes as CLOSED. */
+/* One period of RUN; at any other time the state is zeroed. Judges every 16th period, in four parts
+ * of a period each. What is not a number never passes as CLOSED. */
 void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
                      const supervisor_in_t *in);
 

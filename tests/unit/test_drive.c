@@ -93,9 +93,12 @@ typedef struct {
     double id_ref, iq_ref;
     cplx i_dq, u_s;
     double rs_start, rs_track, torque, below, dead_pu;
-    int quiet;
+    double rate, moved_from, bandwidth;
+    int quiet, turn;
     bool steering, moving, dead_found;
 } ref_t;
+
+#define SLOW ((int)DRIVE_SLOW_PERIODS)
 
 static double limit(double x, double bound)
 {
@@ -162,7 +165,7 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const drive_in_t *in
 static double ref_steer(ref_t *s, const drive_params_t *p)
 {
     const flux_steering_params_t *f = &p->steering;
-    const double T = (double)p->period_s, pp = (double)p->motor.pole_pairs;
+    const double T = SLOW * (double)p->period_s, pp = (double)p->motor.pole_pairs;
     const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
     const double nominal = (double)f->lambda_nominal_Wb, least = (double)f->min_rad_s;
     if (!(least > 0.0)) {
@@ -196,12 +199,12 @@ static void ref_track(ref_t *s, const drive_params_t *p, double error, bool move
     const double start = (double)p->motor.Rs_ohm + s->rs_start, i_q = cimag(s->i_dq);
     if (s->moving || moved || (fabs(error) > (double)t->speed_err_rad_s)) {
         s->quiet = 0;
-    } else if (s->quiet < (int)lrint((double)t->quiet_s / (double)p->period_s)) {
+    } else if (s->quiet < (int)lrint((double)t->quiet_s / (SLOW * (double)p->period_s))) {
         s->quiet++;
     } else if ((fabs(s->ws) >= (double)t->min_rad_s) && (fabs(s->ws) <= (double)t->max_rad_s)) {
         const double e1_d = creal(conj(s->lam) * s->e1) / cabs(s->lam);
-        s->rs_track += (double)p->period_s * (double)t->gain_ohm_per_rad * e1_d * s->ws * i_q /
-                       (i_q * i_q + (double)t->i_0_A * (double)t->i_0_A);
+        s->rs_track += SLOW * (double)p->period_s * (double)t->gain_ohm_per_rad * e1_d * s->ws *
+                       i_q / (i_q * i_q + (double)t->i_0_A * (double)t->i_0_A);
         s->rs_track = fmax(start * ((double)t->low_pu - 1.0),
                            fmin(start * ((double)t->high_pu - 1.0), s->rs_track));
     }
@@ -214,12 +217,7 @@ static double ref_speed_pi(ref_t *s, const drive_params_t *p, double w_ref)
     const double step = limit(w_ref - s->wref, T * (double)p->speed.slew_rad_s2);
     s->wref += step;
     s->wf += T / (T + (double)p->speed.filter_s) * (s->w - s->wf);
-    const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
-    double bandwidth = (double)p->speed.bandwidth_rad_s;
-    const double share = fmin(1.0, fmax(0.0, (fabs(s->wf) - slow) / (fast - slow)));
-    bandwidth += (p->speed.fast_bandwidth_rad_s > 0.0f)
-                     ? share * ((double)p->speed.fast_bandwidth_rad_s - bandwidth)
-                     : 0.0;
+    const double bandwidth = (s->bandwidth > 0.0) ? s->bandwidth : (double)p->speed.bandwidth_rad_s;
     const double kp =
         (double)p->speed.J_kg_m2 * bandwidth / (pp * pp * kr * (double)p->speed.lambda_Wb);
     const double ki = (double)p->speed.ki_factor * bandwidth * kp;
@@ -229,10 +227,27 @@ static double ref_speed_pi(ref_t *s, const drive_params_t *p, double w_ref)
     const double flux_pu = 1.0 - s->below / ((double)p->motor.M_H * (double)p->flux.i_d_A);
     const double got = limit(asked, flux_pu * fmin((double)p->speed.i_q_max_A, room));
     s->x_speed += T * ki * e + T * ti * (got - asked);
-    if (p->rs_tracking.gain_ohm_per_rad > 0.0f) {
-        ref_track(s, p, e, fabs(step) > 1e-9);
-    }
     return got / flux_pu;
+}
+
+/* The turn of slow work: steering in its 4th period, tracking in the 8th, the schedule in the 12th.
+ */
+static void ref_slow_turn(ref_t *s, const drive_params_t *p)
+{
+    s->turn = (s->turn + 1) % SLOW;
+    if (s->turn == 4) {
+        s->rate = ref_steer(s, p);
+    } else if ((s->turn == 8) && (p->rs_tracking.gain_ohm_per_rad > 0.0f)) {
+        ref_track(s, p, s->wref - s->wf, fabs(s->wref - s->moved_from) > 1e-9);
+        s->moved_from = s->wref;
+    } else if ((s->turn == 12) && (p->speed.fast_bandwidth_rad_s > 0.0f)) {
+        const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
+        const double share = fmin(1.0, fmax(0.0, (fabs(s->wf) - slow) / (fast - slow)));
+        s->bandwidth = (1.0 - share) * (double)p->speed.bandwidth_rad_s +
+                       share * (double)p->speed.fast_bandwidth_rad_s;
+    } else {
+        /* nothing this time */
+    }
 }
 
 static cplx ref_modulate(ref_t *s, const drive_params_t *p, cplx u, cplx i, double u_dc)
@@ -269,8 +284,8 @@ static void ref_step(ref_t *s, const drive_params_t *p, const drive_in_t *in)
     s->i_dq = i;
     /* The rate at which the estimate itself turns. */
     s->ws = s->w + cimag((M * tau * s->i_hat + s->l2 * s->e1) / s->lam);
-    const double rate = ref_steer(s, p);
-    s->id_ref = (double)p->flux.i_d_A - (s->below - rate / tau) / M;
+    ref_slow_turn(s, p);
+    s->id_ref = (double)p->flux.i_d_A - (s->below - s->rate / tau) / M;
     s->id_ref = fmax(0.0, fmin((double)p->flux.i_d_max_A, s->id_ref));
     s->iq_ref = ref_speed_pi(s, p, (double)in->omega_e_ref_rad_s);
 

@@ -173,26 +173,23 @@ static void test_constant_mode_feeds_a_lowered_reference_forward(void)
     flux_control_config_t cfg = simple;
     flux_control_state_t st = {0};
     cfg.mode = FLUX_CONTROL_CONSTANT;
-    flux_control_in_t in = {.lambda_hat_Wb = 0.3f, .below_Wb = 0.0625f};
-    ASSERT_SAME_FLOAT(3.5f, flux_control_step(&cfg, &st, &in));
-    in.rate_Wb_per_s = 1.0f;
-    ASSERT_SAME_FLOAT(5.5f, flux_control_step(&cfg, &st, &in));
-    in.rate_Wb_per_s = -1.0f;
+    ASSERT_SAME_FLOAT(0.5f, flux_control_less_A(&cfg, 0.0625f, 0.0f));
+    ASSERT_SAME_FLOAT(-1.5f, flux_control_less_A(&cfg, 0.0625f, 1.0f));
+    ASSERT_SAME_FLOAT(2.5f, flux_control_less_A(&cfg, 0.0625f, -1.0f));
+    /* Would take -.5 A, and 8.5 A of 0..8; NaN leaves a current that is allowed. */
+    ASSERT_SAME_FLOAT(4.0f, flux_control_less_A(&cfg, 0.0625f, -2.0f));
+    ASSERT_SAME_FLOAT(-4.0f, flux_control_less_A(&cfg, 0.0625f, 2.5f));
+    ASSERT_SAME_FLOAT(-4.0f, flux_control_less_A(&cfg, 0.0625f, NAN));
+
+    const flux_control_in_t in = {.lambda_hat_Wb = 0.3f, .less_A = 2.5f};
     ASSERT_SAME_FLOAT(1.5f, flux_control_step(&cfg, &st, &in));
-    in.rate_Wb_per_s = -2.0f; /* would take -.5 A, ... */
-    ASSERT_NEAR(0.0, 0.0, flux_control_step(&cfg, &st, &in));
-    in.rate_Wb_per_s = 2.5f; /* ... and 8.5 A */
-    ASSERT_SAME_FLOAT(8.0f, flux_control_step(&cfg, &st, &in));
-    in.rate_Wb_per_s = NAN;
-    ASSERT_SAME_FLOAT(0.0f, flux_control_step(&cfg, &st, &in));
     ASSERT_SAME_FLOAT(0.0f, st.pi.x);
 }
 
-static void test_the_pi_controls_to_the_lowered_reference_and_its_rate_does_not_matter(void)
+static void test_the_pi_controls_to_the_lowered_reference_and_needs_no_feed_forward(void)
 {
     flux_control_state_t st = {.pi = {.x = 4.25f}};
-    const flux_control_in_t in = {
-        .lambda_hat_Wb = 0.375f, .below_Wb = 0.125f, .rate_Wb_per_s = 3.0f};
+    const flux_control_in_t in = {.lambda_hat_Wb = 0.375f, .below_Wb = 0.125f, .less_A = 3.0f};
     ASSERT_SAME_FLOAT(4.25f, flux_control_step(&simple, &st, &in));
     ASSERT_SAME_FLOAT(4.25f, st.pi.x);
 }
@@ -268,8 +265,10 @@ static void test_the_flux_follows_a_ramp_without_lag_on_both_machines(void)
         TEST_ASSERT_TRUE(flux_control_init(&cfg, &p, &model, PERIOD_S));
         for (int k = 0; k < 2500; k++) {
             below_Wb += 0.5 * (double)PERIOD_S;
-            const flux_control_in_t in = {
-                .lambda_hat_Wb = NAN, .below_Wb = (float)below_Wb, .rate_Wb_per_s = -0.5f};
+            const flux_control_in_t in = {.lambda_hat_Wb = NAN,
+                                          .below_Wb = (float)below_Wb,
+                                          .less_A =
+                                              flux_control_less_A(&cfg, (float)below_Wb, -0.5f)};
             const float i_d_A = flux_control_step(&cfg, &st, &in);
             lambda_Wb = decay * lambda_Wb + (1.0 - decay) * M_H * (double)i_d_A;
             /* Half a period of the ramp; without the rate it would lag by .5/tau, 64 mWb and more.
@@ -306,7 +305,7 @@ int main(void)
     RUN_TEST(test_init_accepts_both_modes_and_a_current_at_the_limit);
     RUN_TEST(test_constant_mode_ignores_the_estimate);
     RUN_TEST(test_constant_mode_feeds_a_lowered_reference_forward);
-    RUN_TEST(test_the_pi_controls_to_the_lowered_reference_and_its_rate_does_not_matter);
+    RUN_TEST(test_the_pi_controls_to_the_lowered_reference_and_needs_no_feed_forward);
     RUN_TEST(test_step_holds_the_flux_at_its_reference);
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
     RUN_TEST(test_twice_the_error_asks_for_twice_the_current);

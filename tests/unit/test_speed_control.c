@@ -205,8 +205,11 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
             const float w = (float)sign * w_rad_s[k];
             speed_control_state_t st = {.omega_filtered_rad_s = w,
                                         .omega_ref_rad_s = w + (float)sign};
-            const speed_control_in_t in = {
-                .flux_pu = 1.0f, .omega_ref_rad_s = w + (float)sign, .omega_hat_rad_s = w};
+            const speed_control_in_t in = {.flux_pu = 1.0f,
+                                           .inv_flux_pu = 1.0f,
+                                           .omega_ref_rad_s = w + (float)sign,
+                                           .omega_hat_rad_s = w};
+            speed_control_schedule(&cfg, &st);
             ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], speed_control_step(&cfg, &st, &in));
             ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
         }
@@ -217,7 +220,7 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
 static void test_less_flux_takes_more_current_within_the_same_limit(void)
 {
     speed_control_state_t st = {.omega_ref_rad_s = 4.0f};
-    speed_control_in_t in = {.flux_pu = 0.5f, .omega_ref_rad_s = 4.0f};
+    speed_control_in_t in = {.flux_pu = 0.5f, .inv_flux_pu = 2.0f, .omega_ref_rad_s = 4.0f};
     ASSERT_SAME_FLOAT(4.0f, speed_control_step(&simple, &st, &in));
     ASSERT_SAME_FLOAT(0.5f, st.pi.x); /* at nominal flux: asked and allowed 2 A */
     st = (speed_control_state_t){.omega_ref_rad_s = 40.0f};
@@ -226,14 +229,18 @@ static void test_less_flux_takes_more_current_within_the_same_limit(void)
     /* Asked 20, allowed 7.5: 40/8 - 12.5/4. */
     ASSERT_SAME_FLOAT(1.875f, st.pi.x);
     st = (speed_control_state_t){.omega_ref_rad_s = -40.0f};
-    in = (speed_control_in_t){.flux_pu = 0.5f, .omega_ref_rad_s = -40.0f, .i_d_ref_A = 15.0f};
+    in = (speed_control_in_t){
+        .flux_pu = 0.5f, .inv_flux_pu = 2.0f, .omega_ref_rad_s = -40.0f, .i_d_ref_A = 15.0f};
     ASSERT_SAME_FLOAT(-8.0f, speed_control_step(&simple, &st, &in));
 }
 
 static void test_step_holds_the_load_at_the_reference(void)
 {
-    const speed_control_in_t in = {
-        .flux_pu = 1.0f, .omega_ref_rad_s = 60.0f, .omega_hat_rad_s = 60.0f, .i_d_ref_A = 5.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f,
+                                   .inv_flux_pu = 1.0f,
+                                   .omega_ref_rad_s = 60.0f,
+                                   .omega_hat_rad_s = 60.0f,
+                                   .i_d_ref_A = 5.0f};
     speed_control_state_t st = {
         .pi = {.x = 7.25f}, .omega_filtered_rad_s = 60.0f, .omega_ref_rad_s = 60.0f};
     const speed_control_state_t before = st;
@@ -247,8 +254,11 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const motor_model_t model = reference_derived(m);
         const double kp =
             0.015 * 31.0 / (4.0 * (double)model.M_H / (double)reference_machine[m].Lr_H * 0.5);
-        const speed_control_in_t in = {
-            .flux_pu = 1.0f, .omega_ref_rad_s = 41.0f, .omega_hat_rad_s = 37.5f, .i_d_ref_A = 5.0f};
+        const speed_control_in_t in = {.flux_pu = 1.0f,
+                                       .inv_flux_pu = 1.0f,
+                                       .omega_ref_rad_s = 41.0f,
+                                       .omega_hat_rad_s = 37.5f,
+                                       .i_d_ref_A = 5.0f};
         speed_control_state_t st = {
             .pi = {.x = -1.5f}, .omega_filtered_rad_s = 36.0f, .omega_ref_rad_s = 40.9f};
         speed_control_config_t cfg;
@@ -271,11 +281,17 @@ static void test_step_is_odd(void)
         .pi = {.x = 1.5f}, .omega_filtered_rad_s = 30.0f, .omega_ref_rad_s = 33.0f};
     speed_control_state_t minus = {
         .pi = {.x = -1.5f}, .omega_filtered_rad_s = -30.0f, .omega_ref_rad_s = -33.0f};
-    speed_control_in_t in = {
-        .flux_pu = 1.0f, .omega_ref_rad_s = 90.0f, .omega_hat_rad_s = 30.5f, .i_d_ref_A = 5.0f};
+    speed_control_in_t in = {.flux_pu = 1.0f,
+                             .inv_flux_pu = 1.0f,
+                             .omega_ref_rad_s = 90.0f,
+                             .omega_hat_rad_s = 30.5f,
+                             .i_d_ref_A = 5.0f};
     const float forward_A = speed_control_step(&simple, &plus, &in);
-    in = (speed_control_in_t){
-        .flux_pu = 1.0f, .omega_ref_rad_s = -90.0f, .omega_hat_rad_s = -30.5f, .i_d_ref_A = 5.0f};
+    in = (speed_control_in_t){.flux_pu = 1.0f,
+                              .inv_flux_pu = 1.0f,
+                              .omega_ref_rad_s = -90.0f,
+                              .omega_hat_rad_s = -30.5f,
+                              .i_d_ref_A = 5.0f};
     ASSERT_SAME_FLOAT(-forward_A, speed_control_step(&simple, &minus, &in));
     ASSERT_SAME_FLOAT(-plus.pi.x, minus.pi.x);
     ASSERT_SAME_FLOAT(-plus.omega_ref_rad_s, minus.omega_ref_rad_s);
@@ -284,7 +300,7 @@ static void test_step_is_odd(void)
 static void test_the_reference_moves_by_the_slew_step_both_ways(void)
 {
     speed_control_state_t st = {0};
-    speed_control_in_t in = {.flux_pu = 1.0f, .omega_ref_rad_s = 5.0f};
+    speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 5.0f};
     const float up_rad_s[] = {2.0f, 4.0f, 5.0f, 5.0f};
     const float down_rad_s[] = {3.0f, 1.0f, -1.0f, -3.0f, -3.5f, -3.5f};
     for (unsigned k = 0; k < 4u; k++) {
@@ -302,7 +318,7 @@ static void test_the_estimate_passes_a_first_order_filter(void)
 {
     speed_control_config_t cfg;
     speed_control_state_t st = {0};
-    const speed_control_in_t in = {.flux_pu = 1.0f, .omega_hat_rad_s = 10.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_hat_rad_s = 10.0f};
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &table1, PERIOD_S));
     for (int k = 0; k < 15; k++) {
         (void)speed_control_step(&cfg, &st, &in);
@@ -315,8 +331,10 @@ static void test_the_estimate_passes_a_first_order_filter(void)
 static float limited_A(float i_d_ref_A, float omega_ref_rad_s)
 {
     speed_control_state_t st = {.omega_ref_rad_s = omega_ref_rad_s};
-    const speed_control_in_t in = {
-        .flux_pu = 1.0f, .omega_ref_rad_s = omega_ref_rad_s, .i_d_ref_A = i_d_ref_A};
+    const speed_control_in_t in = {.flux_pu = 1.0f,
+                                   .inv_flux_pu = 1.0f,
+                                   .omega_ref_rad_s = omega_ref_rad_s,
+                                   .i_d_ref_A = i_d_ref_A};
     return speed_control_step(&simple, &st, &in);
 }
 
@@ -345,7 +363,7 @@ static void test_no_torque_current_is_left_when_the_flux_takes_it_all(void)
 static void test_the_integrator_is_told_the_limited_current(void)
 {
     speed_control_state_t st = {.pi = {.x = 2.0f}, .omega_ref_rad_s = 40.0f};
-    const speed_control_in_t in = {.flux_pu = 1.0f, .omega_ref_rad_s = 40.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 40.0f};
     /* Asked 22 A, realised 15: 2 + 40/8 - 7/4. */
     ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in));
     ASSERT_SAME_FLOAT(5.25f, st.pi.x);
@@ -365,6 +383,7 @@ static void run_up(int machine, const speed_control_config_t *cfg, float target_
     *peak_rad_s = 0.0;
     for (int k = 0; k < periods; k++) {
         const speed_control_in_t in = {.flux_pu = 1.0f,
+                                       .inv_flux_pu = 1.0f,
                                        .omega_ref_rad_s = target_rad_s,
                                        .omega_hat_rad_s = (float)omega_rad_s,
                                        .i_d_ref_A = 5.0f};
@@ -405,9 +424,12 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
         speed_control_state_t st = {.omega_filtered_rad_s = 100.0f, .omega_ref_rad_s = 110.0f};
         double w_rad_s = 100.0;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
+        speed_control_schedule(&cfg, &st);
         for (int k = 0; k < 40; k++) {
-            const speed_control_in_t in = {
-                .flux_pu = 1.0f, .omega_ref_rad_s = 110.0f, .omega_hat_rad_s = (float)w_rad_s};
+            const speed_control_in_t in = {.flux_pu = 1.0f,
+                                           .inv_flux_pu = 1.0f,
+                                           .omega_ref_rad_s = 110.0f,
+                                           .omega_hat_rad_s = (float)w_rad_s};
             w_rad_s += (double)PERIOD_S * 4.0 * kr * 0.5 / 0.015 *
                        (double)speed_control_step(&cfg, &st, &in);
         }
@@ -437,8 +459,10 @@ static void test_an_input_that_is_no_number_leaves_the_last_one_in_force(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         speed_control_state_t st = {.omega_filtered_rad_s = 58.0f, .omega_ref_rad_s = 60.0f};
-        const speed_control_in_t in = {
-            .flux_pu = 1.0f, .omega_ref_rad_s = not_finite(i), .omega_hat_rad_s = not_finite(i)};
+        const speed_control_in_t in = {.flux_pu = 1.0f,
+                                       .inv_flux_pu = 1.0f,
+                                       .omega_ref_rad_s = not_finite(i),
+                                       .omega_hat_rad_s = not_finite(i)};
         ASSERT_SAME_FLOAT(1.0f, speed_control_step(&simple, &st, &in));
         ASSERT_SAME_FLOAT(60.0f, st.omega_ref_rad_s);
         ASSERT_SAME_FLOAT(58.0f, st.omega_filtered_rad_s);
@@ -449,7 +473,7 @@ static void test_two_controllers_share_a_config_and_nothing_else(void)
 {
     speed_control_state_t a = {0};
     speed_control_state_t b = {0};
-    const speed_control_in_t in = {.flux_pu = 1.0f, .omega_ref_rad_s = 1.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 1.0f};
     const float first_A = speed_control_step(&simple, &a, &in);
     ASSERT_SAME_FLOAT(first_A, speed_control_step(&simple, &b, &in));
 }

@@ -9,6 +9,7 @@
 
 #define PERIOD_S 200e-6f
 #define TURN     16 /* periods per judgement */
+#define PARTS    4  /* of them that judge */
 
 typedef double complex cplx;
 
@@ -54,12 +55,14 @@ void tearDown(void)
 static void judge_with(float residual_pu, float omega_s_rad_s)
 {
     st.started = true;
-    st.periods = TURN - 1;
+    st.periods = TURN - PARTS;
     st.omega_s_rad_s = omega_s_rad_s;
     in.omega_s_hat_rad_s = omega_s_rad_s;
     const float lambda_Wb = in.lambda_r_hat_Wb.alpha;
     st.s_Wb = (ab_t){lambda_Wb * (1.0f - residual_pu), 0.0f};
-    supervisor_step(&cfg, &st, &in);
+    for (int k = 0; k < PARTS; k++) {
+        supervisor_step(&cfg, &st, &in);
+    }
 }
 
 static void judge_times(int n, float residual_pu, float omega_s_rad_s)
@@ -274,13 +277,15 @@ static void test_a_judgement_equals_the_double_one_on_both_machines(void)
         uint32_t seed = 7u;
         for (int k = 0; k < 40 * TURN; k++) {
             draw_inputs(&seed);
-            const bool judged = (k % TURN) == (TURN - 1);
+            const bool judged = (k % TURN) == (TURN - PARTS);
             ref_step(&ref, k == 0, judged);
             supervisor_step(&cfg, &st, &in);
             ASSERT_NEAR(2e-5, creal(ref.s), st.s_Wb.alpha);
             ASSERT_NEAR(2e-5, cimag(ref.s), st.s_Wb.beta);
-            ASSERT_NEAR(2e-4 * (1.0 + fabs(ref.error_bound_pu)), ref.error_bound_pu,
-                        st.flux_error_bound_pu);
+            if (!judged) { /* it is weighed in the next period */
+                ASSERT_NEAR(2e-4 * (1.0 + fabs(ref.error_bound_pu)), ref.error_bound_pu,
+                            st.flux_error_bound_pu);
+            }
             ASSERT_NEAR(1e-3, ref.omega_s, st.omega_s_rad_s);
         }
         TEST_ASSERT_TRUE(ref.residual_pu > 0.01);
@@ -353,7 +358,7 @@ static void test_every_sixteenth_period_judges(void)
     for (int k = 1; k <= 3 * TURN; k++) {
         st.reasons = 0x80u;
         supervisor_step(&cfg, &st, &in);
-        TEST_ASSERT_EQUAL(k % TURN == 0, st.reasons != 0x80u);
+        TEST_ASSERT_EQUAL(k % TURN == TURN - 1, st.reasons != 0x80u); /* part three */
     }
 }
 

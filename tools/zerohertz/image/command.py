@@ -31,6 +31,10 @@ ALL_OPTIONS = {
     "eps1_prior": 1,
     "decoupling": 1.0,
     "min_pulse_s": 2e-6,
+    # A start that the short scenario has time for.
+    "rs_level_s": 0.05,
+    "rs_average_s": 0.02,
+    "premagnetise_s": 0.2,
 }
 MACHINES = {"an386": "mps2-an386", "an500": "mps2-an500"}
 
