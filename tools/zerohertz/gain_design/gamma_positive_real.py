@@ -94,7 +94,11 @@ class GammaPositiveReal:
         """L at one speed (SI units, float32 values) and its X; InfeasibleError without one."""
         design = self._motor.design
         exact = closed_form_gain(
-            self._motor.circuit, omega_rad_s, p1_per_s=design.p1_at(omega_rad_s), a=design.a, b=design.b
+            self._motor.circuit,
+            omega_rad_s,
+            p1_per_s=design.p1_at(omega_rad_s),
+            a=design.a,
+            b=design.b,
         )
         reference = as_stored(exact, omega_rad_s)
         try:
