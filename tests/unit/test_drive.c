@@ -5,84 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "reference_machine.h"
+#include "drive_fixture.h"
 #include "trig.h"
 #include "unity.h"
-
-typedef double complex cplx;
-
-#define THIRD_TURN 2.0943951023931953 /* 2 pi/3 */
-
-static const observer_gain_t test_gain[4] = {{-300.0f, 0.0f, 0.5f, 0.0f},
-                                             {-310.0f, 20.0f, 0.4f, -0.1f},
-                                             {-330.0f, 45.0f, 0.3f, -0.2f},
-                                             {-360.0f, 70.0f, 0.2f, -0.3f}};
-
-static const gain_table_t test_table = {.magic = GAIN_TABLE_MAGIC,
-                                        .version = GAIN_TABLE_VERSION,
-                                        .motor_id = 1u,
-                                        .entry_count = 4u,
-                                        .step_rad_s = 5.0f,
-                                        .entry = test_gain};
-
-static drive_params_t params_of(motor_t motor)
-{
-    return (drive_params_t){.period_s = 200e-6f,
-                            .motor = motor,
-                            .measurement = {.adc_bits = 14u,
-                                            .current_full_scale_A = 25.0f,
-                                            .line_voltage_full_scale_V = 800.0f,
-                                            .dc_link_full_scale_V = 800.0f,
-                                            .current_sum_max_A = 3.0f},
-                            .voltage_source = DRIVE_VOLTAGE_SENSORS,
-                            .voltage_filter_comp_s = 380e-6f,
-                            .delay_comp_periods = 1.5f,
-                            .observer_method = OBSERVER_EULER,
-                            .observer_gain_enable = true,
-                            .lambda_max_Wb = 3.0f,
-                            .adaptation = {.kp_rad_per_s_Wb_A = 1.5f,
-                                           .ki_rad_per_s2_Wb_A = 30.0f,
-                                           .leak_per_s_Wb_A = 0.7f,
-                                           .eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS,
-                                           .leak_to_prior = true,
-                                           .near_zero_on_rad_s = 10.0f,
-                                           .near_zero_off_rad_s = 12.0f,
-                                           .omega_max_rad_s = 600.0f,
-                                           .phi_factor = 0.0f,
-                                           .phi_ramp_rad_s = 2.76f},
-                            .speed = {.bandwidth_rad_s = 20.0f,
-                                      .ki_factor = 0.25f,
-                                      .J_kg_m2 = 0.035f,
-                                      .lambda_Wb = 0.45f,
-                                      .i_q_max_A = 12.0f,
-                                      .i_max_A = 15.0f,
-                                      .filter_s = 3e-3f,
-                                      .slew_rad_s2 = 4000.0f},
-                            .flux = {.mode = FLUX_CONTROL_CONSTANT,
-                                     .i_d_A = 4.0f,
-                                     .bandwidth_rad_s = 10.0f,
-                                     .i_d_max_A = 8.0f},
-                            .current = {.bandwidth_rad_s = 400.0f,
-                                        .ki_factor = 0.3f,
-                                        .decoupling = 0.9f,
-                                        .u_max_V = 400.0f},
-                            .svpwm = {.min_pulse_s = 0.0f, .u_dc_min_V = 20.0f},
-                            .dead_time = {.fraction = 0.9f,
-                                          .dead_time_s = 2e-6f,
-                                          .drop_V = 1.0f,
-                                          .i_threshold_A = 0.25f},
-                            .monitor = {.i_trip_A = 20.0f,
-                                        .u_dc_max_V = 700.0f,
-                                        .u_dc_min_V = 100.0f,
-                                        .omega_max_rad_s = 700.0f,
-                                        .plausibility_periods = 50u},
-                            .supervisor = {.corner_rad_s = 3.0f,
-                                           .Rs_uncertainty_pu = 0.05f,
-                                           .residual_pu = 0.43f,
-                                           .lost_pu = 0.6f,
-                                           .lambda_nominal_Wb = 0.45f,
-                                           .omega_max_rad_s = 600.0f}};
-}
 
 /* ---- The same chain in double-precision complex arithmetic, run mode ---- */
 
@@ -108,13 +33,6 @@ static double limit(double x, double bound)
 static cplx clarke(double u, double v, double w)
 {
     return sqrt(2.0 / 3.0) * (u + v * cexp(I * THIRD_TURN) + w * cexp(-I * THIRD_TURN));
-}
-
-static void ref_phases(cplx x, double out[3])
-{
-    for (int n = 0; n < 3; n++) {
-        out[n] = sqrt(2.0 / 3.0) * creal(x * cexp(-I * THIRD_TURN * n));
-    }
 }
 
 static void ref_estimate(ref_t *s, const drive_params_t *p, const drive_in_t *in, cplx *i_s)
@@ -253,7 +171,7 @@ static void ref_slow_turn(ref_t *s, const drive_params_t *p)
 static cplx ref_modulate(ref_t *s, const drive_params_t *p, cplx u, cplx i, double u_dc)
 {
     double ph[3], lost[3];
-    ref_phases(i, ph);
+    phases_of(i, ph);
     const double dU = (double)p->dead_time.fraction *
                       ((double)p->dead_time.dead_time_s / (double)p->period_s * u_dc +
                        (double)p->dead_time.drop_V);
@@ -263,7 +181,7 @@ static cplx ref_modulate(ref_t *s, const drive_params_t *p, cplx u, cplx i, doub
     }
     const cplx u_lost = clarke(lost[0], lost[1], lost[2]);
     double v[3];
-    ref_phases(u + u_lost, v);
+    phases_of(u + u_lost, v);
     const double hi = fmax(v[0], fmax(v[1], v[2])), lo = fmin(v[0], fmin(v[1], v[2]));
     const double scale = fmin(1.0, u_dc / (hi - lo));
     for (int n = 0; n < 3; n++) {
@@ -302,32 +220,6 @@ static void ref_step(ref_t *s, const drive_params_t *p, const drive_in_t *in)
     const cplx back = u * conj(ahead) * conj(axis) - asked;
     s->x_d += T * ki * creal(e) + T * ki / kp * creal(back);
     s->x_q += T * ki * cimag(e) + T * ki / kp * cimag(back);
-}
-
-/* ---- Helpers ---- */
-
-static uint16_t counts(double value, double full_scale)
-{
-    return (uint16_t)(8192 + (int)lrint(value / full_scale * 8192.0));
-}
-
-/* ADC words of a rotating current and voltage; both machines' board. */
-static measurement_in_t words(const drive_params_t *p, int k, double amps, double volts,
-                              double u_dc)
-{
-    const cplx i = amps * cexp(I * (0.3 + 0.011 * k));
-    const cplx u = volts * cexp(I * (0.9 + 0.012 * k));
-    double ip[3], up[3];
-    ref_phases(i, ip);
-    ref_phases(u, up);
-    const double fs = (double)p->measurement.line_voltage_full_scale_V;
-    return (measurement_in_t){
-        counts(ip[0], 25.0),
-        counts(ip[1], 25.0),
-        counts(ip[2], 25.0),
-        counts(up[0] - up[1], fs),
-        counts(up[1] - up[2], fs),
-        (uint16_t)lrint(u_dc / (double)p->measurement.dc_link_full_scale_V * 16384.0)};
 }
 
 /* Returns the double chain as it ended. rs_start, dead_pu: what a measurement has found; 0: none.
@@ -394,11 +286,6 @@ static void compare_chain(const drive_params_t *p, double amps, double volts, do
                           double w_ref, int steps, bool expect_limited)
 {
     (void)compare_found(p, amps, volts, u_dc, w_ref, steps, expect_limited, 0.0, 0.0);
-}
-
-static drive_params_t both_machines(int n)
-{
-    return params_of(reference_machine[n]);
 }
 
 void setUp(void)
@@ -783,37 +670,6 @@ static void test_torque_current_gets_what_i_d_leaves(void)
     TEST_ASSERT_EQUAL_FLOAT(6.0f, out.i_ref_A.q);
 }
 
-/* What it gets is what the control law used, the resistance in use included. */
-static void test_run_is_supervised_and_nothing_else_is(void)
-{
-    const drive_params_t p = both_machines(1);
-    drive_config_t cfg;
-    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}}, .rs_start_delta_ohm = 0.2f};
-    drive_in_t in = {.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_RUN};
-    drive_out_t out;
-    supervisor_state_t expected = {0};
-    for (int k = 0; k < 32; k++) {
-        drive_step(&cfg, &st, &in, &out);
-        const supervisor_in_t sup_in = {.u_s_V = out.u_s_V,
-                                        .i_s_A = out.meas.i_s_A,
-                                        .lambda_r_hat_Wb = st.observer.lambda_r_hat_Wb,
-                                        .e1_A = st.observer.e1_A,
-                                        .Rs_ohm = drive_rs_ohm(&cfg, &st),
-                                        .omega_e_hat_rad_s = st.omega_e_hat_rad_s,
-                                        .omega_s_hat_rad_s = st.omega_s_hat_rad_s};
-        supervisor_step(&cfg.supervisor, &expected, &sup_in);
-        TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.alpha, st.supervisor.s_Wb.alpha);
-        TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.beta, st.supervisor.s_Wb.beta);
-        TEST_ASSERT_EQUAL_FLOAT(expected.flux_error_bound_pu, st.supervisor.flux_error_bound_pu);
-        TEST_ASSERT_EQUAL_FLOAT(expected.omega_bound_rad_s, st.supervisor.omega_bound_rad_s);
-    }
-    in.mode = DRIVE_PREMAGNETISE;
-    drive_step(&cfg, &st, &in, &out);
-    TEST_ASSERT_FALSE(st.supervisor.started);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.supervisor.flux_error_bound_pu);
-}
-
 static void test_off_rests_everything_but_offsets_and_fault_counters(void)
 {
     const drive_params_t p = both_machines(0);
@@ -1051,7 +907,6 @@ int main(void)
     RUN_TEST(test_premagnetise_holds_axis_and_speed_still);
     RUN_TEST(test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis);
     RUN_TEST(test_torque_current_gets_what_i_d_leaves);
-    RUN_TEST(test_run_is_supervised_and_nothing_else_is);
     RUN_TEST(test_off_rests_everything_but_offsets_and_fault_counters);
     RUN_TEST(test_faults_are_reported_in_every_mode);
     RUN_TEST(test_a_lost_estimate_is_a_fault);

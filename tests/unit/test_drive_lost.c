@@ -1,0 +1,464 @@
+/* What the whole law does when its field angle is lost: tell, stop, or impress a current. */
+#include "drive.h"
+
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+
+#include "drive_fixture.h"
+#include "exact.h"
+#include "unity.h"
+
+#define NOMINAL_A  4.0 /* magnetising current of the fixture */
+#define SIXTH_TURN (0.5 * THIRD_TURN)
+
+static drive_config_t cfg;
+static drive_params_t p;
+static drive_in_t in;
+static drive_out_t out;
+static drive_state_t st;
+
+static cplx of(ab_t x)
+{
+    return (double)x.alpha + I * (double)x.beta;
+}
+
+static ab_t ab(cplx x)
+{
+    return (ab_t){(float)creal(x), (float)cimag(x)};
+}
+
+/* ADC words of one current and voltage. */
+static measurement_in_t sampled(cplx i_A, cplx u_V)
+{
+    double i[3], u[3];
+    phases_of(i_A, i);
+    phases_of(u_V, u);
+    const double fs = (double)p.measurement.line_voltage_full_scale_V;
+    return (measurement_in_t){.i_u_counts = counts(i[0], 25.0),
+                              .i_v_counts = counts(i[1], 25.0),
+                              .i_w_counts = counts(i[2], 25.0),
+                              .u_uv_counts = counts(u[0] - u[1], fs),
+                              .u_vw_counts = counts(u[1] - u[2], fs),
+                              .u_dc_counts = (uint16_t)lrint(540.0 / 800.0 * 16384.0)};
+}
+
+/* A machine, and what the drive does when lost. Current controllers without feed-forward and a
+ * speed that only a test moves: what is left is what changes hands. */
+static void configure(int machine, drive_lost_action_t action)
+{
+    p = both_machines(machine);
+    p.lost_action = action;
+    p.impressed = (impressed_current_params_t){.current_A = 10.0f,
+                                               .slew_A_per_s = 100.0f,
+                                               .slew_rad_s2 = 500.0f,
+                                               .return_rad_s = 12.0f,
+                                               .timeout_s = 2e-3f};
+    p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
+    p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
+    p.adaptation.leak_per_s_Wb_A = 0.0f;
+    p.current.decoupling = 0.0f;
+    p.observer_gain_enable = false;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+}
+
+static double nominal_Wb(void)
+{
+    return (double)p.motor.M_H * NOMINAL_A;
+}
+
+/* Running at 20 rad/s of 25 wanted, 5.8 A, judged as given; the next judgement is far away. */
+static void run_judged(supervisor_confidence_t confidence)
+{
+    const cplx i_A = 5.0 + 3.0 * I;
+    in = (drive_in_t){
+        .sample = sampled(i_A, 10.0 + 20.0 * I), .mode = DRIVE_RUN, .omega_e_ref_rad_s = 25.0f};
+    st = (drive_state_t){
+        .observer = {.lambda_r_hat_Wb = {0.3f, -0.2f}, .i_s_hat_A = {4.0f, 3.5f}},
+        .adaptation = {.x_rad_s = 20.0f, .near_zero = true},
+        .speed = {.omega_ref_rad_s = 25.0f, .omega_filtered_rad_s = 20.0f, .pi = {2.0f}},
+        .current = {.d = {12.0f}, .q = {-30.0f}},
+        .steering = {.torque_Nm = 3.0f, .below_Wb = 0.05f, .steering = true},
+        .supervisor = {.confidence = confidence},
+        .omega_e_hat_rad_s = 20.0f,
+        .omega_s_hat_rad_s = 22.0f};
+}
+
+/* The vector along a current of 8 A at 30 rad/s, 60 degrees ahead of a flux of `flux_pu`. */
+static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s, double flux_pu)
+{
+    const cplx axis = cexp(0.7 * I);
+    run_judged(confidence);
+    in.sample = sampled(2.0 * NOMINAL_A * axis, 0.0);
+    in.omega_e_ref_rad_s = omega_rad_s;
+    st.impressed = (impressed_current_state_t){
+        .active = true, .axis = ab(axis), .current_A = 8.0f, .omega_rad_s = omega_rad_s};
+    st.observer.lambda_r_hat_Wb = ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
+    st.observer.i_s_hat_A = ab(2.0 * NOMINAL_A * axis);
+    st.adaptation.x_rad_s = omega_rad_s;
+    st.omega_e_hat_rad_s = omega_rad_s;
+    st.omega_s_hat_rad_s = omega_rad_s;
+}
+
+static void step(void)
+{
+    drive_step(&cfg, &st, &in, &out);
+}
+
+void setUp(void)
+{
+    configure(1, DRIVE_LOST_IMPRESS);
+}
+
+void tearDown(void)
+{
+}
+
+/* What it gets is what the control law used, the resistance in use included. */
+static void test_run_is_supervised_and_nothing_else_is(void)
+{
+    p = both_machines(1);
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    st = (drive_state_t){.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}}, .rs_start_delta_ohm = 0.2f};
+    in = (drive_in_t){.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_RUN};
+    supervisor_state_t expected = {0};
+    for (int k = 0; k < 32; k++) {
+        step();
+        const supervisor_in_t sup_in = {.u_s_V = out.u_s_V,
+                                        .i_s_A = out.meas.i_s_A,
+                                        .lambda_r_hat_Wb = st.observer.lambda_r_hat_Wb,
+                                        .e1_A = st.observer.e1_A,
+                                        .Rs_ohm = drive_rs_ohm(&cfg, &st),
+                                        .omega_e_hat_rad_s = st.omega_e_hat_rad_s,
+                                        .omega_s_hat_rad_s = st.omega_s_hat_rad_s};
+        supervisor_step(&cfg.supervisor, &expected, &sup_in);
+        TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.alpha, st.supervisor.s_Wb.alpha);
+        TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.beta, st.supervisor.s_Wb.beta);
+        TEST_ASSERT_EQUAL_FLOAT(expected.flux_error_bound_pu, st.supervisor.flux_error_bound_pu);
+        TEST_ASSERT_EQUAL_FLOAT(expected.omega_bound_rad_s, st.supervisor.omega_bound_rad_s);
+    }
+    in.mode = DRIVE_PREMAGNETISE;
+    step();
+    TEST_ASSERT_FALSE(st.supervisor.started);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.supervisor.flux_error_bound_pu);
+}
+
+/* The same step with and without the verdict. */
+static void step_both(supervisor_confidence_t verdict, drive_state_t *told, drive_out_t *told_out)
+{
+    run_judged(verdict);
+    step();
+    *told = st;
+    *told_out = out;
+    run_judged(SUPERVISOR_CLOSED);
+    step();
+}
+
+static void test_told_only_nothing_but_the_verdict_differs(void)
+{
+    configure(0, DRIVE_LOST_TELL);
+    drive_state_t told;
+    drive_out_t told_out;
+    step_both(SUPERVISOR_IMPRESSED, &told, &told_out);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, told.supervisor.confidence);
+    told.supervisor = st.supervisor;
+    TEST_ASSERT_EQUAL_MEMORY(&st, &told, sizeof st);
+    TEST_ASSERT_EQUAL_MEMORY(&out, &told_out, sizeof out);
+}
+
+static void test_stop_is_a_fault_and_nothing_else(void)
+{
+    configure(0, DRIVE_LOST_STOP);
+    drive_state_t told;
+    drive_out_t told_out;
+    step_both(SUPERVISOR_IMPRESSED, &told, &told_out);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_ORIENTATION_LOST, told_out.faults);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    told.supervisor = st.supervisor;
+    TEST_ASSERT_EQUAL_MEMORY(&st, &told, sizeof st);
+}
+
+static void test_doubt_alone_is_acted_upon_by_nobody(void)
+{
+    for (int action = DRIVE_LOST_TELL; action <= DRIVE_LOST_IMPRESS; action++) {
+        configure(0, (drive_lost_action_t)action);
+        drive_state_t doubted;
+        drive_out_t doubted_out;
+        step_both(SUPERVISOR_DEGRADED, &doubted, &doubted_out);
+        doubted.supervisor = st.supervisor;
+        TEST_ASSERT_EQUAL_MEMORY(&st, &doubted, sizeof st);
+        TEST_ASSERT_EQUAL_MEMORY(&out, &doubted_out, sizeof out);
+    }
+}
+
+/* The chain from a wrong estimate to the vector, by way of the supervisor's own judgement: more
+ * flux than there can be, which without a time to confirm it is a loss. */
+static void test_the_supervisor_itself_brings_the_vector(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, DRIVE_LOST_IMPRESS);
+        run_judged(SUPERVISOR_CLOSED);
+        st.observer.lambda_r_hat_Wb = (ab_t){1.2f, 0.0f};
+        for (int k = 0; k < 15; k++) {
+            step();
+            TEST_ASSERT_FALSE(st.impressed.active);
+        }
+        step();
+        TEST_ASSERT_TRUE(st.impressed.active);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    }
+}
+
+static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, DRIVE_LOST_IMPRESS);
+        run_judged(SUPERVISOR_IMPRESSED);
+        step();
+        const cplx i_A = of(out.meas.i_s_A);
+        const cplx axis = i_A / cabs(i_A);
+        TEST_ASSERT_TRUE(st.impressed.active);
+        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.impressed.axis) - axis));
+        ASSERT_NEAR(1e-5, cabs(i_A), st.impressed.current_A);
+        ASSERT_SAME_FLOAT(25.0f, st.impressed.omega_rad_s);
+        TEST_ASSERT_EQUAL_MEMORY(&out.meas.i_s_A, &st.observer.i_s_hat_A, sizeof(ab_t));
+        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.observer.lambda_r_hat_Wb) - nominal_Wb() * axis));
+        ASSERT_SAME_FLOAT(0.0f, st.observer.e1_A.alpha);
+        ASSERT_SAME_FLOAT(0.0f, st.observer.e1_A.beta);
+        ASSERT_SAME_FLOAT(25.0f, st.adaptation.x_rad_s);
+        TEST_ASSERT_FALSE(st.adaptation.near_zero);
+        ASSERT_SAME_FLOAT(25.0f, st.omega_e_hat_rad_s);
+        ASSERT_SAME_FLOAT(25.0f, st.omega_s_hat_rad_s);
+        ASSERT_SAME_FLOAT(0.0f, st.steering.below_Wb);
+        ASSERT_SAME_FLOAT(0.0f, st.steering.torque_Nm);
+        TEST_ASSERT_FALSE(st.steering.steering);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    }
+}
+
+/* The reference of the first period is the current that flows. */
+static void test_take_over_asks_for_the_current_there_is(void)
+{
+    run_judged(SUPERVISOR_IMPRESSED);
+    step();
+    step();
+    ASSERT_NEAR(3e-3, hypot(5.0, 3.0), out.i_ref_A.d); /* one LSB */
+    ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
+    ASSERT_NEAR(1e-5, out.i_ref_A.d, out.i_A.d);
+    ASSERT_NEAR(1e-5, 0.0, out.i_A.q);
+    /* From the next one it grows towards the one that was set. */
+    const double before_A = (double)out.i_ref_A.d;
+    step();
+    ASSERT_NEAR(1e-5, before_A + 100.0 * 2e-4, out.i_ref_A.d);
+}
+
+/* Below the return frequency nothing is to be seen: the rotor is taken to follow. */
+static void test_slow_the_speed_is_the_imposed_one(void)
+{
+    p.adaptation.kp_rad_per_s_Wb_A = 1.5f;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    run_impressed(SUPERVISOR_IMPRESSED, 11.9f, 1.0);
+    st.observer.e1_A = (ab_t){1.0f, -1.0f};
+    st.omega_e_hat_rad_s = 5.0f;
+    st.omega_s_hat_rad_s = 6.0f;
+    st.adaptation.x_rad_s = 7.0f;
+    in.omega_e_ref_rad_s = 11.0f;
+    step();
+    ASSERT_SAME_FLOAT(11.9f, st.omega_e_hat_rad_s);
+    ASSERT_SAME_FLOAT(11.9f, st.adaptation.x_rad_s);
+    ASSERT_SAME_FLOAT(11.9f, st.omega_s_hat_rad_s);
+    ASSERT_NEAR(1e-5, 11.8, st.impressed.omega_rad_s); /* for the next period */
+    ASSERT_SAME_FLOAT(8.0f, out.i_ref_A.d);
+    ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+}
+
+/* From there on the estimator looks for it. Its leak pulls towards the speed that is imposed now,
+ * not towards the one that was wanted when the angle was lost. */
+static void test_fast_the_speed_is_estimated_around_the_imposed_one(void)
+{
+    p.adaptation.kp_rad_per_s_Wb_A = 1.5f;
+    p.adaptation.ki_rad_per_s2_Wb_A = 30.0f;
+    p.adaptation.leak_per_s_Wb_A = 200.0f;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    run_impressed(SUPERVISOR_IMPRESSED, -40.0f, 1.0);
+    st.speed.omega_ref_rad_s = 25.0f;
+    step();
+    const double z = cimag(conj(of(st.observer.lambda_r_hat_Wb)) * of(st.observer.e1_A));
+    TEST_ASSERT_TRUE(fabs(z) > 1e-3);
+    /* x began at the imposed speed, so the leak takes nothing. */
+    ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z, st.adaptation.x_rad_s);
+    ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z + 1.5 * z, st.omega_e_hat_rad_s);
+    ASSERT_SAME_FLOAT(-40.0f, st.omega_s_hat_rad_s);
+}
+
+static void test_the_voltage_turns_with_the_vector(void)
+{
+    run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
+    p.dead_time.fraction = 0.0f;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    cplx u_V[2];
+    for (int k = 0; k < 2; k++) {
+        st.current.d.x = 12.0f;
+        st.current.q.x = -30.0f;
+        st.impressed.current_A = 8.0f;
+        in.sample = sampled(8.0 * of(st.impressed.axis), 0.0);
+        step();
+        u_V[k] = of(st.u_pending_V);
+    }
+    /* 1.5 periods ahead of the sample; 2 mA of rounding at 3.6 ohm. */
+    const cplx expected_V = (12.0 - 30.0 * I) * cexp(I * (0.7 + 30.0 * 1.5 * 2e-4));
+    ASSERT_NEAR(0.02, 0.0, cabs(u_V[0] - expected_V));
+    ASSERT_NEAR(0.02, 0.0, cabs(u_V[1] - expected_V * cexp(I * 30.0 * 2e-4)));
+}
+
+/* 2 ms: 10 periods. */
+static void test_it_gives_up_above_the_return_frequency_only(void)
+{
+    run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
+    for (int k = 0; k < 14; k++) {
+        step();
+        TEST_ASSERT_EQUAL_UINT32((k < 10) ? 0u : MONITOR_ORIENTATION_LOST, out.faults);
+    }
+    run_impressed(SUPERVISOR_IMPRESSED, 11.0f, 1.0);
+    for (int k = 0; k < 14; k++) {
+        step();
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    }
+    TEST_ASSERT_TRUE(st.impressed.active);
+}
+
+static void test_hand_back_takes_torque_and_speed_along(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        const double flux_pu[] = {1.0, 0.7, 1.3};
+        configure(machine, DRIVE_LOST_IMPRESS);
+        for (unsigned k = 0; k < 3u; k++) {
+            run_impressed(SUPERVISOR_CLOSED, 30.0f, flux_pu[k]);
+            st.adaptation.x_rad_s = 27.0f; /* the estimate, with some slip */
+            step();
+            const cplx lambda_Wb = of(st.observer.lambda_r_hat_Wb);
+            /* The torque as current at nominal flux. */
+            const double i_q_A = cimag(conj(lambda_Wb) * of(out.meas.i_s_A)) / (nominal_Wb());
+            ASSERT_NEAR(1e-4, i_q_A, st.speed.pi.x);
+            TEST_ASSERT_TRUE(i_q_A > 4.0);
+            ASSERT_SAME_FLOAT(30.0f, st.speed.omega_ref_rad_s);
+            ASSERT_SAME_FLOAT(27.0f, st.speed.omega_filtered_rad_s);
+            const impressed_current_state_t none = {0};
+            TEST_ASSERT_EQUAL_MEMORY(&none, &st.impressed, sizeof none);
+            TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+        }
+    }
+}
+
+static void test_hand_back_limits_the_torque_to_what_the_controller_may_ask(void)
+{
+    run_impressed(SUPERVISOR_CLOSED, 30.0f, 2.5); /* 17 A at nominal flux */
+    step();
+    ASSERT_SAME_FLOAT(12.0f, st.speed.pi.x);
+}
+
+/* Without a flux the frame has no length to divide by. */
+static void test_hand_back_without_flux_leaves_numbers(void)
+{
+    run_impressed(SUPERVISOR_CLOSED, 30.0f, 0.0);
+    st.observer.i_s_hat_A = (ab_t){0.0f, 0.0f};
+    step();
+    TEST_ASSERT_FALSE(st.impressed.active);
+    TEST_ASSERT_TRUE(is_finite(st.speed.pi.x) && is_finite(st.current.d.x) &&
+                     is_finite(st.current.q.x));
+    ASSERT_NEAR(0.1, 0.0, st.speed.pi.x);
+}
+
+/* Machine, current and flux in balance; the voltage asked before and after. */
+static void test_hand_back_does_not_move_the_voltage(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, DRIVE_LOST_IMPRESS);
+        run_impressed(SUPERVISOR_CLOSED, 30.0f, 1.0);
+        const cplx x_V = (12.0 - 30.0 * I) * of(st.impressed.axis);
+        step();
+        const cplx lambda_Wb = of(st.observer.lambda_r_hat_Wb);
+        const cplx kept_V = (double)st.current.d.x + I * (double)st.current.q.x;
+        ASSERT_NEAR(0.02, 0.0, cabs(kept_V * lambda_Wb / cabs(lambda_Wb) - x_V));
+        const cplx before_V = of(st.u_pending_V);
+        in.sample = sampled(8.0 * cexp(I * (0.7 + 30.0 * 2e-4)), 0.0);
+        st.observer.i_s_hat_A = out.meas.i_s_A;
+        step();
+        /* 32 V in all. What is left is the slip, and samples whose voltage is no machine's. */
+        ASSERT_NEAR(0.5, 0.0, cabs(of(st.u_pending_V) - before_V * cexp(I * 30.0 * 2e-4)));
+    }
+}
+
+static void test_nothing_is_impressed_outside_of_run(void)
+{
+    const drive_mode_t modes[] = {DRIVE_OFF, DRIVE_PREMAGNETISE};
+    const impressed_current_state_t none = {0};
+    const supervisor_state_t rested = {0};
+    for (unsigned k = 0; k < 2u; k++) {
+        run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
+        in.mode = modes[k];
+        step();
+        TEST_ASSERT_EQUAL_MEMORY(&none, &st.impressed, sizeof none);
+        TEST_ASSERT_EQUAL_MEMORY(&rested, &st.supervisor, sizeof rested);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    }
+}
+
+static void test_a_reference_that_is_no_number_leaves_the_vector_turning(void)
+{
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
+        in.omega_e_ref_rad_s = not_finite(k);
+        for (int n = 0; n < 10; n++) {
+            step();
+            TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+        }
+        ASSERT_SAME_FLOAT(30.0f, st.impressed.omega_rad_s);
+        ASSERT_NEAR(1e-5, 0.7 + 10.0 * 30.0 * 2e-4, carg(of(st.impressed.axis)));
+    }
+}
+
+static void test_init_refuses_what_cannot_be_done_about_a_loss(void)
+{
+    const drive_params_t good = p;
+    p.lost_action = (drive_lost_action_t)3;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+    p = good;
+    p.impressed.slew_A_per_s = 0.0f;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+    /* No current to impress: refused only where it is wanted. */
+    p.impressed = (impressed_current_params_t){0};
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+    p.lost_action = DRIVE_LOST_STOP;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    TEST_ASSERT_EQUAL(DRIVE_LOST_STOP, cfg.lost_action);
+    p.lost_action = DRIVE_LOST_TELL;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    TEST_ASSERT_TRUE(drive_init(&cfg, &good, NULL));
+    TEST_ASSERT_EQUAL(DRIVE_LOST_IMPRESS, cfg.lost_action);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_run_is_supervised_and_nothing_else_is);
+    RUN_TEST(test_told_only_nothing_but_the_verdict_differs);
+    RUN_TEST(test_stop_is_a_fault_and_nothing_else);
+    RUN_TEST(test_doubt_alone_is_acted_upon_by_nobody);
+    RUN_TEST(test_the_supervisor_itself_brings_the_vector);
+    RUN_TEST(test_take_over_starts_from_current_nominal_flux_and_wanted_speed);
+    RUN_TEST(test_take_over_asks_for_the_current_there_is);
+    RUN_TEST(test_slow_the_speed_is_the_imposed_one);
+    RUN_TEST(test_fast_the_speed_is_estimated_around_the_imposed_one);
+    RUN_TEST(test_the_voltage_turns_with_the_vector);
+    RUN_TEST(test_it_gives_up_above_the_return_frequency_only);
+    RUN_TEST(test_hand_back_takes_torque_and_speed_along);
+    RUN_TEST(test_hand_back_limits_the_torque_to_what_the_controller_may_ask);
+    RUN_TEST(test_hand_back_without_flux_leaves_numbers);
+    RUN_TEST(test_hand_back_does_not_move_the_voltage);
+    RUN_TEST(test_nothing_is_impressed_outside_of_run);
+    RUN_TEST(test_a_reference_that_is_no_number_leaves_the_vector_turning);
+    RUN_TEST(test_init_refuses_what_cannot_be_done_about_a_loss);
+    return UNITY_END();
+}
