@@ -164,11 +164,14 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
         st->omega_e_hat_rad_s = st->impressed.omega_rad_s;
         st->adaptation.x_rad_s = st->impressed.omega_rad_s;
     } else {
+        /* What is imposed is a better guess than what was wanted when the angle was lost. */
+        const float prior_rad_s =
+            st->impressed.active ? st->impressed.omega_rad_s : st->speed.omega_ref_rad_s;
         const speed_adaptation_in_t ad_in = {.lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
                                              .e1_A = st->observer.e1_A,
                                              .omega_s_hat_rad_s = st->omega_s_hat_rad_s,
                                              .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
-                                             .prior_rad_s = st->speed.omega_ref_rad_s,
+                                             .prior_rad_s = prior_rad_s,
                                              .gain = out->gain};
         st->omega_e_hat_rad_s =
             speed_adaptation_step(&cfg->adaptation, &st->adaptation, &ad_in).omega_e_hat_rad_s;

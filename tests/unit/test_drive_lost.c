@@ -79,6 +79,9 @@ static void run_judged(supervisor_confidence_t confidence)
         .speed = {.omega_ref_rad_s = 25.0f, .omega_filtered_rad_s = 20.0f, .pi = {2.0f}},
         .current = {.d = {12.0f}, .q = {-30.0f}},
         .steering = {.torque_Nm = 3.0f, .below_Wb = 0.05f, .steering = true},
+        .steer = {.below_Wb = 0.05f},
+        .torque_more_pu = 0.1f,
+        .i_d_less_A = 0.3f,
         .supervisor = {.confidence = confidence},
         .omega_e_hat_rad_s = 20.0f,
         .omega_s_hat_rad_s = 22.0f};
@@ -91,6 +94,10 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
     run_judged(confidence);
     in.sample = sampled(2.0 * NOMINAL_A * axis, 0.0);
     in.omega_e_ref_rad_s = omega_rad_s;
+    st.steering = (flux_steering_state_t){0}; /* as take-over left it */
+    st.steer = (flux_steering_out_t){0};
+    st.torque_more_pu = 0.0f;
+    st.i_d_less_A = 0.0f;
     st.impressed = (impressed_current_state_t){
         .active = true, .axis = ab(axis), .current_A = 8.0f, .omega_rad_s = omega_rad_s};
     st.observer.lambda_r_hat_Wb = ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
@@ -199,7 +206,7 @@ static void test_the_supervisor_itself_brings_the_vector(void)
         configure(machine, DRIVE_LOST_IMPRESS);
         run_judged(SUPERVISOR_CLOSED);
         st.observer.lambda_r_hat_Wb = (ab_t){1.2f, 0.0f};
-        for (int k = 0; k < 15; k++) {
+        for (int k = 0; k < 14; k++) {
             step();
             TEST_ASSERT_FALSE(st.impressed.active);
         }
@@ -232,6 +239,9 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
         ASSERT_SAME_FLOAT(0.0f, st.steering.below_Wb);
         ASSERT_SAME_FLOAT(0.0f, st.steering.torque_Nm);
         TEST_ASSERT_FALSE(st.steering.steering);
+        ASSERT_SAME_FLOAT(0.0f, st.steer.below_Wb);
+        ASSERT_SAME_FLOAT(0.0f, st.torque_more_pu);
+        ASSERT_SAME_FLOAT(0.0f, st.i_d_less_A);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     }
 }
