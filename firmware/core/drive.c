@@ -360,7 +360,7 @@ static void hand_back(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->impressed = (impressed_current_state_t){0};
 }
 
-/* What follows from the supervisor's judgement. */
+/* Lost, or impressed until now: what follows from the supervisor's judgement. */
 static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                   drive_out_t *out)
 {
@@ -375,12 +375,12 @@ static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t
         } else {
             /* it holds */
         }
-    } else if (lost && (cfg->lost_action == DRIVE_LOST_IMPRESS)) {
+    } else if (cfg->lost_action == DRIVE_LOST_IMPRESS) {
         take_over(cfg, st, out);
-    } else if (lost && (cfg->lost_action == DRIVE_LOST_STOP)) {
+    } else if (cfg->lost_action == DRIVE_LOST_STOP) {
         out->faults |= MONITOR_ORIENTATION_LOST;
     } else {
-        /* all well, or told only */
+        /* told only */
     }
 }
 
