@@ -214,11 +214,13 @@ def _generated(log: Log) -> Outcome:
 
 def _cppcheck(log: Log) -> Outcome:
     sources = c_files(("firmware", "hal/include"), (".c",))
+    # Absolute, as the sources are: a header found by two paths would define its types twice.
+    folders = ("firmware/core", "firmware/service", "firmware/app", "hal/include")
     command = (
         *("cppcheck", "--std=c11", "--quiet", "--addon=misra", "--inline-suppr", "-j", "1"),
         *("--enable=warning,style,performance,portability", "--error-exitcode=1"),
-        *("-I", "firmware/core", "-I", "firmware/service", "-I", "firmware/app"),
-        *("-I", "hal/include", "--suppress=missingIncludeSystem"),
+        *(f"-I{ROOT / folder}" for folder in folders),
+        "--suppress=missingIncludeSystem",
         *cppcheck_suppressions(ROOT / "firmware" / "misra_deviations.txt"),
     )
     return log.check((*command, *sources))
