@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x7dcdde69u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0x81ef917du
+#define PARAMS_CRC32C 0x8a800f22u
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -90,7 +90,7 @@
         .steer_filter_s = 0.032f, \
         .steer_slew_Wb_s = 0.37f, \
         .sup_corner_Hz = 0.48f, \
-        .sup_Rs_uncertainty = 0.3f, \
+        .sup_Rs_uncertainty = 0.05f, \
         .sup_Rr_uncertainty = 0.3f, \
         .sup_i_uncertainty = 0.02f, \
         .sup_u_uncertainty_V = 0.1f, \
