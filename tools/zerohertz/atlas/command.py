@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
+
+if TYPE_CHECKING:
+    from zerohertz.atlas.run import Means
 
 VOLTAGE = {"sensors": 0, "duty": 1}
 
@@ -21,6 +24,12 @@ def register(app: typer.Typer) -> None:
 
 
 def atlas(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...", help="Recipes of --means, configurations of --compare."
+        ),
+    ] = None,
     config: Annotated[
         str, typer.Option(help="recommended, paper, no_gain, or a TOML file like theirs.")
     ] = "recommended",
@@ -60,6 +69,18 @@ def atlas(
     throughput: Annotated[
         bool, typer.Option("--throughput", help="Measure points per second, and stop.")
     ] = False,
+    means: Annotated[
+        bool, typer.Option("--means", help="What each mean is worth (atlas/means.py), and stop.")
+    ] = False,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Maps of configurations in one picture, and stop.")
+    ] = False,
+    count: Annotated[
+        int, typer.Option("--points", min=0, help="Of --means: so many of each map; 0: all.")
+    ] = 0,
+    write: Annotated[
+        bool, typer.Option("--write", help="Of --means, --compare: to tools/docs, for a commit.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Run the real firmware over a map of speed x load x errors, and class every point.
@@ -73,6 +94,16 @@ def atlas(
     from zerohertz.scenario.setup import load_setup
 
     began = time.monotonic()
+    if means or compare:
+        folder = out or BUILD / "atlas" / ("means" if means else "")
+        how = Means(folder, workers, scheduler, fresh)
+        if means:
+            _means(names or [], how, count, write, as_json)
+        else:
+            _compare(names or [], how, maps or [], write)
+        return
+    if names:
+        raise UserError(f"'{names[0]}': names go with --means or --compare")
     firmware = _firmware(sets or [], voltage)
     setup = load_setup(config)
     overrides = _assignments("--plant", plant or [], numbers=False)
@@ -87,11 +118,11 @@ def atlas(
         folder = folder / "variations"
     results = {}
     for other, on in plants.items():
-        means = Means(folder / other, workers, scheduler, fresh)
+        how = Means(folder / other, workers, scheduler, fresh)
         for points in chosen:
             name = "/".join(filter(None, (other, points[0].map)))
             with output.progress_bar(name, len(points)) as progress:
-                results[name] = run_map(on, points, means, output.tell, progress)
+                results[name] = run_map(on, points, how, output.tell, progress)
     test_R = output.test_R(setup, bench, workers) if standard else None
     content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:
@@ -99,6 +130,37 @@ def atlas(
     else:
         output.print_table(setup.name, results)
         output.tell(f"rows, PNG and HTML: {folder}/*/")
+
+
+def _means(names: list[str], how: Means, points: int, write: bool, as_json: bool) -> None:
+    from zerohertz.atlas import means_table, output
+    from zerohertz.atlas.means import recipes
+
+    if write and points:
+        raise UserError("--write: the page has every point; leave out --points")
+    began = time.monotonic()
+    found = list(
+        means_table.run_recipes(recipes(names), points, how, output.tell, output.progress_bar)
+    )
+    if write:
+        means_table.write_page(found, names)
+    if as_json:
+        print(json.dumps(means_table.as_json(found, time.monotonic() - began)))
+    else:
+        means_table.print_table(found)
+
+
+def _compare(names: list[str], how: Means, maps: list[str], write: bool) -> None:
+    from zerohertz.atlas import compare, output
+    from zerohertz.paths import ROOT
+
+    if len(maps) > 1:
+        raise UserError("--map: --compare draws one")
+    name = maps[0] if maps else "i"
+    rows = compare.run(names or list(compare.CONFIGS), name, how, output.tell, output.progress_bar)
+    path = ROOT / "tools" / "docs" / "atlas.png" if write else how.out / "compare.png"
+    compare.write_png(path, rows)
+    output.tell(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
 def _firmware(lines: list[str], voltage: str | None) -> dict[str, Any]:

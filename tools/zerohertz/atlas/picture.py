@@ -48,12 +48,14 @@ def write_png(path: Path, config: str, rows: Rows) -> None:
         all_axes = drawn.subplots(len(groups), len(RS_RATIOS), squeeze=False, sharey=True)
         for axes_row, (text, group) in zip(all_axes, groups.items(), strict=True):
             for axes, ratio in zip(axes_row, RS_RATIOS, strict=True):
-                _panel(axes, [r for r in group if nearest_ratio(r) == ratio])
+                some = [r for r in group if nearest_ratio(r) == ratio]
+                # A sample's points overlap.
+                panel(axes, some, size=110 if len(some) <= 60 else 40)
                 style.panel_title(axes, f"Rs {ratio:g} of nameplate{text}")
             axes_row[0].set_ylabel("load, % of rated")
         for axes in all_axes[-1]:
             axes.set_xlabel("speed, min⁻¹")
-        handles, labels = _legend()
+        handles, labels = legend()
         drawn.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         drawn.suptitle(title(config, rows), x=0.01, ha="left", fontsize=11)
         path.write_bytes(style.png(drawn, WIDTH_PX))
@@ -74,8 +76,8 @@ def write_html(path: Path, config: str, rows: Rows) -> None:
     known: set[str] = set()
     for k, group in enumerate(groups.values(), start=1):
         for column, ratio in enumerate(RS_RATIOS, start=1):
-            panel = [r for r in group if nearest_ratio(r) == ratio]
-            for trace in _traces(panel, known):
+            some = [r for r in group if nearest_ratio(r) == ratio]
+            for trace in _traces(some, known):
                 page.add_trace(trace, row=k, col=column)
     page.update_xaxes(
         title="speed, min⁻¹",
@@ -120,8 +122,8 @@ def _place(rows: Rows) -> tuple[Any, Any]:
     return speed, load
 
 
-def _panel(axes: Any, rows: Rows) -> None:
-    size = 110 if len(rows) <= 60 else 40  # a sample's points overlap
+def panel(axes: Any, rows: Rows, size: int) -> None:
+    """The points of one Rs ratio: a marker per class, a dot on the silent ones."""
     for outcome, (colour, marker, _, _) in LOOK.items():
         some = [r for r in rows if r["outcome"] == outcome]
         axes.scatter(*_place(some), s=size, c=colour, marker=marker, edgecolors="none", zorder=2)
@@ -133,7 +135,8 @@ def _panel(axes: Any, rows: Rows) -> None:
     axes.set_ylim(-0.6, len(LOADS_PU) - 0.4)
 
 
-def _legend() -> tuple[list[Any], list[str]]:
+def legend() -> tuple[list[Any], list[str]]:
+    """Handles and texts: every class, and silent."""
     from matplotlib.lines import Line2D
 
     def key(marker: str, colour: str, size: float) -> Line2D:

@@ -1,0 +1,216 @@
+"""Means against wrong parameters, each alone, added or taken away, as data for `zh atlas --means`.
+
+A recipe is a configuration with firmware parameters changed. `reason` is what the table in
+tools/docs/means.md says about it; numbers stay out of it: they are the table's.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from zerohertz.errors import UserError
+
+KEPT, DROPPED, REFERENCE = "kept", "dropped", "reference"
+
+
+@dataclasses.dataclass(frozen=True)
+class Recipe:
+    """One row of the table."""
+
+    name: str
+    group: str
+    verdict: str  # of what the recipe tries
+    reason: str
+    config: str = "recommended"
+    firmware: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    scaled: Mapping[str, float] = dataclasses.field(default_factory=dict)  # of the configuration's
+    table: str | None = None  # another folder of gain_tables
+    design_Rs_ratio: float = 1.0  # the table designed anew for this Rs over the nameplate's
+
+    def overrides(self) -> str:
+        """What differs from the configuration, for the reader."""
+        parts = [f"{name} = {value:g}" for name, value in self.firmware.items()]
+        parts += [f"{name} x {factor:g}" for name, factor in self.scaled.items()]
+        if self.table:
+            parts.append(f"table {self.table}")
+        if self.design_Rs_ratio != 1.0:
+            parts.append(f"table designed for Rs x {self.design_Rs_ratio:g}")
+        return ", ".join(parts) or "nothing"
+
+
+_WITHOUT = {
+    "rs_measure": 0,
+    "dead_time_identify": 0,
+    "rs_track_gain": 0.0,
+    "steer_min_Hz": 0.0,
+    "lost_action": 0,
+}
+
+
+def _only(*names: str, **values: float) -> dict[str, float]:
+    """None of the means but those named, which stay as the configuration has them."""
+    return {k: v for k, v in _WITHOUT.items() if k not in names} | values
+
+
+def _leak(mode: int, prior: int, c: float) -> dict[str, float]:
+    return {"eps1_mode": mode, "eps1_prior": prior, "eps1_unit": 0, "eps1": c}
+
+
+_ADDED = "One more at a time"
+_MINUS = "All but one"
+_GAINS = "Other gain tables, all other means on"
+_EPS1 = "eps1 leak, all other means on"
+_TUNING = "Neighbours in tuning"
+
+RECIPES: tuple[Recipe, ...] = (
+    Recipe("no_gain", _ADDED, REFERENCE, "L = 0, nameplate Rs, no means", "no_gain"),
+    Recipe("paper", _ADDED, REFERENCE, "the paper's law and tuning, no means", "paper"),
+    Recipe(
+        "no_gain_rs",
+        _ADDED,
+        REFERENCE,
+        "L = 0 with measured Rs: the measurement alone does most",
+        "no_gain",
+        {"rs_measure": 1, "rs_bias": 1.02},
+    ),
+    Recipe(
+        "pr",
+        _ADDED,
+        KEPT,
+        "exactly positive real gains and phi; alone no better than L = 0",
+        firmware=_only(),
+    ),
+    Recipe(
+        "pr_rs_100",
+        _ADDED,
+        DROPPED,
+        "Rs as measured: whole on the maps, but the sample's other errors lose points",
+        firmware=_only("rs_measure", rs_bias=1.0),
+    ),
+    Recipe(
+        "pr_rs_102",
+        _ADDED,
+        KEPT,
+        "2 % high: holds more of the sample; steering brings the orientation back",
+        firmware=_only("rs_measure", rs_bias=1.02),
+    ),
+    Recipe(
+        "pr_rs_105",
+        _ADDED,
+        DROPPED,
+        "5 % high: the orientation suffers on every map",
+        firmware=_only("rs_measure", rs_bias=1.05),
+    ),
+    Recipe(
+        "dead_time",
+        _ADDED,
+        KEPT,
+        "and the inverter's loss, from the same measurement: the duty can be the voltage",
+        firmware=_only("rs_measure", "dead_time_identify"),
+    ),
+    Recipe(
+        "steering",
+        _ADDED,
+        KEPT,
+        "and the flux level keeps the stator frequency away from zero",
+        firmware=_only("rs_measure", "dead_time_identify", "steer_min_Hz"),
+    ),
+    Recipe(
+        "tracking",
+        _ADDED,
+        KEPT,
+        "and Rs tracked while running: holds the drift",
+        firmware=_only("rs_measure", "dead_time_identify", "steer_min_Hz", "rs_track_gain"),
+    ),
+    Recipe(
+        "recommended",
+        _ADDED,
+        KEPT,
+        "and impressed current when lost, a net that nothing here falls into: all of them",
+    ),
+    Recipe("no_phi", _MINUS, KEPT, "without the adaptation angle", firmware={"phi_factor": 0.0}),
+    Recipe("no_steering", _MINUS, KEPT, "without steering", firmware={"steer_min_Hz": 0.0}),
+    Recipe("no_tracking", _MINUS, KEPT, "without Rs tracking", firmware={"rs_track_gain": 0.0}),
+    Recipe(
+        "no_measurement",
+        _MINUS,
+        KEPT,
+        "neither Rs nor the inverter measured at start",
+        firmware={"rs_measure": 0, "dead_time_identify": 0},
+    ),
+    Recipe(
+        "no_dead_time",
+        _MINUS,
+        KEPT,
+        "Rs measured, no dead-time compensation",
+        firmware={"dead_time_identify": 0},
+    ),
+    Recipe(
+        "told_dead_time",
+        _MINUS,
+        DROPPED,
+        "dead time by its data sheet instead of measured: as good where there is one",
+        firmware={"dead_time_identify": 0, "dead_time_fraction": 1.0},
+    ),
+    Recipe(
+        "euler",
+        _MINUS,
+        KEPT,
+        "the paper's Euler observer: holds as much here; second order is kept for its accuracy at speed",
+        firmware={"observer_method": 0},
+    ),
+    Recipe(
+        "slow_speed_loop",
+        _MINUS,
+        KEPT,
+        "one bandwidth of the speed loop at all speeds",
+        firmware={"speed_fast_bandwidth_rad_s": 0.0},
+    ),
+    Recipe("told_only", _MINUS, KEPT, "a loss is only told", firmware={"lost_action": 0}),
+    Recipe("lost_is_fault", _MINUS, DROPPED, "a loss is a fault", firmware={"lost_action": 1}),
+    Recipe("L_0", _GAINS, DROPPED, "no gain", firmware={"observer_gain_enable": 0}),
+    Recipe("gamma_pr", _GAINS, DROPPED, "the LMI design of the paper", table="hasegawa2005"),
+    Recipe(
+        "pole_shift",
+        _GAINS,
+        DROPPED,
+        "the table of configuration paper",
+        table="hasegawa2005_paper",
+    ),
+    Recipe("vertex_low", _GAINS, DROPPED, "closed form for an Rs vertex", design_Rs_ratio=0.8),
+    Recipe("vertex_high", _GAINS, DROPPED, "the other vertex", design_Rs_ratio=1.25),
+    *(
+        Recipe(
+            f"eps1_{when}_{where}_{c}",
+            _EPS1,
+            DROPPED,
+            f"c = {c} 1/(s Wb A), {when.replace('_', ' ')}, towards {where}",
+            firmware=_leak(mode, prior, float(c)),
+        )
+        for when, mode in (("always", 1), ("near_zero", 2))
+        for where, prior in (("0", 0), ("w_ref", 1))
+        for c in (8, 40)
+    ),
+    *(
+        Recipe(f"{name}_x{factor:g}", _TUNING, DROPPED, f"{what}", scaled={name: factor})
+        for name, what, factors in (
+            ("steer_min_Hz", "distance that steering keeps", (0.67, 1.4)),
+            ("rs_track_gain", "speed of the tracking", (0.33, 3.0)),
+            ("adapt_kp", "adaptation", (0.5, 2.0)),
+            ("adapt_ki", "adaptation", (0.5, 2.0)),
+        )
+        for factor in factors
+    ),
+    Recipe("rs_bias_100", _TUNING, DROPPED, "Rs as measured", firmware={"rs_bias": 1.0}),
+    Recipe("rs_bias_105", _TUNING, DROPPED, "5 % high", firmware={"rs_bias": 1.05}),
+)
+
+
+def recipes(names: Sequence[str] = ()) -> tuple[Recipe, ...]:
+    """All, or those named, in the order of the table."""
+    known = {recipe.name for recipe in RECIPES}
+    for name in names:
+        if name not in known:
+            raise UserError(f"--means: '{name}' is unknown; known are {', '.join(sorted(known))}")
+    return tuple(r for r in RECIPES if not names or r.name in names)
