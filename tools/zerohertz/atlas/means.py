@@ -157,7 +157,7 @@ RECIPES: tuple[Recipe, ...] = (
         "euler",
         _MINUS,
         KEPT,
-        "the paper's Euler observer: holds as much here; second order is kept for its accuracy at speed",
+        "the paper's Euler observer: holds as much here; second order is more exact at speed",
         firmware={"observer_method": 0},
     ),
     Recipe(
