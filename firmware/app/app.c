@@ -53,6 +53,19 @@ bool app_init(app_t *app, const params_t *params, const gain_table_t *table)
     return app->configured;
 }
 
+bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *made_for,
+                  const gain_table_t *table)
+{
+    if (!app_init(app, params, table)) {
+        return false;
+    }
+    if ((app->drive_cfg.table != NULL) && !gain_table_is(table, made_for)) {
+        app->mailbox.faults = MONITOR_CONFIG;
+        app->configured = false;
+    }
+    return app->configured;
+}
+
 bool app_reconfigure(app_t *app, const params_t *params)
 {
     return app->configured && configure(app, params, app->table);

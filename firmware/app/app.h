@@ -74,6 +74,11 @@ typedef struct {
  * stands in FAULT with MONITOR_CONFIG and keeps the gates off. */
 CHECKED bool app_init(app_t *app, const params_t *params, const gain_table_t *table);
 
+/* The same with parameters from the store: refused likewise when they were saved with another gain
+ * table, of another motor or another design. Who has looked at both saves them anew. */
+CHECKED bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *made_for,
+                          const gain_table_t *table);
+
 /* Live change of RUN parameters from the background; false, and nothing changed, when refused.
  * Not to be called while app_control_period may interrupt it. */
 CHECKED bool app_reconfigure(app_t *app, const params_t *params);

@@ -33,6 +33,18 @@ typedef struct {
     const observer_gain_t *entry;
 } gain_table_t;
 
+/* Which table a set of parameters belongs to. */
+typedef struct {
+    uint32_t motor_id;
+    uint32_t crc32c;
+} gain_table_id_t;
+
+/* The same machine and the same gains; table must not be NULL. */
+static inline bool gain_table_is(const gain_table_t *table, const gain_table_id_t *id)
+{
+    return (table->motor_id == id->motor_id) && (table->crc32c == id->crc32c);
+}
+
 /* The table can be used: not NULL, header, count, step, every gain finite, L(0) real. */
 CHECKED bool gain_table_valid(const gain_table_t *table);
 

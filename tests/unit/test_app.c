@@ -121,6 +121,22 @@ static void test_refused_configuration_stands_in_fault_with_gates_off(void)
     app_background(&app, NULL); /* and nothing breaks */
 }
 
+static void test_parameters_of_another_table_are_refused(void)
+{
+    const gain_table_id_t same = {table.motor_id, table.crc32c};
+    const gain_table_id_t other_motor = {table.motor_id + 1u, table.crc32c};
+    const gain_table_id_t other_gains = {table.motor_id, table.crc32c + 1u};
+    TEST_ASSERT_TRUE(app_init_for(&app, &params, &same, &table));
+    TEST_ASSERT_FALSE(app_init_for(&app, &params, &other_gains, &table));
+    TEST_ASSERT_FALSE(app_init_for(&app, &params, &other_motor, &table));
+    TEST_ASSERT_FALSE(periods(DRIVE_STATE_CMD_RUN, 10.0f, 50).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_CONFIG, telemetry().faults);
+    params.observer_gain_enable = 0u; /* L = 0 does not need it */
+    TEST_ASSERT_TRUE(app_init_for(&app, &params, &other_motor, &table));
+    params.M_H = 0.2f; /* no leakage */
+    TEST_ASSERT_FALSE(app_init_for(&app, &params, &same, &table));
+}
+
 static void test_refused_state_times_stand_in_fault(void)
 {
     params.premagnetise_s = -1.0f;
@@ -325,6 +341,7 @@ int main(void)
     RUN_TEST(test_speed_reference_is_mechanical);
     RUN_TEST(test_measured_offsets_are_removed);
     RUN_TEST(test_refused_configuration_stands_in_fault_with_gates_off);
+    RUN_TEST(test_parameters_of_another_table_are_refused);
     RUN_TEST(test_refused_state_times_stand_in_fault);
     RUN_TEST(test_a_table_with_a_flipped_bit_is_refused);
     RUN_TEST(test_background_finds_a_bit_lost_while_running);
