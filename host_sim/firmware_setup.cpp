@@ -182,6 +182,8 @@ void set_param(params_t &params, std::string_view name, float value, const std::
                           range_text(*info));
     case PARAMS_OUT_OF_RANGE:
     case PARAMS_NO_SUCH:
+    case PARAMS_GATES_ON: /* these two are of access_write alone */
+    case PARAMS_LOCKED:
         break;
     }
     throw ConfigError(named + text_of(value) + " is out of range; give " + range_text(*info));

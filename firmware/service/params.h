@@ -47,7 +47,9 @@ typedef enum {
     PARAMS_NOT_FINITE = 1,
     PARAMS_OUT_OF_RANGE = 2,
     PARAMS_NOT_WHOLE = 3, /* an integer parameter was given a fraction */
-    PARAMS_NO_SUCH = 4
+    PARAMS_NO_SUCH = 4,
+    PARAMS_GATES_ON = 5, /* its class wants them off */
+    PARAMS_LOCKED = 6    /* its class wants an unlocked drive */
 } params_status_t;
 
 size_t params_count(void);

@@ -101,6 +101,8 @@ static void test_bits_are_those_of_ieee_754(void)
 {
     TEST_ASSERT_EQUAL_HEX32(0x3F800000u, float_bits(1.0f));
     TEST_ASSERT_EQUAL_HEX32(0xC0490FDBu, float_bits(-NUM_PI));
+    TEST_ASSERT_TRUE(float_of_bits(0x3F800000u) == 1.0f);
+    TEST_ASSERT_TRUE(float_of_bits(0xC0490FDBu) == -NUM_PI);
 }
 
 static void test_duty_is_zero_to_one(void)
