@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
 
 
@@ -38,3 +40,26 @@ def register(app: typer.Typer) -> None:
         if as_json:
             print(json.dumps(as_dict(request, result), indent=2))
         raise typer.Exit(0 if good else 1)
+
+    @campaign.command("powercut")
+    def powercut(
+        triple: Annotated[int, typer.Option(min=1, help="Random triple cuts.")] = 1_000_000,
+        seed: Annotated[int, typer.Option(min=0, help="Of all that is random.")] = 2005,
+        jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
+        write: Annotated[bool, typer.Option(help="Write tools/docs/powercut.md.")] = False,
+        as_json: Annotated[
+            bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+        ] = False,
+    ) -> None:
+        """Do the stored parameters survive the power going at any moment?"""
+
+        def show(row: cuts.Row) -> None:
+            text = f"{row.what}, unit of {row.unit_bytes} bytes: {row.runs} runs"
+            print(f"{text}, {row.failed} failed", file=sys.stderr if as_json else sys.stdout)
+
+        rows = cuts.run_all(triple, seed, jobs, show)
+        if write:
+            cuts.PAGE.write_text(cuts.page_text(rows, triple, seed), encoding="utf-8")
+        if as_json:
+            print(json.dumps({"seed": seed, "runs": [asdict(row) for row in rows]}, indent=2))
+        raise typer.Exit(0 if cuts.good(rows) else 1)

@@ -41,6 +41,12 @@ def all_stages() -> list[Stage]:
         Stage("images", "flash images of every port", _images, quick=True),
         Stage("clang", "clang, warnings as errors, and its unit tests", _clang),
         Stage("unit", "unit tests", _ctest("host", "unit"), needs=("build",), quick=True),
+        Stage(
+            "powercut",
+            "stored parameters under power cuts, a sample",
+            _ctest("host", "powercut"),
+            needs=("build",),
+        ),
         Stage("sil", "plant in the loop", _ctest("host", "sil"), needs=("build",)),
         Stage("tools", "Python tests", _pytest("tests/tools"), needs=("build",)),
         Stage(
@@ -66,7 +72,11 @@ def all_stages() -> list[Stage]:
         Stage("coverage", "line and branch coverage of the core", _coverage),
         Stage("tidy-cpp", "clang-tidy on the plant", _tidy(".cpp"), needs=("clang",)),
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
-        Stage("generated", "gain tables fresh and proven, image parameters fresh", _generated),
+        Stage(
+            "generated",
+            "gain tables fresh and proven, image parameters and their page fresh",
+            _generated,
+        ),
         Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
