@@ -1,6 +1,9 @@
 #include "access.h"
 
-#define WORD_BYTES 8u
+#define WORD_BYTES   8u
+#define UNLOCK_BYTES 16u /* purpose, nonce */
+#define NONCE_BYTES  24u /* purpose, entropy, count */
+#define COUNT_AT     16u
 
 /* What a message is for, so that no MAC serves as another: "zhnonce" and "zhunlock". */
 #define FOR_NONCE  0x0065636E6F6E687Au
@@ -67,10 +70,10 @@ bool access_challenge(const access_config_t *cfg, access_t *st, const uint64_t *
     if (!cfg->key_usable || (entropy == NULL) || (st->waited < cfg->lockout_ticks)) {
         return false;
     }
-    uint8_t message[3u * WORD_BYTES];
+    uint8_t message[NONCE_BYTES];
     put_little_endian(message, FOR_NONCE);
     put_little_endian(&message[WORD_BYTES], *entropy);
-    put_little_endian(&message[2u * WORD_BYTES], st->challenges);
+    put_little_endian(&message[COUNT_AT], st->challenges);
     /* Under the key: a weak generator shows nothing of its state, and cannot be steered. */
     st->nonce = siphash_2_4(cfg->key, message, sizeof message);
     st->challenges++;
@@ -81,7 +84,7 @@ bool access_challenge(const access_config_t *cfg, access_t *st, const uint64_t *
 
 uint64_t access_response(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce)
 {
-    uint8_t message[2u * WORD_BYTES];
+    uint8_t message[UNLOCK_BYTES];
     put_little_endian(message, FOR_UNLOCK);
     put_little_endian(&message[WORD_BYTES], nonce);
     return siphash_2_4(key, message, sizeof message);
