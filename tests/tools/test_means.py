@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+
 from zerohertz.atlas import compare, means, means_table, output, points
 from zerohertz.atlas.means import DROPPED, KEPT, RECIPES, REFERENCE, Recipe, recipes
 from zerohertz.atlas.run import Means
@@ -29,9 +30,7 @@ def _bench(name, folder):
 
 
 def _told(bench, name):
-    return (dict(bench.params) | dict(bench.firmware)).get(
-        name, parameter_defaults()[name]
-    )
+    return (dict(bench.params) | dict(bench.firmware)).get(name, parameter_defaults()[name])
 
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.name)
@@ -84,15 +83,11 @@ def test_a_vertex_table_is_designed_for_its_rs_and_the_firmware_keeps_the_namepl
     designed = json.loads((tmp_path / "gain_table" / "l_gain.json").read_text())
     assert designed["inputs"]["circuit"]["Rs_ohm"] == pytest.approx(1.25 * 0.93)
     assert _told(bench, "Rs_ohm") == 0.93
-    usual = json.loads(
-        (ROOT / "gain_tables/hasegawa2005_recommended/l_gain.json").read_text()
-    )
+    usual = json.loads((ROOT / "gain_tables/hasegawa2005_recommended/l_gain.json").read_text())
     assert designed["l_words"] != usual["l_words"]
     point = points.standard_map("i")[0]
     short = dataclasses.replace(point, loaded_s=1.0)
-    record, other = (
-        run(job_of(b, short)) for b in (bench, _bench("recommended", tmp_path))
-    )
+    record, other = (run(job_of(b, short)) for b in (bench, _bench("recommended", tmp_path)))
     assert not np.array_equal(record["lambda_hat_Wb"], other["lambda_hat_Wb"])
 
 
@@ -108,9 +103,7 @@ def test_a_quick_look_takes_points_from_all_over_the_map():
     assert len({p.rs_ratio for p in few}) > 2
     assert means_table.column_points("map_i", 0) == points.standard_map("i")
     assert len(means_table.column_points("drift", 0)) == means_table.SIZES["drift"]
-    assert means_table.column_points("random", 3) == points.random_sample(
-        3, means_table.SEED
-    )
+    assert means_table.column_points("random", 3) == points.random_sample(3, means_table.SEED)
 
 
 @pytest.fixture(scope="module")
@@ -142,16 +135,12 @@ def test_the_page_says_how_it_was_made_and_what_differs(found, tmp_path, monkeyp
     share = 100.0 * none["map_i"]["oriented"] / 6
     row = next(line for line in text.splitlines() if line.startswith("| no_gain |"))
     assert f"{share:.1f} / " in row
-    assert "`tools/zh atlas --means no_gain --write`" in means_table.page(
-        found[:1], ["no_gain"]
-    )
+    assert "`tools/zh atlas --means no_gain --write`" in means_table.page(found[:1], ["no_gain"])
     assert means_table.as_json(found, 1.0)["means"]["no_gain"]["map_i"] == none["map_i"]
 
 
 def test_overrides_are_written_for_the_reader():
-    recipe = Recipe(
-        "x", "g", KEPT, "r", firmware={"rs_bias": 1.0}, scaled={"adapt_kp": 2.0}
-    )
+    recipe = Recipe("x", "g", KEPT, "r", firmware={"rs_bias": 1.0}, scaled={"adapt_kp": 2.0})
     assert recipe.overrides() == "rs_bias = 1, adapt_kp x 2"
 
 
@@ -177,13 +166,9 @@ def test_bad_input_is_one_line(line, text, monkeypatch, capsys):
 
 
 def test_maps_of_configurations_stand_in_one_picture(tmp_path, monkeypatch):
-    few = [
-        p for p in points.standard_map("i") if p.load_pu == 0.0 and p.speed_rpm == 120.0
-    ]
+    few = [p for p in points.standard_map("i") if p.load_pu == 0.0 and p.speed_rpm == 120.0]
     monkeypatch.setattr(compare, "standard_map", lambda _name: few)
-    rows = compare.run(
-        ["no_gain", "recommended"], "i", Means(tmp_path, 1), output.tell, _bar
-    )
+    rows = compare.run(["no_gain", "recommended"], "i", Means(tmp_path, 1), output.tell, _bar)
     assert [len(r) for r in rows.values()] == [5, 5]
     assert list(rows) == ["no_gain", "recommended"]
     compare.write_png(tmp_path / "atlas.png", rows)
