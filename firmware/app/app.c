@@ -9,8 +9,9 @@
 /* Zero-current offset above this share of full scale is a sensor fault, not an offset. */
 #define APP_OFFSET_MAX_PU 0.02f
 
-/* Table entries per background slice: a full check of 1801 entries takes about 30 slices. */
-#define APP_CRC_ENTRIES_PER_SLICE 64u
+/* Table entries per background slice: a full check of 1801 entries takes about 60 slices, and a
+ * slice beside the control period no more than two or three periods of the slowest core here. */
+#define APP_CRC_ENTRIES_PER_SLICE 32u
 
 static bool configure(app_t *app, const params_t *params, const gain_table_t *table)
 {

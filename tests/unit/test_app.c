@@ -159,12 +159,12 @@ static void test_background_finds_a_bit_lost_while_running(void)
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
     (void)periods(0u, 0.0f, 60);
     (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 5);
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; k < 8; k++) {
         app_background(&app, NULL);
     }
     TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 1).gates_on);
     entries[99].l2_im_ohm = 0.5f;
-    for (int k = 0; k < 2; k++) { /* 100 entries are two slices */
+    for (int k = 0; k < 4; k++) { /* 100 entries are four slices */
         app_background(&app, NULL);
     }
     TEST_ASSERT_FALSE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 1).gates_on);
