@@ -68,6 +68,16 @@ static inline uint32_t float_bits(float x)
     return u.bits;
 }
 
+/* And back: what came as a word is a number again. */
+static inline float float_of_bits(uint32_t bits)
+{
+    const union {
+        uint32_t bits;
+        float value;
+    } u = {.bits = bits};
+    return u.value;
+}
+
 #define NUM_BITS_OF_ONE      0x3F800000u
 #define NUM_BITS_OF_INFINITY 0x7F800000u
 
