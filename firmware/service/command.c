@@ -115,12 +115,14 @@ void command_put_float(command_writer_t *w, float value)
 
 void command_put_text(command_writer_t *w, const char *text)
 {
-    uint8_t n = 0u;
-    while ((text[n] != '\0') && (n < 255u)) {
+    const uint32_t room = command_room(w);
+    const uint32_t most = (room > 0u) ? (room - 1u) : 0u;
+    uint32_t n = 0u;
+    while ((n < most) && (text[n] != '\0')) {
         n++;
     }
-    command_put_u8(w, n);
-    for (uint8_t k = 0u; k < n; k++) {
+    command_put_u8(w, (uint8_t)n);
+    for (uint32_t k = 0u; k < n; k++) {
         command_put_u8(w, (uint8_t)text[k]);
     }
 }

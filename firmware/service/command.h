@@ -53,7 +53,7 @@ void command_put_u8(command_writer_t *w, uint8_t value);
 void command_put_u16(command_writer_t *w, uint16_t value);
 void command_put_u32(command_writer_t *w, uint32_t value);
 void command_put_float(command_writer_t *w, float value);
-/* One byte of length, then the text without its end. */
+/* One byte of length, then the text without its end, as far as the body has room. */
 void command_put_text(command_writer_t *w, const char *text);
 
 /* How many more bytes the body can take. */
