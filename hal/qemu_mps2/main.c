@@ -31,6 +31,10 @@ static app_t app;
 static cm_image_check_t image_check;
 static int32_t from_plant;
 static int32_t to_plant;
+static int32_t link_file;
+static uint8_t heard[64]; /* of the file */
+static uint32_t heard_n;
+static uint32_t heard_at;
 static uint32_t late_periods;
 static uint32_t background_calls;
 static uint32_t inject_what;
@@ -97,6 +101,16 @@ static uint32_t clock_us(void *context)
 static bool link_read(void *context, uint8_t *byte)
 {
     (void)context;
+    if ((heard_at == heard_n) && (link_file >= 0)) {
+        heard_at = 0u;
+        heard_n = semihosting_read_some(link_file, heard, sizeof heard);
+        link_file = (heard_n > 0u) ? link_file : -1;
+    }
+    if (heard_at < heard_n) {
+        *byte = heard[heard_at];
+        heard_at++;
+        return true;
+    }
     if ((MPS2_UART_STATE & MPS2_UART_RXFULL) == 0u) {
         return false;
     }
@@ -199,6 +213,7 @@ static bool connect(void)
 {
     from_plant = semihosting_open(PIL_FIFO_TO_IMAGE, SEMIHOSTING_READ);
     to_plant = semihosting_open(PIL_FIFO_FROM_IMAGE, SEMIHOSTING_WRITE);
+    link_file = semihosting_open(PIL_LINK_FILE, SEMIHOSTING_READ);
     const pil_hello_t hello = {.magic = PIL_MAGIC,
                                .params_bytes = sizeof(params_t),
                                .signals = PIL_SIGNALS,

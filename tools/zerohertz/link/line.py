@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
+import time
+from pathlib import Path
 from typing import Protocol
 
 from zerohertz.errors import UserError
@@ -56,6 +58,23 @@ class TcpLine:
 
     def close(self) -> None:
         self._socket.close()
+
+
+class UnixLine(TcpLine):
+    """A socket in the file system: the emulated image's. Waits for it to be there."""
+
+    def __init__(self, path: Path) -> None:
+        self._where = str(path)
+        self._socket = socket.socket(socket.AF_UNIX)
+        until_s = time.monotonic() + _CONNECT_S
+        while True:
+            try:
+                self._socket.connect(self._where)
+                return
+            except OSError as error:
+                if time.monotonic() > until_s:
+                    raise UserError(f"{path}: nobody answers ({error})") from None
+            time.sleep(0.01)
 
 
 class SerialLine:
