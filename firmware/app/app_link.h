@@ -15,7 +15,7 @@
 #define APP_LINK_PROTOCOL 1u
 
 /* Requests; an answer is the same with APP_LINK_ANSWER. Append-only. */
-typedef enum {
+enum {
     APP_LINK_HELLO = 0x01,
     APP_LINK_SESSION = 0x02,
     APP_LINK_PARAM_INFO = 0x03,
@@ -33,7 +33,7 @@ typedef enum {
     APP_LINK_FAULT_RECORD = 0x41,
     APP_LINK_FAULT_READ = 0x42,
     APP_LINK_FAULT_CLEAR = 0x43
-} app_link_op_t;
+};
 
 #define APP_LINK_ANSWER 0x80u
 

@@ -13,7 +13,8 @@
 /* A consistent sample is one that no control period fell into; the second look nearly always is. */
 #define SAMPLE_TRIES 4u
 
-static app_link_status_t hello(const app_t *app, const hal_devices_t *devices, command_writer_t *w)
+static app_link_status_t do_hello(const app_t *app, const hal_devices_t *devices,
+                                  command_writer_t *w)
 {
     const gain_table_t *table = app_config(app)->drive.table;
     command_put_u16(w, (uint16_t)APP_LINK_PROTOCOL);
@@ -30,7 +31,7 @@ static app_link_status_t hello(const app_t *app, const hal_devices_t *devices, c
 
 /* Who acts on the drive has to know a number that it alone was told, and since the drive's last
  * start: a host that goes on talking to a drive that was reset does not start it again. */
-static app_link_status_t session(app_t *app, const hal_devices_t *devices, command_writer_t *w)
+static app_link_status_t do_session(app_t *app, const hal_devices_t *devices, command_writer_t *w)
 {
     const uint32_t clock_us =
         (devices->clock_us != NULL) ? devices->clock_us(devices->context) : 0u;
@@ -74,7 +75,7 @@ static app_link_status_t signal_info(command_reader_t *body, command_writer_t *w
     return APP_LINK_OK;
 }
 
-static app_link_status_t get(const app_t *app, command_reader_t *body, command_writer_t *w)
+static app_link_status_t do_get(const app_t *app, command_reader_t *body, command_writer_t *w)
 {
     while (body->left >= 2u) {
         const uint16_t index = command_take_u16(body);
@@ -96,7 +97,7 @@ static app_link_status_t may_write(const app_t *app, const param_info_t *info)
                                                                     : APP_LINK_NOT_NOW;
 }
 
-static app_link_status_t set(app_t *app, command_reader_t *body)
+static app_link_status_t do_set(app_t *app, command_reader_t *body)
 {
     const uint16_t index = command_take_u16(body);
     const float value = command_take_float(body);
@@ -116,7 +117,7 @@ static app_link_status_t set(app_t *app, command_reader_t *body)
     return app_reconfigure(app, &changed) ? APP_LINK_OK : APP_LINK_REFUSED;
 }
 
-static app_link_status_t command(app_t *app, command_reader_t *body)
+static app_link_status_t do_command(app_t *app, command_reader_t *body)
 {
     const uint32_t bits = command_take_u32(body);
     const float omega_m_ref_rad_s = command_take_float(body);
@@ -140,7 +141,7 @@ static app_link_status_t command(app_t *app, command_reader_t *body)
     return APP_LINK_OK;
 }
 
-static app_link_status_t status(const app_t *app, command_writer_t *w)
+static app_link_status_t do_status(const app_t *app, command_writer_t *w)
 {
     app_telemetry_t t;
     app_telemetry(app, &t);
@@ -174,7 +175,7 @@ static app_link_status_t status(const app_t *app, command_writer_t *w)
 }
 
 /* Some signals of one and the same period. */
-static app_link_status_t sample(const app_t *app, command_reader_t *body, command_writer_t *w)
+static app_link_status_t do_sample(const app_t *app, command_reader_t *body, command_writer_t *w)
 {
     uint32_t value[TRACE_SIGNALS_MAX];
     uint8_t number[TRACE_SIGNALS_MAX];
@@ -237,8 +238,16 @@ static bool length_good(uint8_t op, uint32_t n)
 
 static bool acts(uint8_t op)
 {
-    return (op == APP_LINK_SET) || (op == APP_LINK_COMMAND) || (op == APP_LINK_TRACE_ARM) ||
-           (op == APP_LINK_TRACE_STOP) || (op == APP_LINK_FAULT_CLEAR);
+    switch (op) {
+    case APP_LINK_SET:
+    case APP_LINK_COMMAND:
+    case APP_LINK_TRACE_ARM:
+    case APP_LINK_TRACE_STOP:
+    case APP_LINK_FAULT_CLEAR:
+        return true;
+    default:
+        return false;
+    }
 }
 
 static app_link_status_t act(app_t *app, uint8_t op, command_reader_t *body, command_writer_t *w)
@@ -248,9 +257,9 @@ static app_link_status_t act(app_t *app, uint8_t op, command_reader_t *body, com
     }
     switch (op) {
     case APP_LINK_SET:
-        return set(app, body);
+        return do_set(app, body);
     case APP_LINK_COMMAND:
-        return command(app, body);
+        return do_command(app, body);
     case APP_LINK_TRACE_ARM:
         return app_link_trace_setup(app, body, w);
     case APP_LINK_TRACE_STOP:
@@ -267,19 +276,19 @@ static app_link_status_t tell(app_t *app, const hal_devices_t *devices, uint8_t 
 {
     switch (op) {
     case APP_LINK_HELLO:
-        return hello(app, devices, w);
+        return do_hello(app, devices, w);
     case APP_LINK_SESSION:
-        return session(app, devices, w);
+        return do_session(app, devices, w);
     case APP_LINK_PARAM_INFO:
         return param_info(body, w);
     case APP_LINK_SIGNAL_INFO:
         return signal_info(body, w);
     case APP_LINK_GET:
-        return get(app, body, w);
+        return do_get(app, body, w);
     case APP_LINK_STATUS:
-        return status(app, w);
+        return do_status(app, w);
     case APP_LINK_SAMPLE:
-        return sample(app, body, w);
+        return do_sample(app, body, w);
     case APP_LINK_TRACE_STATE:
         return app_link_trace_status(app, w);
     case APP_LINK_TRACE_READ:

@@ -13,8 +13,9 @@ uint32_t app_record_fault_signal(uint32_t column)
 
 void app_record_init(app_t *app, const app_memory_t *memory)
 {
-    trace_init(&app->trace, memory->trace_word, memory->trace_words);
-    fault_record_init(&app->fault_recorder, memory->fault);
+    app_memory_t given = *memory;
+    trace_init(&app->trace, given.trace_word, given.trace_words);
+    fault_record_init(&app->fault_recorder, given.fault);
 }
 
 static void write_row(const app_t *app, const hal_output_t *output, trace_t *trace,
