@@ -15,25 +15,18 @@
 /* Table entries per background slice: a full check of 1801 entries takes about 30 slices. */
 #define APP_CRC_ENTRIES_PER_SLICE 64u
 
-static bool configure(app_t *app, const params_t *params, const gain_table_t *table)
+/* False: *cfg is not to be used. */
+static bool build(app_config_t *cfg, const params_t *params, const gain_table_t *table)
 {
     drive_params_t drive;
     app_config_drive(&drive, params);
-    const uint32_t next = 1u - (app->config_used & 1u);
-    app_config_t *cfg = &app->config[next];
     const drive_state_params_t state = {
         .offset_s = params->offset_calibration_s,
         .premagnetise_s = params->premagnetise_s,
         .offset_max_A = APP_OFFSET_MAX_PU * params->current_full_scale_A,
         .offset_max_V = APP_OFFSET_MAX_PU * params->line_voltage_full_scale_V,
         .period_s = params->period_s};
-    if (!drive_init(&cfg->drive, &drive, table) || !drive_state_init(&cfg->state, &state)) {
-        return false;
-    }
-    app->params = *params;
-    handover();
-    app->config_used = next;
-    return true;
+    return drive_init(&cfg->drive, &drive, table) && drive_state_init(&cfg->state, &state);
 }
 
 static bool table_crc_ok(const gain_table_t *table)
@@ -45,10 +38,11 @@ static bool table_crc_ok(const gain_table_t *table)
 bool app_init(app_t *app, const params_t *params, const gain_table_t *table)
 {
     *app = (app_t){.table = table, .mode = DRIVE_OFF};
-    app->configured = configure(app, params, table);
+    app->params = *params;
+    app->configured = build(&app->config, params, table);
     if (!app->configured) {
         app->mailbox.faults = MONITOR_CONFIG;
-    } else if ((app_config(app)->drive.table != NULL) && !table_crc_ok(table)) {
+    } else if ((app->config.drive.table != NULL) && !table_crc_ok(table)) {
         app->mailbox.faults = MONITOR_TABLE_CRC;
         app->configured = false;
     } else {
@@ -59,7 +53,22 @@ bool app_init(app_t *app, const params_t *params, const gain_table_t *table)
 
 bool app_reconfigure(app_t *app, const params_t *params)
 {
-    return app->configured && configure(app, params, app->table);
+    if (!app->configured) {
+        return false;
+    }
+    app->next_ready = false; /* one that no period has taken yet is replaced */
+    handover();
+    const bool good = build(&app->next, params, app->table);
+    if (good) {
+        app->params = *params;
+    } else if (!build(&app->next, &app->params, app->table)) {
+        return false; /* they were taken before: cannot be */
+    } else {
+        /* what was in force, or about to be, stays */
+    }
+    handover();
+    app->next_ready = true;
+    return good;
 }
 
 bool app_at_rest(const app_t *app)
@@ -102,8 +111,12 @@ static uint32_t late_faults(app_t *app, uint16_t late_periods)
 
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
 {
-    const app_config_t *cfg = app_config(app);
+    const app_config_t *cfg = &app->config;
     const app_command_t command = app->mailbox.slot[app->mailbox.published & 1u];
+    if (app->next_ready) {
+        app->config = app->next;
+        app->next_ready = false;
+    }
     uint32_t faults = app->mailbox.faults | late_faults(app, sample->late_periods);
 
     if (app->configured) {
@@ -140,7 +153,7 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
 /* Running check of the table: flash can lose a bit after the check at start. */
 static void check_table_slice(app_t *app)
 {
-    const gain_table_t *table = app_config(app)->drive.table;
+    const gain_table_t *table = app->config.drive.table;
     if (table == NULL) {
         return;
     }
@@ -179,7 +192,7 @@ void app_background(app_t *app, const hal_devices_t *devices)
 
 void app_telemetry(const app_t *app, app_telemetry_t *t)
 {
-    const app_config_t *cfg = app_config(app);
+    const app_config_t *cfg = &app->config;
     const drive_out_t *o = &app->last;
     const drive_state_t *d = &app->drive;
     const float p = app->configured ? cfg->drive.motor.pole_pairs : 1.0f;

@@ -47,10 +47,11 @@ typedef struct {
 } app_memory_t;
 
 typedef struct {
-    /* Double buffer as the mailbox: the background fills the one that is not in use, and the next
-     * period runs on it whole. */
-    app_config_t config[2];
-    volatile uint32_t config_used;
+    /* In force, and what the background has ready: copied at the start of a period, whole. At a
+     * fixed place and not behind a pointer: that cost the control law 80 instructions. */
+    app_config_t config;
+    app_config_t next;
+    volatile bool next_ready;
     params_t params; /* the background's: what config was made of */
     bool configured; /* false: some parameter, motor datum or the table was refused */
     const gain_table_t *table;
@@ -101,12 +102,6 @@ CHECKED bool app_init(app_t *app, const params_t *params, const gain_table_t *ta
 /* Live change of parameters from the background, whole from the next period on; false, and nothing
  * changed, when refused. Whether a parameter may change now is the caller's to know. */
 CHECKED bool app_reconfigure(app_t *app, const params_t *params);
-
-/* In use by the next period. */
-static inline const app_config_t *app_config(const app_t *app)
-{
-    return &app->config[app->config_used & 1u];
-}
 
 /* The gates are off and no command that stands can open them before the background's next word. */
 bool app_at_rest(const app_t *app);

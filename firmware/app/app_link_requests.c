@@ -16,7 +16,7 @@
 static app_link_status_t do_hello(const app_t *app, const hal_devices_t *devices,
                                   command_writer_t *w)
 {
-    const gain_table_t *table = app_config(app)->drive.table;
+    const gain_table_t *table = app->config.drive.table;
     command_put_u16(w, (uint16_t)APP_LINK_PROTOCOL);
     command_put_u16(w, (uint16_t)params_count());
     command_put_u16(w, (uint16_t)APP_SIGNALS);

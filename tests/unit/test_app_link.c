@@ -203,19 +203,19 @@ static void test_a_parameter_that_was_set_is_read_back_and_in_the_control_law(vo
     TEST_ASSERT_EQUAL_FLOAT(3.25f, command_take_float(&body));
     TEST_ASSERT_EQUAL_FLOAT(14.0f, command_take_float(&body));
     TEST_ASSERT_TRUE(command_all_taken(&body));
-    TEST_ASSERT_EQUAL_FLOAT(3.25f, app_config(app())->drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.25f, app()->config.drive.flux.i_d_A);
 }
 
 static void test_refuses_a_parameter_for_the_right_reason(void)
 {
-    const app_config_t before = *app_config(app());
+    const app_config_t before = app()->config;
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, set("i_d_A", 1e5f));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_FINITE, set("i_d_A", NAN));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_WHOLE, set("eps1_mode", 0.5f));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, set("no_such_name", 0.0f));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, set("Rs_ohm", 1.0f));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_REFUSED, set("eps1_off_Hz", 0.5f)); /* below eps1_on_Hz */
-    TEST_ASSERT_EQUAL_MEMORY(&before, app_config(app()), sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app()->config, sizeof before);
 }
 
 static void test_a_ready_parameter_waits_for_the_gates_to_be_off(void)
@@ -292,7 +292,7 @@ static void test_a_reset_is_a_pulse_and_can_be_given_again(void)
 
 static void test_who_is_not_in_session_changes_nothing(void)
 {
-    const app_config_t before = *app_config(app());
+    const app_config_t before = app()->config;
     const uint32_t mine = session;
     const uint32_t others[] = {0u, mine + 1u, mine ^ 0x80000000u};
     for (size_t k = 0u; k < 3u; k++) {
@@ -301,7 +301,7 @@ static void test_who_is_not_in_session_changes_nothing(void)
         TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SESSION, set("i_d_A", 1.0f));
     }
     TEST_ASSERT_EQUAL_HEX32(0u, app_link_command(app()).command);
-    TEST_ASSERT_EQUAL_MEMORY(&before, app_config(app()), sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app()->config, sizeof before);
     open_session();
     TEST_ASSERT_NOT_EQUAL_UINT32(mine, session);
     const uint32_t second = session;
@@ -338,7 +338,7 @@ static void test_a_repeated_request_is_answered_again_and_done_once(void)
 
 static void test_every_op_with_every_length_answers_and_only_the_right_one_does(void)
 {
-    const app_config_t before = *app_config(app());
+    const app_config_t before = app()->config;
     for (uint32_t op = 0u; op < APP_LINK_ANSWER; op++) {
         for (uint32_t n = 0u; n <= 40u; n++) {
             command_writer_t w = ask((uint8_t)op);
@@ -350,7 +350,7 @@ static void test_every_op_with_every_length_answers_and_only_the_right_one_does(
         }
     }
     TEST_ASSERT_EQUAL_HEX32(0u, app_link_command(app()).command);
-    TEST_ASSERT_EQUAL_MEMORY(&before, app_config(app()), sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app()->config, sizeof before);
 }
 
 static void test_a_request_of_wrong_length_is_not_carried_out(void)
@@ -361,7 +361,7 @@ static void test_a_request_of_wrong_length_is_not_carried_out(void)
     command_put_float(&w, 1.0f);
     command_put_u8(&w, 0u);
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_BAD_LENGTH, send_only(&w));
-    TEST_ASSERT_EQUAL_FLOAT(4.5f, app_config(app())->drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(4.5f, app()->config.drive.flux.i_d_A);
     command_writer_t many = ask(APP_LINK_GET);
     for (uint32_t k = 0u; k < 61u; k++) {
         command_put_u16(&many, 0u); /* one more than an answer holds */
