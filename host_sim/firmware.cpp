@@ -35,6 +35,15 @@ Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     port_.until_background = background_every;
 }
 
+void Firmware::serve_link(const app_memory_t &memory)
+{
+    identity_ = "ZeroHertz port=sil motor=" + gain_->motor;
+    port_.devices.identity = identity_.c_str();
+    host_port_record(&port_, &memory);
+    port_.background_every = 1;
+    port_.until_background = 1;
+}
+
 bool Firmware::reconfigure(const params_t &params)
 {
     if (!app_reconfigure(&port_.app, &params)) {

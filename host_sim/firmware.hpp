@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "firmware_headers.hpp"
 #include "gain_file.hpp"
@@ -36,6 +37,21 @@ public:
         host_port_period(&port_, &posted, &sample, &output);
         return output;
     }
+    // From here on the host link is served and the drive records, in memory of the caller: a slice
+    // of the background behind every period.
+    void serve_link(const app_memory_t &memory);
+    host_port_line_t &line()
+    {
+        return port_.line;
+    }
+    // One period at the link's command.
+    hal_output_t step_on_link(const hal_sample_t &sample)
+    {
+        const app_command_t posted = app_link_command(&port_.app);
+        hal_output_t output;
+        host_port_period(&port_, &posted, &sample, &output);
+        return output;
+    }
     // False, and nothing changed, when the application refuses the new set.
     bool reconfigure(const params_t &params);
 
@@ -62,6 +78,7 @@ private:
     params_t params_;
     std::shared_ptr<const GainFile> gain_;
     host_port_t port_{};
+    std::string identity_;
 };
 
 } // namespace zh

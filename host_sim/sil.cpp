@@ -222,7 +222,7 @@ int zh_sil_describe(std::uint32_t index, zh_sil_name_info *info)
                                  p->maximum,
                                  p->initial,
                                  p->unit,
-                                 p->text};
+                                 params_text(index)};
     hand_out(value, info);
     return ZH_OK;
 }

@@ -11,6 +11,7 @@
 #include "emulated_core.hpp"
 #include "experiment.hpp"
 #include "firmware_setup.hpp"
+#include "sim_job.hpp"
 #include "simulate.hpp"
 
 namespace {
@@ -74,7 +75,9 @@ params_t firmware_params(const zh_sim_job &job, const zh::MotorDir &dir, const z
     return params;
 }
 
-zh::Run run_of(const zh_sim_job &job)
+} // namespace
+
+zh::Run zh::run_of(const zh_sim_job &job)
 {
     if (job.motor_dir == nullptr) {
         throw zh::ConfigError("zh_sim_run: motor_dir: missing; give the folder of a motor");
@@ -100,8 +103,6 @@ zh::Run run_of(const zh_sim_job &job)
     return run;
 }
 
-} // namespace
-
 int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *result)
 {
     if (job == nullptr || job->struct_size < sizeof(zh_sim_job) || pil == nullptr ||
@@ -113,7 +114,7 @@ int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *resu
     *result = zh_pil_result{};
     result->struct_size = sizeof(zh_pil_result);
     return zh::guarded<int>(ZH_BAD_INPUT, [&] {
-        const zh::Run run = run_of(*job);
+        const zh::Run run = zh::run_of(*job);
         zh::EmulatedCore core(*pil, run.params, *run.gain, *result);
         const auto start = std::chrono::steady_clock::now();
         (void)zh::simulate(run, &core);
@@ -136,7 +137,7 @@ int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)
     *result = zh_sim_result{};
     result->struct_size = sizeof(zh_sim_result);
     return zh::guarded<int>(ZH_BAD_INPUT, [&] {
-        auto out = std::make_unique<zh::Outcome>(zh::simulate(run_of(*job)));
+        auto out = std::make_unique<zh::Outcome>(zh::simulate(zh::run_of(*job)));
         result->columns = static_cast<std::uint32_t>(zh::column_count());
         result->rows = out->rows;
         result->stride = out->stride;

@@ -32,11 +32,6 @@ double cpu_time_s()
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-hal_sample_t sample_of(const Words &w)
-{
-    return {w.i_u, w.i_v, w.i_w, w.u_uv, w.u_vw, w.u_dc, 0};
-}
-
 // What the operator does, followed forward in time.
 class Operator {
 public:

@@ -16,6 +16,12 @@
 
 namespace zh {
 
+// What a port hands over; no period is late here.
+constexpr hal_sample_t sample_of(const Words &w)
+{
+    return {w.i_u, w.i_v, w.i_w, w.u_uv, w.u_vw, w.u_dc, 0};
+}
+
 // Everything a run depends on: data, no files.
 struct Run {
     Scenario scenario;

@@ -1,7 +1,10 @@
 #include "app.h"
 
 #include "app_config.h"
+#include "app_link_requests.h"
+#include "app_record.h"
 #include "crc32c.h"
+#include "handover.h"
 #include "trig.h"
 
 #include <math.h>
@@ -13,24 +16,18 @@
  * slice beside the control period no more than two or three periods of the slowest core here. */
 #define APP_CRC_ENTRIES_PER_SLICE 32u
 
-static bool configure(app_t *app, const params_t *params, const gain_table_t *table)
+/* False: *cfg is not to be used. */
+static bool build(app_config_t *cfg, const params_t *params, const gain_table_t *table)
 {
     drive_params_t drive;
     app_config_drive(&drive, params);
-    drive_config_t drive_cfg;
-    drive_state_config_t state_cfg;
     const drive_state_params_t state = {
         .offset_s = params->offset_calibration_s,
         .premagnetise_s = params->premagnetise_s,
         .offset_max_A = APP_OFFSET_MAX_PU * params->current_full_scale_A,
         .offset_max_V = APP_OFFSET_MAX_PU * params->line_voltage_full_scale_V,
         .period_s = params->period_s};
-    if (!drive_init(&drive_cfg, &drive, table) || !drive_state_init(&state_cfg, &state)) {
-        return false;
-    }
-    app->drive_cfg = drive_cfg;
-    app->state_cfg = state_cfg;
-    return true;
+    return drive_init(&cfg->drive, &drive, table) && drive_state_init(&cfg->state, &state);
 }
 
 static bool table_crc_ok(const gain_table_t *table)
@@ -42,10 +39,11 @@ static bool table_crc_ok(const gain_table_t *table)
 bool app_init(app_t *app, const params_t *params, const gain_table_t *table)
 {
     *app = (app_t){.table = table, .mode = DRIVE_OFF};
-    app->configured = configure(app, params, table);
+    app->params = *params;
+    app->configured = build(&app->config, params, table);
     if (!app->configured) {
         app->mailbox.faults = MONITOR_CONFIG;
-    } else if ((app->drive_cfg.table != NULL) && !table_crc_ok(table)) {
+    } else if ((app->config.drive.table != NULL) && !table_crc_ok(table)) {
         app->mailbox.faults = MONITOR_TABLE_CRC;
         app->configured = false;
     } else {
@@ -60,7 +58,7 @@ bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *mad
     if (!app_init(app, params, table)) {
         return false;
     }
-    if ((app->drive_cfg.table != NULL) && !gain_table_is(table, made_for)) {
+    if ((app->config.drive.table != NULL) && !gain_table_is(table, made_for)) {
         app->mailbox.faults = MONITOR_CONFIG;
         app->configured = false;
     }
@@ -69,7 +67,28 @@ bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *mad
 
 bool app_reconfigure(app_t *app, const params_t *params)
 {
-    return app->configured && configure(app, params, app->table);
+    if (!app->configured) {
+        return false;
+    }
+    app->next_ready = false; /* one that no period has taken yet is replaced */
+    handover();
+    const bool good = build(&app->next, params, app->table);
+    if (good) {
+        app->params = *params;
+    } else if (!build(&app->next, &app->params, app->table)) {
+        return false; /* they were taken before: cannot be */
+    } else {
+        /* what was in force, or about to be, stays */
+    }
+    handover();
+    app->next_ready = true;
+    return good;
+}
+
+bool app_at_rest(const app_t *app)
+{
+    const uint32_t command = app->mailbox.slot[app->mailbox.published & 1u].command;
+    return (app->mode == DRIVE_OFF) && ((command & DRIVE_STATE_CMD_RUN) == 0u);
 }
 
 void app_post_command(app_t *app, const app_command_t *command)
@@ -106,7 +125,12 @@ static uint32_t late_faults(app_t *app, uint16_t late_periods)
 
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
 {
+    const app_config_t *cfg = &app->config;
     const app_command_t command = app->mailbox.slot[app->mailbox.published & 1u];
+    if (app->next_ready) {
+        app->config = app->next;
+        app->next_ready = false;
+    }
     uint32_t faults = app->mailbox.faults | late_faults(app, sample->late_periods);
 
     if (app->configured) {
@@ -114,8 +138,8 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
             .sample = {sample->i_u_counts, sample->i_v_counts, sample->i_w_counts,
                        sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts},
             .mode = app->mode,
-            .omega_e_ref_rad_s = app->drive_cfg.motor.pole_pairs * command.omega_m_ref_rad_s};
-        drive_step(&app->drive_cfg, &app->drive, &in, &app->last);
+            .omega_e_ref_rad_s = cfg->drive.motor.pole_pairs * command.omega_m_ref_rad_s};
+        drive_step(&cfg->drive, &app->drive, &in, &app->last);
         faults |= app->last.faults;
         if (!is_finite(command.omega_m_ref_rad_s)) {
             faults |= MONITOR_NON_FINITE;
@@ -130,7 +154,7 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
                                        .u_raw_V = app->last.meas.u_raw_V,
                                        .premagnetising =
                                            (app->last.rs_measurement == RS_MEASUREMENT_BUSY)};
-    const drive_state_out_t state = drive_state_step(&app->state_cfg, &app->machine, &state_in);
+    const drive_state_out_t state = drive_state_step(&cfg->state, &app->machine, &state_in);
     if (state.offsets_ready) {
         app->drive.measurement.offset_A = app->machine.offset_A;
         app->drive.measurement.offset_V = app->machine.offset_V;
@@ -143,7 +167,7 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
 /* Running check of the table: flash can lose a bit after the check at start. */
 static void check_table_slice(app_t *app)
 {
-    const gain_table_t *table = app->drive_cfg.table;
+    const gain_table_t *table = app->config.drive.table;
     if (table == NULL) {
         return;
     }
@@ -168,6 +192,10 @@ void app_background(app_t *app, const hal_devices_t *devices)
     if (app->configured) {
         check_table_slice(app);
     }
+    app_record_background(app);
+    if (devices != NULL) {
+        app_link_background(app, devices);
+    }
     /* The watchdog is fed only while the control period lives. */
     const uint32_t count = app->period_count;
     if ((devices != NULL) && (devices->watchdog_serve != NULL) && (count != app->served_count)) {
@@ -178,9 +206,10 @@ void app_background(app_t *app, const hal_devices_t *devices)
 
 void app_telemetry(const app_t *app, app_telemetry_t *t)
 {
+    const app_config_t *cfg = &app->config;
     const drive_out_t *o = &app->last;
     const drive_state_t *d = &app->drive;
-    const float p = app->configured ? app->drive_cfg.motor.pole_pairs : 1.0f;
+    const float p = app->configured ? cfg->drive.motor.pole_pairs : 1.0f;
     *t = (app_telemetry_t){.state = (uint32_t)app->machine.id,
                            .faults = app->machine.faults,
                            .omega_m_hat_rad_s = d->omega_e_hat_rad_s / p,
@@ -192,7 +221,7 @@ void app_telemetry(const app_t *app, app_telemetry_t *t)
                            .e1_alpha_A = d->observer.e1_A.alpha,
                            .e1_beta_A = d->observer.e1_A.beta,
                            .stator_frequency_Hz = d->omega_s_hat_rad_s / NUM_TWO_PI,
-                           .Rs_hat_ohm = app->configured ? drive_rs_ohm(&app->drive_cfg, d) : 0.0f,
+                           .Rs_hat_ohm = app->configured ? drive_rs_ohm(&cfg->drive, d) : 0.0f,
                            .confidence = (uint32_t)d->supervisor.confidence,
                            .supervisor_reasons = d->supervisor.reasons,
                            .omega_m_bound_rad_s = d->supervisor.omega_bound_rad_s / p,

@@ -9,12 +9,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app_link.h"
 #include "drive.h"
 #include "drive_state.h"
+#include "fault_record.h"
 #include "gain_table.h"
 #include "hal_devices.h"
 #include "hal_drive_io.h"
 #include "params.h"
+#include "trace.h"
 
 /* What the drive is asked to do; posted by the background, read once per period. */
 typedef struct {
@@ -30,9 +33,26 @@ typedef struct {
     volatile uint32_t published; /* index of the slot to read */
 } app_mailbox_t;
 
+/* All that the parameters become. */
 typedef struct {
-    drive_config_t drive_cfg;
-    drive_state_config_t state_cfg;
+    drive_config_t drive;
+    drive_state_config_t state;
+} app_config_t;
+
+/* Where a port lets the drive record; no start-up code may clear `fault`. */
+typedef struct {
+    uint32_t *trace_word;
+    uint32_t trace_words;  /* 0: no trace */
+    fault_memory_t *fault; /* NULL: no record */
+} app_memory_t;
+
+typedef struct {
+    /* In force, and what the background has ready: copied at the start of a period, whole. At a
+     * fixed place and not behind a pointer: that cost the control law 80 instructions. */
+    app_config_t config;
+    app_config_t next;
+    volatile bool next_ready;
+    params_t params; /* the background's: what config was made of */
     bool configured; /* false: some parameter, motor datum or the table was refused */
     const gain_table_t *table;
 
@@ -49,6 +69,11 @@ typedef struct {
     uint32_t crc_entry; /* background: next table entry of the running check */
     uint32_t crc;
     uint32_t served_count; /* period_count at the last watchdog service */
+
+    hal_output_t output; /* of the last period, when it is recorded */
+    trace_t trace;
+    fault_recorder_t fault_recorder;
+    app_link_t link;
 } app_t;
 
 typedef struct {
@@ -79,9 +104,12 @@ CHECKED bool app_init(app_t *app, const params_t *params, const gain_table_t *ta
 CHECKED bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *made_for,
                           const gain_table_t *table);
 
-/* Live change of RUN parameters from the background; false, and nothing changed, when refused.
- * Not to be called while app_control_period may interrupt it. */
+/* Live change of parameters from the background, whole from the next period on; false, and nothing
+ * changed, when refused. Whether a parameter may change now is the caller's to know. */
 CHECKED bool app_reconfigure(app_t *app, const params_t *params);
+
+/* The gates are off and no command that stands can open them before the background's next word. */
+bool app_at_rest(const app_t *app);
 
 /* From the background or, in SIL, before the period. */
 void app_post_command(app_t *app, const app_command_t *command);
@@ -89,9 +117,15 @@ void app_post_command(app_t *app, const app_command_t *command);
 /* One control period: sample in, duties and gates out. A duty outside 0..1 never leaves. */
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output);
 
-/* One slice of background work: gain-table CRC, watchdog. devices may be NULL. */
+/* One slice of background work: gain-table CRC, link, fault record, watchdog. devices may be NULL.
+ */
 void app_background(app_t *app, const hal_devices_t *devices);
 
 void app_telemetry(const app_t *app, app_telemetry_t *telemetry);
+
+/* What the host link asks for at this moment, to be fetched by the background's owner in every
+ * round and posted, with what the board has to say (a safety input) on top. A command that ran out
+ * has no RUN any more; a reset is a pulse that ends once the control period saw it. */
+app_command_t app_link_command(app_t *app);
 
 #endif

@@ -68,6 +68,7 @@ static inline uint32_t float_bits(float x)
     return u.bits;
 }
 
+/* And back: what came as a word is a number again. */
 static inline float float_of_bits(uint32_t bits)
 {
     const union {

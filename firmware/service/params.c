@@ -2,19 +2,13 @@
 
 static const param_info_t param_table[] = {
 #define PARAM_F(name, unit, minimum, maximum, initial, access, text)                               \
-    {#name,                                                                                        \
-     unit,                                                                                         \
-     text,                                                                                         \
-     (minimum),                                                                                    \
-     (maximum),                                                                                    \
-     (initial),                                                                                    \
-     offsetof(params_t, name),                                                                     \
-     PARAM_FLOAT,                                                                                  \
-     PARAM_ACCESS_##access},
+    {#name,       unit,                                                                            \
+     (minimum),   (maximum),                                                                       \
+     (initial),   offsetof(params_t, name),                                                        \
+     PARAM_FLOAT, PARAM_ACCESS_##access},
 #define PARAM_U(name, unit, minimum, maximum, initial, access, text)                               \
     {#name,                                                                                        \
      unit,                                                                                         \
-     text,                                                                                         \
      (float)(minimum),                                                                             \
      (float)(maximum),                                                                             \
      (float)(initial),                                                                             \
@@ -36,6 +30,18 @@ size_t params_count(void)
 const param_info_t *params_info(size_t index)
 {
     return (index < PARAMS_COUNT) ? &param_table[index] : NULL;
+}
+
+const char *params_text(size_t index)
+{
+    static const char *const texts[] = {
+#define PARAM_F(name, unit, minimum, maximum, initial, access, text) (text),
+#define PARAM_U(name, unit, minimum, maximum, initial, access, text) (text),
+#include "param_list.def"
+#undef PARAM_F
+#undef PARAM_U
+    };
+    return (index < PARAMS_COUNT) ? texts[index] : "";
 }
 
 static bool same_name(const char *a, const char *b)

@@ -33,7 +33,6 @@ typedef enum {
 typedef struct {
     const char *name;
     const char *unit;
-    const char *text;
     float minimum;
     float maximum;
     float initial;
@@ -56,6 +55,10 @@ size_t params_count(void);
 
 /* index < params_count(), else NULL. */
 const param_info_t *params_info(size_t index);
+
+/* What the parameter is, in words; empty for an index that does not exist. Apart from the rest: an
+ * image that never asks does not carry 3 KB of them. */
+const char *params_text(size_t index);
 
 /* Index of the name, params_count() when there is none. */
 size_t params_find(const char *name);

@@ -75,7 +75,6 @@ uint32_t cm_image_banner(char *text)
     end = cm_text_hex(cm_text(end, " table="), cm_image_info.table_crc32c);
     end = cm_text_hex(cm_text(end, " params="), cm_image_info.params_crc32c);
     end = cm_text_hex(cm_text(end, " image="), cm_image_crc32c());
-    end = cm_text(end, "\n");
     *end = '\0';
     return (uint32_t)(end - text);
 }

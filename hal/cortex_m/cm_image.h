@@ -39,7 +39,7 @@ typedef struct {
 
 bool cm_image_check_slice(cm_image_check_t *check);
 
-/* One line for the banner, ends in a line feed; returns its length. */
+/* One line for the banner and the host link, without its end; returns its length. */
 #define CM_IMAGE_BANNER_BYTES 224u
 uint32_t cm_image_banner(char *text);
 

@@ -1,5 +1,7 @@
 #include "host_port.h"
 
+#include "app_record.h"
+
 #define HOST_PORT_BACKGROUND_EVERY 10u
 
 static void serve_watchdog(void *context)
@@ -14,14 +16,47 @@ static uint32_t read_clock_us(void *context)
     return port->clock_us;
 }
 
+static bool read_line(void *context, uint8_t *byte)
+{
+    host_port_line_t *line = &((host_port_t *)context)->line;
+    if (line->taken >= line->received_n) {
+        return false;
+    }
+    *byte = line->received[line->taken];
+    line->taken++;
+    return true;
+}
+
+static uint32_t write_line(void *context, const uint8_t *data, uint32_t n)
+{
+    host_port_line_t *line = &((host_port_t *)context)->line;
+    uint32_t k = 0u;
+    while ((k < n) && (line->sent_n < line->room)) {
+        line->sent[line->sent_n] = data[k];
+        line->sent_n++;
+        k++;
+    }
+    return k;
+}
+
 bool host_port_init(host_port_t *port, const params_t *params, const gain_table_t *table)
 {
     *port = (host_port_t){.background_every = HOST_PORT_BACKGROUND_EVERY,
                           .until_background = HOST_PORT_BACKGROUND_EVERY,
                           .period_us = (uint32_t)(params->period_s * 1e6f + 0.5f)};
-    port->devices = (hal_devices_t){
-        .context = port, .watchdog_serve = serve_watchdog, .clock_us = read_clock_us};
+    port->devices = (hal_devices_t){.context = port,
+                                    .watchdog_serve = serve_watchdog,
+                                    .clock_us = read_clock_us,
+                                    .link_read = read_line,
+                                    .link_write = write_line,
+                                    .identity = "ZeroHertz port=host"};
     return app_init(&port->app, params, table);
+}
+
+void host_port_record(host_port_t *port, const app_memory_t *memory)
+{
+    app_record_init(&port->app, memory);
+    port->recording = true;
 }
 
 void host_port_period(host_port_t *port, const app_command_t *command, const hal_sample_t *sample,
@@ -29,6 +64,9 @@ void host_port_period(host_port_t *port, const app_command_t *command, const hal
 {
     app_post_command(&port->app, command);
     app_control_period(&port->app, sample, output);
+    if (port->recording) {
+        app_record_period(&port->app, output);
+    }
     port->clock_us += port->period_us;
     port->until_background--;
     if (port->until_background == 0u) {

@@ -7,6 +7,16 @@
 
 #include "app.h"
 
+/* The line of the host link: what has come for the drive, and room for what it says. */
+typedef struct {
+    const uint8_t *received;
+    uint32_t received_n;
+    uint32_t taken;
+    uint8_t *sent;
+    uint32_t room;
+    uint32_t sent_n;
+} host_port_line_t;
+
 typedef struct {
     app_t app;
     hal_devices_t devices;
@@ -15,11 +25,16 @@ typedef struct {
     uint32_t period_us;
     uint32_t background_every; /* periods between two background calls */
     uint32_t until_background;
+    host_port_line_t line; /* zeroed: nobody there */
+    bool recording;
 } host_port_t;
 
 /* False when the application refused the parameters or the table; it can be stepped all the same.
  */
 CHECKED bool host_port_init(host_port_t *port, const params_t *params, const gain_table_t *table);
+
+/* Trace and fault record from the next period on; the memory stays the caller's. */
+void host_port_record(host_port_t *port, const app_memory_t *memory);
 
 /* One period, and the background function every background_every-th call. */
 void host_port_period(host_port_t *port, const app_command_t *command, const hal_sample_t *sample,

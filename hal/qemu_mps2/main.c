@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "app.h"
+#include "app_record.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
@@ -23,16 +24,26 @@
 #define EXIT_DONE        50u
 #define EXIT_NO_PLANT    51u
 #define END_TEXT_BYTES   64u
+#define TRACE_WORDS      1024u /* 128 rows of 8 signals; 25.6 ms */
+#define BAUD_DIVIDER     217u  /* 115200; the emulator does not wait */
 
 static app_t app;
 static cm_image_check_t image_check;
 static int32_t from_plant;
 static int32_t to_plant;
+static int32_t link_file;
+static uint8_t heard[64]; /* of the file */
+static uint32_t heard_n;
+static uint32_t heard_at;
 static uint32_t late_periods;
 static uint32_t background_calls;
 static uint32_t inject_what;
 static uint32_t inject_at;
 static volatile uint32_t periods;
+static uint32_t trace_memory[TRACE_WORDS];
+static char identity[CM_IMAGE_BANNER_BYTES];
+
+__attribute__((section(".noinit"))) static fault_memory_t fault_memory;
 
 void control_interrupt(void);
 
@@ -85,6 +96,37 @@ static uint32_t clock_us(void *context)
 {
     (void)context;
     return (UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1)) / (MPS2_CLOCK_HZ / 1000000u);
+}
+
+static bool link_read(void *context, uint8_t *byte)
+{
+    (void)context;
+    if ((heard_at == heard_n) && (link_file >= 0)) {
+        heard_at = 0u;
+        heard_n = semihosting_read_some(link_file, heard, sizeof heard);
+        link_file = (heard_n > 0u) ? link_file : -1;
+    }
+    if (heard_at < heard_n) {
+        *byte = heard[heard_at];
+        heard_at++;
+        return true;
+    }
+    if ((MPS2_UART_STATE & MPS2_UART_RXFULL) == 0u) {
+        return false;
+    }
+    *byte = (uint8_t)MPS2_UART_DATA;
+    return true;
+}
+
+static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
+{
+    (void)context;
+    uint32_t k = 0u;
+    while ((k < n) && ((MPS2_UART_STATE & MPS2_UART_TXFULL) == 0u)) {
+        MPS2_UART_DATA = data[k];
+        k++;
+    }
+    return k;
 }
 
 static uint32_t bits_of(float x)
@@ -152,6 +194,7 @@ void control_interrupt(void)
     app_control_period(&app, &in.sample, &output);
     const uint32_t end = MPS2_TIMER_VALUE(MPS2_TIMER1);
     MPS2_LEDS = output.gates_on ? MPS2_LEDS_GATES : 0u;
+    app_record_period(&app, &output);
 
     inject_delay(inject_what, periods - inject_at, CONTROL_TICKS);
     periods++;
@@ -170,6 +213,7 @@ static bool connect(void)
 {
     from_plant = semihosting_open(PIL_FIFO_TO_IMAGE, SEMIHOSTING_READ);
     to_plant = semihosting_open(PIL_FIFO_FROM_IMAGE, SEMIHOSTING_WRITE);
+    link_file = semihosting_open(PIL_LINK_FILE, SEMIHOSTING_READ);
     const pil_hello_t hello = {.magic = PIL_MAGIC,
                                .params_bytes = sizeof(params_t),
                                .signals = PIL_SIGNALS,
@@ -185,6 +229,8 @@ static bool connect(void)
     inject_at = start.inject_at;
     const params_t *params = (start.use_params != 0u) ? &start.params : &cm_config.params;
     const uint32_t refused = app_init(&app, params, cm_config.table) ? 0u : 1u;
+    const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    app_record_init(&app, &memory);
     return semihosting_write(to_plant, &refused, sizeof refused);
 }
 
@@ -193,6 +239,9 @@ static void start_devices(void)
     MPS2_TIMER_RELOAD(MPS2_TIMER1) = UINT32_MAX;
     MPS2_TIMER_VALUE(MPS2_TIMER1) = UINT32_MAX;
     MPS2_TIMER_CTRL(MPS2_TIMER1) = MPS2_TIMER_ENABLE;
+
+    MPS2_UART_BAUDDIV = BAUD_DIVIDER;
+    MPS2_UART_CTRL = MPS2_UART_TXEN | MPS2_UART_RXEN;
 
     MPS2_WATCHDOG_LOCK = MPS2_WATCHDOG_UNLOCK;
     MPS2_WATCHDOG_LOAD = WATCHDOG_PERIODS * CONTROL_TICKS;
@@ -205,15 +254,21 @@ static void start_devices(void)
     cm_nvic_enable(MPS2_TIMER0_IRQ);
 }
 
+/* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
+static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
+                                      .clock_us = clock_us,
+                                      .link_read = link_read,
+                                      .link_write = link_write,
+                                      .identity = identity};
+
 int main(void)
 {
-    char banner[CM_IMAGE_BANNER_BYTES];
-    (void)cm_image_banner(banner);
-    semihosting_print(banner);
+    (void)cm_image_banner(identity);
+    semihosting_print(identity);
+    semihosting_print("\n");
     if (!connect()) {
         semihosting_exit(EXIT_NO_PLANT);
     }
-    const hal_devices_t devices = {.watchdog_serve = serve_watchdog, .clock_us = clock_us};
     start_devices();
     cm_irq_on();
     while (true) {

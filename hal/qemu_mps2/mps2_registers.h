@@ -1,7 +1,7 @@
 /* MPS2 board: CMSDK timers and watchdog, FPGA I/O block.
  *
  * Addresses and bits: Arm application note AN386; Cortex-M System Design Kit reference, chapters
- * on the APB timer and watchdog. All of them count at 25 MHz.
+ * on the APB timer, UART and watchdog. All of them count at 25 MHz.
  */
 #ifndef MPS2_REGISTERS_H
 #define MPS2_REGISTERS_H
@@ -22,6 +22,16 @@
 #define MPS2_TIMER_INTCLR(base) CM_REGISTER((base) + 0xCu)
 #define MPS2_TIMER_ENABLE       (1u << 0)
 #define MPS2_TIMER_INTERRUPT    (1u << 3)
+
+/* UART 0: the host link. One byte each way; full until it is read or gone. */
+#define MPS2_UART_DATA    CM_REGISTER(0x40004000u)
+#define MPS2_UART_STATE   CM_REGISTER(0x40004004u)
+#define MPS2_UART_CTRL    CM_REGISTER(0x40004008u)
+#define MPS2_UART_BAUDDIV CM_REGISTER(0x40004010u)
+#define MPS2_UART_TXFULL  (1u << 0)
+#define MPS2_UART_RXFULL  (1u << 1)
+#define MPS2_UART_TXEN    (1u << 0)
+#define MPS2_UART_RXEN    (1u << 1)
 
 #define MPS2_WATCHDOG_LOAD   CM_REGISTER(0x40008000u)
 #define MPS2_WATCHDOG_CTRL   CM_REGISTER(0x40008008u)

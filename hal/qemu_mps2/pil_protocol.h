@@ -18,6 +18,9 @@
 #define PIL_FIFO_TO_IMAGE   "to_image"
 #define PIL_FIFO_FROM_IMAGE "from_image"
 
+/* A file there, when there is one, is what the host link hears before its serial port. */
+#define PIL_LINK_FILE "link_frames"
+
 enum {
 #define SIGNAL_F(name, value, text) PIL_SIGNAL_##name,
 #define SIGNAL_U(name, value, text) PIL_SIGNAL_##name,

@@ -46,6 +46,13 @@ bool semihosting_read(int32_t handle, void *data, uint32_t n)
     return transfer(SYS_READ, handle, (uint32_t)(uintptr_t)data, n);
 }
 
+uint32_t semihosting_read_some(int32_t handle, void *data, uint32_t n)
+{
+    const uint32_t block[3] = {(uint32_t)handle, (uint32_t)(uintptr_t)data, n};
+    const uint32_t left = call(SYS_READ, block);
+    return (left <= n) ? (n - left) : 0u;
+}
+
 bool semihosting_write(int32_t handle, const void *data, uint32_t n)
 {
     return transfer(SYS_WRITE, handle, (uint32_t)(uintptr_t)data, n);

@@ -15,6 +15,9 @@ int32_t semihosting_open(const char *path, uint32_t mode);
 bool semihosting_read(int32_t handle, void *data, uint32_t n);
 bool semihosting_write(int32_t handle, const void *data, uint32_t n);
 
+/* Of a file: up to n bytes, how many; 0 at its end. */
+uint32_t semihosting_read_some(int32_t handle, void *data, uint32_t n);
+
 /* To the emulator's standard error. */
 void semihosting_print(const char *text);
 

@@ -4,12 +4,12 @@
 #include <stdint.h>
 
 #include "app.h"
+#include "app_record.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
 #include "cm_registers.h"
 #include "cm_text.h"
-#include "console.h"
 #include "stm32_adc.h"
 #include "stm32_clock.h"
 #include "stm32_gpio.h"
@@ -22,6 +22,9 @@
 #define BAUD        115200u
 #define WATCHDOG_MS 100u
 #define END_BYTES   64u
+
+#define RECEIVED_BYTES 256u  /* a power of two, more than one request */
+#define TRACE_WORDS    1024u /* 128 rows of 8 signals, 25.6 ms */
 
 #define PIN_LED_RUN   6u /* of port C; 13 to 15 must not source a current (data sheet) */
 #define PIN_LED_FAULT 7u
@@ -40,14 +43,23 @@ static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *
 
 static app_t app;
 static cm_image_check_t image_check;
-static console_t console;
+static char identity[CM_IMAGE_BANNER_BYTES];
+static uint8_t
+    received[RECEIVED_BYTES]; /* ring: written by the interrupt, read by the background */
+static volatile uint32_t received_in;
+static volatile uint32_t received_out;
+static uint32_t trace_memory[TRACE_WORDS];
 static uint16_t late_periods;
 static bool behind_late; /* the last period missed a crest */
 
+__attribute__((section(".noinit"))) static fault_memory_t fault_memory;
+
 void control_interrupt(void);
+void usart_interrupt(void);
 
 __attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
     [STM32_IRQ_ADC] = control_interrupt,
+    [STM32_IRQ_USART3] = usart_interrupt,
 };
 
 /* Before the timer has its clock this writes to nobody: the gates are off from reset on. */
@@ -108,9 +120,38 @@ void control_interrupt(void)
     hal_output_t output;
     app_control_period(&app, &sample, &output);
     stm32_pwm_write(tim1, &output);
+    app_record_period(&app, &output);
     const uint16_t missed = missed_crests(entry_us);
     late_periods = (uint16_t)(late_periods + missed);
     behind_late = missed > 0u;
+}
+
+/* As urgent as the control interrupt, which therefore waits a byte's handling at most: the samples
+ * are taken by then. A full ring drops the byte; the frame's CRC tells. */
+void usart_interrupt(void)
+{
+    uint8_t byte;
+    if (stm32_usart_receive(usart, &byte) && (received_in - received_out < RECEIVED_BYTES)) {
+        received[received_in % RECEIVED_BYTES] = byte;
+        received_in++;
+    }
+}
+
+static bool link_read(void *context, uint8_t *byte)
+{
+    (void)context;
+    if (received_in == received_out) {
+        return false;
+    }
+    *byte = received[received_out % RECEIVED_BYTES];
+    received_out++;
+    return true;
+}
+
+static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
+{
+    (void)context;
+    return ((n > 0u) && stm32_usart_put(usart, data[0])) ? 1u : 0u;
 }
 
 static void serve_watchdog(void *context)
@@ -166,9 +207,9 @@ static stm32_clock_t start_clock_and_serial_port(void)
     (void)rcc->APB2ENR; /* a device answers some clocks after it got one */
     start_pins();
     (void)stm32_usart_start(usart, stm32_clock_apb1_Hz(clock), BAUD);
-    char banner[CM_IMAGE_BANNER_BYTES];
-    (void)cm_image_banner(banner);
-    (void)stm32_usart_send(usart, banner);
+    (void)cm_image_banner(identity);
+    (void)stm32_usart_send(usart, identity);
+    (void)stm32_usart_send(usart, "\r\n");
     return clock;
 }
 
@@ -187,6 +228,10 @@ static bool start_drive(stm32_clock_t clock)
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "watchdog does not start; drive off\r\n";
     } else {
+        const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+        app_record_init(&app, &memory);
+        stm32_usart_interrupt(usart);
+        cm_nvic_enable(STM32_IRQ_USART3);
         stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
         stm32_adc_start(&adcs);
         cm_nvic_enable(STM32_IRQ_ADC);
@@ -202,28 +247,31 @@ static bool start_drive(stm32_clock_t clock)
     return *wrong == '\0';
 }
 
-/* Lines of the serial port, the break input and what it means for the drive. */
+/* What the host asks for, the break input and what it means for the drive. */
 static void follow_commands(void)
 {
-    char byte;
-    while (stm32_usart_receive(usart, &byte)) {
-        (void)stm32_usart_send(usart, console_byte(&console, byte));
-    }
+    app_command_t command = app_link_command(&app);
     const bool broken = stm32_pwm_broken(tim1);
-    if (broken && ((console.command & DRIVE_STATE_CMD_FAULT_RESET) != 0u)) {
+    if (broken && ((command.command & DRIVE_STATE_CMD_FAULT_RESET) != 0u)) {
         stm32_pwm_clear_break(tim1);
     }
-    const app_command_t command = {.command =
-                                       console.command | (broken ? DRIVE_STATE_CMD_TORQUE_OFF : 0u),
-                                   .omega_m_ref_rad_s = console.omega_m_ref_rad_s};
+    if (broken) {
+        command.command |= DRIVE_STATE_CMD_TORQUE_OFF;
+    }
     app_post_command(&app, &command);
     stm32_gpio_write(port_c, PIN_LED_RUN, app.mode != DRIVE_OFF);
     stm32_gpio_write(port_c, PIN_LED_FAULT, app.machine.faults != 0u);
 }
 
+/* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
+static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
+                                      .clock_us = clock_us,
+                                      .link_read = link_read,
+                                      .link_write = link_write,
+                                      .identity = identity};
+
 int main(void)
 {
-    const hal_devices_t devices = {.watchdog_serve = serve_watchdog, .clock_us = clock_us};
     const stm32_clock_t clock = start_clock_and_serial_port();
     ((stm32_dbg_t *)STM32_DBG_BASE)->DBGMCU_APB2_FZ |=
         DBG_APB2FZ_DBG_TIM1_STOP; /* halted: gates off */

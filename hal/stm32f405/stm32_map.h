@@ -18,6 +18,7 @@
 #define STM32_DBG_BASE        0xE0042000u
 #define STM32_FLASH_BASE      0x40023C00u
 
-#define STM32_IRQ_ADC 18u
+#define STM32_IRQ_ADC    18u
+#define STM32_IRQ_USART3 39u
 
 #endif

@@ -160,6 +160,7 @@ typedef struct {
 #define DBG_APB2FZ_DBG_TIM1_STOP (1u << 0)
 #define USART_SR_RXNE            (1u << 5)
 #define USART_SR_TXE             (1u << 7)
+#define USART_CR1_RXNEIE         (1u << 5)
 #define USART_CR1_RE             (1u << 2)
 #define USART_CR1_TE             (1u << 3)
 #define USART_CR1_UE             (1u << 13)

@@ -15,15 +15,28 @@ bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud)
     return true;
 }
 
+bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte)
+{
+    if ((usart->SR & USART_SR_TXE) == 0u) {
+        return false;
+    }
+    usart->DR = byte;
+    return true;
+}
+
 static bool send_byte(stm32_usart_t *usart, char byte)
 {
     for (uint32_t n = 0u; n < STM32_USART_POLLS; n++) {
-        if ((usart->SR & USART_SR_TXE) != 0u) {
-            usart->DR = (uint8_t)byte;
+        if (stm32_usart_put(usart, (uint8_t)byte)) {
             return true;
         }
     }
     return false;
+}
+
+void stm32_usart_interrupt(stm32_usart_t *usart)
+{
+    usart->CR1 |= USART_CR1_RXNEIE;
 }
 
 bool stm32_usart_send(stm32_usart_t *usart, const char *text)
@@ -36,7 +49,7 @@ bool stm32_usart_send(stm32_usart_t *usart, const char *text)
     return true;
 }
 
-bool stm32_usart_receive(stm32_usart_t *usart, char *byte)
+bool stm32_usart_receive(stm32_usart_t *usart, uint8_t *byte)
 {
     const uint32_t status = usart->SR;
     if ((status & USART_SR_RXNE) == 0u) {
@@ -47,6 +60,6 @@ bool stm32_usart_receive(stm32_usart_t *usart, char *byte)
     if ((status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) != 0u) {
         return false;
     }
-    *byte = (char)(data & 0x7Fu);
+    *byte = (uint8_t)(data & 0xFFu);
     return true;
 }

@@ -1,8 +1,10 @@
-/* Serial port, 8 bits, no parity, polled. No wait is longer than a byte takes. */
+/* Serial port, 8 bits, no parity. Text is sent polled, at the start and at the end; the host link's
+ * bytes go one at a time when there is room, and come by interrupt. */
 #ifndef STM32_USART_H
 #define STM32_USART_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "stm32_registers.h"
 
@@ -15,7 +17,13 @@ bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud);
 /* False when the transmitter did not take all of it; the rest is dropped. */
 bool stm32_usart_send(stm32_usart_t *usart, const char *text);
 
+/* False when the transmitter has no room now. */
+bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte);
+
 /* A byte when there is one; one that arrived with noise or without its stop bit is dropped. */
-bool stm32_usart_receive(stm32_usart_t *usart, char *byte);
+bool stm32_usart_receive(stm32_usart_t *usart, uint8_t *byte);
+
+/* From here on a byte that has come raises the port's interrupt. */
+void stm32_usart_interrupt(stm32_usart_t *usart);
 
 #endif

@@ -88,8 +88,8 @@ def test_an_image_of_its_own_parameters_is_the_simulated_configuration() -> None
 
 
 def test_a_difference_of_one_parameter_is_found_and_named() -> None:
-    """Negative control: the image keeps its parameters, the SIL gets one an ulp away. Rs is measured
-    first: adapt_ki acts from period 20 000 on, after the end of the smoke run."""
+    """Negative control: the image keeps its parameters, the SIL gets one an ulp away. Rs is
+    measured first: adapt_ki acts from period 20 000 on, after the end of the smoke run."""
     other = dataclasses.replace(
         recommended_job(firmware={"adapt_ki": 2000.0001}),
         max_steps=26_000,

@@ -225,7 +225,7 @@ static void test_a_duty_beyond_its_range_never_leaves(void)
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
     (void)periods(0u, 0.0f, 60);
     TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 10).gates_on);
-    app.drive_cfg.svpwm.inside_pu = 1e9f;
+    app.config.drive.svpwm.inside_pu = 1e9f;
     app.drive.current.d.x = 1e4f;
     const hal_output_t out = periods(DRIVE_STATE_CMD_RUN, 0.0f, 1);
     TEST_ASSERT_TRUE(app.last.duty.u > 1.0f);
@@ -285,15 +285,22 @@ static void test_one_period_that_misses_two_crests_opens_the_gates(void)
 static void test_live_change_is_taken_or_refused_as_a_whole(void)
 {
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    const float before_A = app.config.drive.flux.i_d_A;
     params.i_d_A = 3.0f;
     TEST_ASSERT_TRUE(app_reconfigure(&app, &params));
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, app.drive_cfg.flux.i_d_A);
-    const drive_config_t before = app.drive_cfg;
+    TEST_ASSERT_EQUAL_FLOAT(before_A, app.config.drive.flux.i_d_A); /* not before the period */
+    /* A set that is refused leaves the one that waits, and that is taken whole. */
     params.i_d_A = 4.0f;
     params.speed_J_kg_m2 = 0.0f;
     TEST_ASSERT_FALSE(app_reconfigure(&app, &params));
-    TEST_ASSERT_EQUAL_FLOAT(before.flux.i_d_A, app.drive_cfg.flux.i_d_A);
-    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &app.drive_cfg.speed, sizeof(before.speed));
+    (void)periods(0u, 0.0f, 1);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, app.config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, app.params.i_d_A);
+    const drive_config_t before = app.config.drive;
+    TEST_ASSERT_FALSE(app_reconfigure(&app, &params));
+    (void)periods(0u, 0.0f, 1);
+    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &app.config.drive.speed, sizeof(before.speed));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, app.config.drive.flux.i_d_A);
     app.configured = false;
     params.speed_J_kg_m2 = 0.035f;
     TEST_ASSERT_FALSE(app_reconfigure(&app, &params));
@@ -307,7 +314,7 @@ static void test_eps1_units_reach_the_law_converted(void)
     for (uint32_t unit = 0u; unit < 3u; unit++) {
         params.eps1_unit = unit;
         TEST_ASSERT_TRUE(app_init(&app, &params, &table));
-        TEST_ASSERT_EQUAL_FLOAT(expected[unit], app.drive_cfg.adaptation.p.leak_per_s_Wb_A);
+        TEST_ASSERT_EQUAL_FLOAT(expected[unit], app.config.drive.adaptation.p.leak_per_s_Wb_A);
     }
 }
 

@@ -19,7 +19,7 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         const param_info_t *info = params_info(i);
         TEST_ASSERT_NOT_NULL(info);
         TEST_ASSERT_TRUE_MESSAGE(strlen(info->name) > 2u, info->name);
-        TEST_ASSERT_TRUE_MESSAGE(strlen(info->text) > 2u, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(strlen(params_text(i)) > 2u, info->name);
         TEST_ASSERT_NOT_NULL(info->unit);
         TEST_ASSERT_TRUE_MESSAGE(info->minimum < info->maximum, info->name);
         TEST_ASSERT_TRUE_MESSAGE(info->initial >= info->minimum, info->name);
@@ -27,6 +27,7 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_EQUAL_size_t(i, params_find(info->name)); /* names are unique */
     }
     TEST_ASSERT_NULL(params_info(params_count()));
+    TEST_ASSERT_EQUAL_STRING("", params_text(params_count()));
 }
 
 static void test_defaults_are_those_of_the_list(void)

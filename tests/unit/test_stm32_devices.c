@@ -147,13 +147,29 @@ static void test_text_is_sent_and_a_stuck_transmitter_is_told(void)
 
 static void test_a_byte_is_received_when_there_is_one(void)
 {
-    char byte = 'x';
-    usart.DR = 'r' | 0x80u;
+    uint8_t byte = 'x';
+    usart.DR = 0xF2u; /* all eight bits are data */
     TEST_ASSERT_FALSE(stm32_usart_receive(&usart, &byte));
     TEST_ASSERT_EQUAL_HEX8('x', byte);
     usart.SR = USART_SR_RXNE;
     TEST_ASSERT_TRUE(stm32_usart_receive(&usart, &byte));
-    TEST_ASSERT_EQUAL_HEX8('r', byte);
+    TEST_ASSERT_EQUAL_HEX8(0xF2u, byte);
+}
+
+static void test_a_byte_goes_out_when_there_is_room(void)
+{
+    TEST_ASSERT_FALSE(stm32_usart_put(&usart, 0x80u));
+    TEST_ASSERT_EQUAL_HEX32(0u, usart.DR);
+    usart.SR = USART_SR_TXE;
+    TEST_ASSERT_TRUE(stm32_usart_put(&usart, 0x80u));
+    TEST_ASSERT_EQUAL_HEX32(0x80u, usart.DR);
+}
+
+static void test_the_receive_interrupt_is_its_one_bit(void)
+{
+    usart.CR1 = 1u << 13;
+    stm32_usart_interrupt(&usart);
+    TEST_ASSERT_EQUAL_HEX32((1u << 13) | (1u << 5), usart.CR1);
 }
 
 static void test_a_byte_with_noise_or_without_its_end_is_dropped(void)
@@ -161,7 +177,7 @@ static void test_a_byte_with_noise_or_without_its_end_is_dropped(void)
     const uint32_t error[] = {USART_SR_PE, USART_SR_FE, USART_SR_NF};
     usart.DR = 'r';
     for (size_t k = 0u; k < sizeof error / sizeof error[0]; k++) {
-        char byte = 'x';
+        uint8_t byte = 'x';
         usart.SR = USART_SR_RXNE | error[k];
         TEST_ASSERT_FALSE(stm32_usart_receive(&usart, &byte));
         TEST_ASSERT_EQUAL_HEX8('x', byte);
@@ -295,6 +311,8 @@ int main(void)
     RUN_TEST(test_a_baud_rate_the_clock_cannot_give_is_refused);
     RUN_TEST(test_text_is_sent_and_a_stuck_transmitter_is_told);
     RUN_TEST(test_a_byte_is_received_when_there_is_one);
+    RUN_TEST(test_a_byte_goes_out_when_there_is_room);
+    RUN_TEST(test_the_receive_interrupt_is_its_one_bit);
     RUN_TEST(test_a_byte_with_noise_or_without_its_end_is_dropped);
     RUN_TEST(test_watchdog_counts_milliseconds_and_is_served_at_start);
     RUN_TEST(test_a_watchdog_that_does_not_take_its_time_is_told);

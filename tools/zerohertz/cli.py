@@ -21,6 +21,7 @@ COMMAND_MODULES = (
     "zerohertz.check.command",
     "zerohertz.stability.command",
     "zerohertz.replay.command",
+    "zerohertz.link.command",
     "zerohertz.image.command",
     "zerohertz.image.params",
     "zerohertz.flash.command",

@@ -63,3 +63,29 @@ def register(app: typer.Typer) -> None:
         if as_json:
             print(json.dumps({"seed": seed, "runs": [asdict(row) for row in rows]}, indent=2))
         raise typer.Exit(0 if cuts.good(rows) else 1)
+
+    @campaign.command("fuzz")
+    def fuzz(
+        parser: Annotated[int, typer.Option(min=0, help="Inputs to the frame parser.")] = 10**8,
+        whole: Annotated[int, typer.Option(min=0, help="Inputs to the whole link.")] = 10**6,
+        sil: Annotated[int, typer.Option(min=0, help="Frames into the SIL drive.")] = 10**7,
+        image: Annotated[int, typer.Option(min=0, help="Frames into the image.")] = 10**5,
+        seed: Annotated[int, typer.Option(min=1, help="Of all of them.")] = 2005,
+        as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+        output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
+    ) -> None:
+        """Does anything that a host can say break the link, or change a duty?"""
+        from zerohertz.campaign import fuzz as campaign_fuzz
+
+        parts = campaign_fuzz.run_all(parser, whole, sil, image, seed)
+        text = json.dumps(campaign_fuzz.as_dict(seed, parts), indent=2)
+        if output is not None:
+            campaign_fuzz.write(output, text)
+        if as_json:
+            print(text)
+        else:
+            for part in parts:
+                word = "holds" if part.good else "DOES NOT HOLD"
+                print(f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}")
+                print(f"  {part.note}" if part.note else "", end="\n" if part.note else "")
+        raise typer.Exit(0 if all(part.good for part in parts) else 1)

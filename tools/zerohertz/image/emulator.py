@@ -12,7 +12,9 @@ from pathlib import Path
 
 from zerohertz.errors import UserError
 
-TO_IMAGE, FROM_IMAGE = "to_image", "from_image"  # hal/qemu_mps2/pil_protocol.h
+LINK = "link"  # socket of the image's host link, in its folder
+# hal/qemu_mps2/pil_protocol.h
+TO_IMAGE, FROM_IMAGE, LINK_FILE = "to_image", "from_image", "link_frames"
 EXIT_DONE = 50  # hal/qemu_mps2/main.c
 
 # One instruction is 64 ns of the emulated clock, so that timers count instructions exactly.
@@ -45,15 +47,23 @@ class Emulator:
 
 
 @contextlib.contextmanager
-def emulator(elf: Path, machine: str = "mps2-an386") -> Iterator[Emulator]:
-    """The image, started in a folder of its own; killed when the block is left early."""
+def emulator(
+    elf: Path, machine: str = "mps2-an386", link_frames: bytes = b""
+) -> Iterator[Emulator]:
+    """The image, started in a folder of its own; killed when the block is left early.
+
+    `link_frames` is what its host link hears first.
+    """
     with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
         folder = Path(name)
         for fifo in (TO_IMAGE, FROM_IMAGE):
             os.mkfifo(folder / fifo)
+        if link_frames:
+            (folder / LINK_FILE).write_bytes(link_frames)
         command = (
             *("qemu-system-arm", "-M", machine, "-nographic", "-monitor", "none"),
-            *("-serial", "none", "-no-reboot", *_ICOUNT),
+            *("-chardev", f"socket,id=link,path={LINK},server=on,wait=off"),
+            *("-serial", "chardev:link", "-no-reboot", *_ICOUNT),
             *("-semihosting-config", "enable=on,target=native", "-kernel", str(elf.resolve())),
         )
         try:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import os
+import threading
+from collections.abc import Callable
 from ctypes import Structure, byref, c_char, c_char_p, c_double, c_int, c_uint32, c_uint64
 from dataclasses import dataclass
 from enum import IntEnum
@@ -11,7 +13,7 @@ from pathlib import Path
 
 from zerohertz import sim
 from zerohertz.drive import check, library
-from zerohertz.image.emulator import NS_PER_INSTRUCTION, emulator
+from zerohertz.image.emulator import LINK, NS_PER_INSTRUCTION, emulator
 
 
 class End(IntEnum):
@@ -109,13 +111,19 @@ def run(
     inject_at: int = 0,
     own_params: bool = False,
     machine: str = "mps2-an386",
+    beside: Callable[[Path], None] | None = None,
+    link_frames: bytes = b"",
 ) -> PilRun:
-    """The image against the plant. UserError when it does not start or is of other sources."""
+    """The image against the plant. UserError when it does not start or is of other sources.
+
+    `beside` runs in a thread of its own meanwhile, given the socket of the image's host link;
+    `link_frames` is what that link hears first.
+    """
     lib = library()
     lib.zh_pil_run.restype = c_int
     raw, keep = sim._raw_job(job)
     result = _Result(struct_size=ctypes.sizeof(_Result))
-    with emulator(elf, machine) as image:
+    with emulator(elf, machine, link_frames) as image:
         pil = _Job(
             struct_size=ctypes.sizeof(_Job),
             inject=inject,
@@ -123,11 +131,16 @@ def run(
             own_params=own_params,
             folder=os.fsencode(image.folder),
         )
+        talker = threading.Thread(target=beside, args=(image.folder / LINK,)) if beside else None
+        if talker is not None:
+            talker.start()
         check(lib.zh_pil_run(byref(raw), byref(pil), byref(result)))
         if result.end in (End.DIFFERS, End.SILENT):
             image.process.kill()
         exit_code = image.wait()
         text = image.text
+        if talker is not None:
+            talker.join()
     del keep
 
     def instructions(ticks: float) -> float:

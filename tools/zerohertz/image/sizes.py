@@ -49,7 +49,7 @@ def measure(elf: Path, port: str) -> Sizes:
     return Sizes(
         flash_bytes=elf.with_suffix(".bin").stat().st_size,
         table_bytes=sum(tables),
-        ram_bytes=sum(sections.get(name, 0) for name in (".stack", ".data", ".bss")),
+        ram_bytes=sum(sections.get(name, 0) for name in (".stack", ".data", ".bss", ".noinit")),
         stack_bytes=stack_bytes,
         stack_bound_bytes=stack_bound(elf, port),
     )

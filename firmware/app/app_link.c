@@ -1,0 +1,87 @@
+#include "app_link.h"
+
+#include "app.h"
+#include "app_link_requests.h"
+
+#include <stddef.h>
+
+/* A slice stays short: the watchdog and the checks wait behind it. */
+#define BYTES_PER_SLICE 64u
+
+/* Control periods a reset is held: the mailbox is read once in each. */
+#define RESET_PERIODS 2u
+
+app_command_t app_link_command(app_t *app)
+{
+    app_link_t *link = &app->link;
+    const uint32_t now = app->period_count;
+    if (link->reset) {
+        link->reset = false;
+        link->reset_at = now;
+    } else if (now - link->reset_at > RESET_PERIODS) {
+        link->command &= ~DRIVE_STATE_CMD_FAULT_RESET;
+    } else {
+        /* still to be seen */
+    }
+    const bool runs = (link->command & DRIVE_STATE_CMD_RUN) != 0u;
+    if (runs && (link->valid_periods != 0u) && (now - link->commanded_at > link->valid_periods)) {
+        link->command &= ~DRIVE_STATE_CMD_RUN;
+        link->expired = true;
+    }
+    return (app_command_t){.command = link->command, .omega_m_ref_rad_s = link->omega_m_ref_rad_s};
+}
+
+/* Whether the line has taken all of the answer. */
+static bool answer_sent(app_link_t *link, const hal_devices_t *devices)
+{
+    const uint32_t left = link->answer.length - link->sent;
+    if (left > 0u) {
+        link->sent += devices->link_write(devices->context, &link->answer.byte[link->sent], left);
+    }
+    return link->sent >= link->answer.length;
+}
+
+static void answer_to(app_t *app, const hal_devices_t *devices, const command_frame_t *frame)
+{
+    app_link_t *link = &app->link;
+    const bool again = link->answered && (frame->sequence == link->last_sequence) &&
+                       (frame->crc32c == link->last_crc32c);
+    link->sent = 0u;
+    if (again) {
+        return; /* the answer was lost on its way: once more, but nothing is done twice */
+    }
+    command_begin(&link->answer, frame->sequence, (uint8_t)(frame->op | APP_LINK_ANSWER));
+    command_reader_t body = {.at = frame->body, .left = frame->body_bytes};
+    const app_link_status_t status = app_link_request(app, devices, frame->op, &body);
+    if (status != APP_LINK_OK) {
+        command_begin(&link->answer, frame->sequence, (uint8_t)(frame->op | APP_LINK_ANSWER));
+        command_put_u8(&link->answer, (uint8_t)status);
+    }
+    command_end(&link->answer);
+    link->answered = true;
+    link->last_sequence = frame->sequence;
+    link->last_crc32c = frame->crc32c;
+}
+
+void app_link_background(app_t *app, const hal_devices_t *devices)
+{
+    if ((devices->link_read == NULL) || (devices->link_write == NULL)) {
+        return;
+    }
+    app_link_t *link = &app->link;
+    if (!answer_sent(link, devices)) {
+        return; /* the host waits for it before it asks again */
+    }
+    for (uint32_t n = 0u; n < BYTES_PER_SLICE; n++) {
+        uint8_t byte;
+        command_frame_t frame;
+        if (!devices->link_read(devices->context, &byte)) {
+            return;
+        }
+        if (command_byte(&link->parser, byte, &frame)) {
+            answer_to(app, devices, &frame);
+            (void)answer_sent(link, devices);
+            return;
+        }
+    }
+}

@@ -1,0 +1,126 @@
+#include "app_link_records.h"
+
+#include "app_record.h"
+#include "app_signal.h"
+
+#include <stddef.h>
+
+app_link_status_t app_link_trace_setup(app_t *app, command_reader_t *body, command_writer_t *w)
+{
+    trace_setup_t s = {.signals = command_take_u8(body)};
+    if (s.signals > TRACE_SIGNALS_MAX) {
+        return APP_LINK_OUT_OF_RANGE;
+    }
+    for (uint32_t k = 0u; k < s.signals; k++) {
+        s.signal[k] = command_take_u8(body);
+        if (s.signal[k] >= (uint32_t)APP_SIGNALS) {
+            return APP_LINK_NO_SUCH;
+        }
+    }
+    s.decimation = command_take_u32(body);
+    s.trigger = command_take_u8(body);
+    s.trigger_is_float = app_signal_is_float(s.trigger);
+    const uint8_t edge = command_take_u8(body);
+    s.level = command_take_u32(body);
+    s.before_pu = command_take_float(body);
+    s.rows = command_take_u32(body);
+    if (!command_all_taken(body)) {
+        return APP_LINK_BAD_LENGTH;
+    }
+    if (s.trigger >= (uint32_t)APP_SIGNALS) {
+        return APP_LINK_NO_SUCH;
+    }
+    if (edge >= (uint8_t)TRACE_EDGES) {
+        return APP_LINK_OUT_OF_RANGE;
+    }
+    s.edge = (trace_edge_t)edge;
+    if (!trace_arm(&app->trace, &s)) {
+        return APP_LINK_REFUSED;
+    }
+    command_put_u32(w, app->trace.rows);
+    command_put_u32(w, app->trace.rows - app->trace.rows_after);
+    return APP_LINK_OK;
+}
+
+app_link_status_t app_link_trace_status(const app_t *app, command_writer_t *w)
+{
+    const trace_t *t = &app->trace;
+    const uint32_t words[] = {t->state,          trace_rows(t),       trace_trigger_row(t),
+                              t->trigger_period, t->setup.decimation, t->setup.signals};
+    for (size_t k = 0u; k < sizeof words / sizeof words[0]; k++) {
+        command_put_u32(w, words[k]);
+    }
+    for (uint32_t k = 0u; k < t->setup.signals; k++) {
+        command_put_u8(w, t->setup.signal[k]);
+    }
+    return APP_LINK_OK;
+}
+
+/* Rows from the one asked for, as many whole ones as fit. */
+app_link_status_t app_link_trace_read(const app_t *app, command_reader_t *body, command_writer_t *w)
+{
+    const trace_t *t = &app->trace;
+    uint32_t row = command_take_u32(body);
+    if (row >= trace_rows(t)) {
+        return APP_LINK_NO_SUCH;
+    }
+    while ((row < trace_rows(t)) && (command_room(w) >= 4u * t->setup.signals)) {
+        for (uint32_t k = 0u; k < t->setup.signals; k++) {
+            command_put_u32(w, trace_word(t, row, k));
+        }
+        row++;
+    }
+    return APP_LINK_OK;
+}
+
+app_link_status_t app_link_fault_log(const app_t *app, command_writer_t *w)
+{
+    const fault_memory_t *memory = app->fault_recorder.memory;
+    if (memory == NULL) {
+        return APP_LINK_NO_SUCH;
+    }
+    const uint32_t logged = memory->kept.logged;
+    command_put_u32(w, logged);
+    for (uint32_t k = 0u; (k < FAULT_RECORD_LOG) && (k < logged); k++) {
+        const fault_entry_t *e = &memory->kept.entry[(logged - 1u - k) % FAULT_RECORD_LOG];
+        command_put_u32(w, e->number);
+        command_put_u32(w, e->faults);
+        command_put_u32(w, e->state);
+        command_put_u32(w, e->period);
+    }
+    return APP_LINK_OK;
+}
+
+app_link_status_t app_link_fault_record(const app_t *app, command_writer_t *w)
+{
+    const fault_recorder_t *r = &app->fault_recorder;
+    if ((r->memory == NULL) || (r->memory->kept.number == 0u)) {
+        return APP_LINK_NO_SUCH;
+    }
+    const fault_kept_t *k = &r->memory->kept;
+    const uint32_t words[] = {k->number, k->period, k->rows, k->fault_row,
+                              r->from_before ? 1u : 0u};
+    for (size_t n = 0u; n < sizeof words / sizeof words[0]; n++) {
+        command_put_u32(w, words[n]);
+    }
+    for (uint32_t n = 0u; n < FAULT_RECORD_SIGNALS; n++) {
+        command_put_u8(w, (uint8_t)app_record_fault_signal(n));
+    }
+    return APP_LINK_OK;
+}
+
+app_link_status_t app_link_fault_read(const app_t *app, command_reader_t *body, command_writer_t *w)
+{
+    const fault_memory_t *memory = app->fault_recorder.memory;
+    uint32_t row = command_take_u32(body);
+    if ((memory == NULL) || (row >= memory->kept.rows)) {
+        return APP_LINK_NO_SUCH;
+    }
+    while ((row < memory->kept.rows) && (command_room(w) >= 4u * FAULT_RECORD_SIGNALS)) {
+        for (uint32_t n = 0u; n < FAULT_RECORD_SIGNALS; n++) {
+            command_put_u32(w, memory->kept.word[row * FAULT_RECORD_SIGNALS + n]);
+        }
+        row++;
+    }
+    return APP_LINK_OK;
+}

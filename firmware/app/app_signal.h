@@ -1,0 +1,27 @@
+/* The signals of signal_list.def by number, for trace and link. */
+#ifndef APP_SIGNAL_H
+#define APP_SIGNAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app.h"
+
+enum {
+#define SIGNAL_F(name, value, text) APP_SIGNAL_##name,
+#define SIGNAL_U(name, value, text) APP_SIGNAL_##name,
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+    APP_SIGNALS
+};
+
+/* A float as its bits; 0 for a number there is not. */
+uint32_t app_signal(const app_t *a, const hal_output_t *o, uint32_t number);
+
+bool app_signal_is_float(uint32_t number);
+
+/* Empty for a number there is not. */
+const char *app_signal_name(uint32_t number);
+
+#endif

@@ -1,0 +1,124 @@
+#include "link.h"
+
+#include <array>
+#include <bit>
+#include <memory>
+#include <numbers>
+
+#include "c_boundary.hpp"
+#include "firmware.hpp"
+#include "plant.hpp"
+#include "sim_job.hpp"
+#include "simulate.hpp"
+
+namespace {
+
+using zh::fail;
+
+constexpr double rpm_per_rad_s = 30.0 / std::numbers::pi;
+constexpr std::size_t trace_words = 32768; // 4096 rows of 8 signals, .8 s
+
+// FNV-1a, word by word.
+class Digest {
+public:
+    void add(std::uint32_t word)
+    {
+        value_ = (value_ ^ word) * 0x100000001b3U;
+    }
+    std::uint64_t value() const
+    {
+        return value_;
+    }
+
+private:
+    std::uint64_t value_ = 0xcbf29ce484222325U;
+};
+
+} // namespace
+
+// One drive, its rig, and the memory it records in.
+struct zh_link {
+    zh_link(zh::Run r, bool commands_from_link)
+        : run(std::move(r)), from_link(commands_from_link), firmware(run.params, run.gain),
+          plant(run.rig, run.board, run.scenario.disturbances, run.seed)
+    {
+        firmware.serve_link({trace.data(), trace_words, &faults});
+    }
+
+    void period()
+    {
+        const double t_s = plant.time_s();
+        const hal_sample_t sample = zh::sample_of(plant.sample());
+        const hal_output_t output =
+            from_link
+                ? firmware.step_on_link(sample)
+                : firmware.step(sample, static_cast<float>(run.scenario.speed_ref_rpm.value(t_s)),
+                                run.scenario.command(t_s));
+        const zh::Duty acting = timer.exchange({output.duty_u, output.duty_v, output.duty_w});
+        plant.advance(acting, output.gates_on);
+        for (const float duty : {output.duty_u, output.duty_v, output.duty_w}) {
+            digest.add(std::bit_cast<std::uint32_t>(duty));
+        }
+        digest.add(output.gates_on ? 1U : 0U);
+        gates_on = output.gates_on;
+        ++periods;
+    }
+
+    zh::Run run;
+    bool from_link;
+    std::array<std::uint32_t, trace_words> trace{};
+    fault_memory_t faults{};
+    zh::Firmware firmware;
+    zh::Plant plant;
+    zh::PreloadedTimer timer;
+    Digest digest;
+    std::uint64_t periods = 0;
+    bool gates_on = false;
+};
+
+zh_link *zh_link_open(const zh_sim_job *job, std::uint32_t from_link)
+{
+    return zh::guarded<zh_link *>(nullptr, [&]() -> zh_link * {
+        if (job == nullptr || job->struct_size < sizeof(zh_sim_job)) {
+            fail(ZH_BAD_ARGUMENT, "zh_link_open: job: is NULL or its struct_size too small; set it "
+                                  "to sizeof(zh_sim_job)");
+            return nullptr;
+        }
+        return std::make_unique<zh_link>(zh::run_of(*job), from_link != 0).release();
+    });
+}
+
+int zh_link_run(zh_link *handle, std::uint32_t periods, const std::uint8_t *received,
+                std::uint32_t *received_n, std::uint8_t *sent, std::uint32_t *sent_n)
+{
+    if (handle == nullptr || received_n == nullptr || sent_n == nullptr ||
+        (received == nullptr && *received_n > 0) || (sent == nullptr && *sent_n > 0)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_link_run: handle, a buffer or its count: is NULL");
+    }
+    host_port_line_t &line = handle->firmware.line();
+    line = {received, *received_n, 0, sent, *sent_n, 0};
+    for (std::uint32_t k = 0; k < periods; ++k) {
+        handle->period();
+    }
+    *received_n = line.taken;
+    *sent_n = line.sent_n;
+    line = {};
+    return ZH_OK;
+}
+
+int zh_link_get_state(const zh_link *handle, zh_link_state *state)
+{
+    if (handle == nullptr || state == nullptr || state->struct_size < sizeof(zh_link_state)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_link_get_state: handle or state: is NULL or its "
+                                     "struct_size too small; set it to sizeof(zh_link_state)");
+    }
+    *state = {state->struct_size,     handle->gates_on ? 1U : 0U,
+              handle->periods,        handle->digest.value(),
+              handle->plant.time_s(), rpm_per_rad_s * handle->plant.state().omega_m_rad_s};
+    return ZH_OK;
+}
+
+void zh_link_close(zh_link *handle)
+{
+    delete handle;
+}

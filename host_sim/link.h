@@ -1,0 +1,43 @@
+/* The drive on its rig with the host link served: bytes in, bytes out, as many control periods as
+ * asked for. Part of the SIL library; who owns line and clock is the caller's (a socket, a test).
+ */
+#ifndef ZH_LINK_H
+#define ZH_LINK_H
+
+#include "sim.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct zh_link zh_link;
+
+typedef struct {
+    uint32_t struct_size; /* sizeof(zh_link_state), set by the caller */
+    uint32_t gates_on;    /* in the last period */
+    uint64_t periods;
+    uint64_t digest; /* of duties and gates of every period: equal runs have equal ones */
+    double time_s;
+    double speed_rpm; /* true, of the shaft */
+} zh_link_state;
+
+/* Rig, board, motor, firmware parameters and profiles of the job; runs on beyond the scenario's
+ * end. from_link: commands and reference come over the link, else from the scenario. NULL when
+ * refused: zh_sil_error(). */
+ZH_API zh_link *zh_link_open(const zh_sim_job *job, uint32_t from_link);
+
+/* Control periods, a slice of the background behind each. *received_n: bytes to hand to the drive;
+ * on return how many it took. *sent_n: room for what it says; on return how much that is. */
+ZH_API int zh_link_run(zh_link *handle, uint32_t periods, const uint8_t *received,
+                       uint32_t *received_n, uint8_t *sent, uint32_t *sent_n);
+
+ZH_API int zh_link_get_state(const zh_link *handle, zh_link_state *state);
+
+/* NULL is allowed. */
+ZH_API void zh_link_close(zh_link *handle);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,129 @@
+#include "random_frames.h"
+
+#include <string.h>
+
+#include "app_link.h"
+#include "app_signal.h"
+
+/* 64-bit LCG, high bits. */
+static uint32_t next(random_frames_t *r)
+{
+    r->seed = r->seed * 6364136223846793005u + 1442695040888963407u;
+    return (uint32_t)(r->seed >> 33);
+}
+
+static uint32_t noise(random_frames_t *r, uint8_t *wire)
+{
+    const uint32_t n = 1u + next(r) % 60u;
+    for (uint32_t k = 0u; k < n; k++) {
+        wire[k] = (uint8_t)next(r);
+    }
+    wire[n - 1u] = 0u;
+    return n;
+}
+
+static uint32_t wire_of(command_writer_t *w, uint8_t *wire)
+{
+    command_end(w);
+    memcpy(wire, w->byte, w->length);
+    return w->length;
+}
+
+/* Any op but that which gives a session, with any body: what acts lacks the session's number. */
+static uint32_t stranger(random_frames_t *r, uint8_t *wire)
+{
+    static const uint8_t known[] = {APP_LINK_SET, APP_LINK_COMMAND, APP_LINK_TRACE_ARM,
+                                    APP_LINK_TRACE_STOP, APP_LINK_FAULT_CLEAR};
+    static const uint8_t length[] = {10u, 14u, 25u, 4u, 4u};
+    const uint32_t pick = next(r) % (2u * sizeof known);
+    uint8_t op = (uint8_t)next(r);
+    uint32_t n = next(r) % 41u;
+    if (pick < sizeof known) {
+        op = known[pick];
+        n = length[pick];
+    }
+    command_writer_t w;
+    command_begin(&w, r->sequence++, (op == APP_LINK_SESSION) ? APP_LINK_STATUS : op);
+    for (uint32_t k = 0u; k < n; k++) {
+        command_put_u8(&w, (uint8_t)next(r));
+    }
+    return wire_of(&w, wire);
+}
+
+static uint32_t reader(random_frames_t *r, uint8_t *wire)
+{
+    static const uint8_t ops[] = {APP_LINK_HELLO,       APP_LINK_STATUS,       APP_LINK_TRACE_STATE,
+                                  APP_LINK_FAULT_LOG,   APP_LINK_FAULT_RECORD, APP_LINK_PARAM_INFO,
+                                  APP_LINK_SIGNAL_INFO, APP_LINK_GET,          APP_LINK_SAMPLE,
+                                  APP_LINK_TRACE_READ,  APP_LINK_FAULT_READ};
+    const uint8_t op = ops[next(r) % sizeof ops];
+    command_writer_t w;
+    command_begin(&w, r->sequence++, op);
+    if (op == APP_LINK_PARAM_INFO) {
+        command_put_u16(&w, (uint16_t)(next(r) % 120u));
+    } else if ((op == APP_LINK_SIGNAL_INFO) || (op == APP_LINK_SAMPLE)) {
+        command_put_u8(&w, (uint8_t)(next(r) % 80u));
+    } else if (op == APP_LINK_GET) {
+        for (uint32_t k = next(r) % 40u; k > 0u; k--) {
+            command_put_u16(&w, (uint16_t)(next(r) % 100u));
+        }
+    } else if ((op == APP_LINK_TRACE_READ) || (op == APP_LINK_FAULT_READ)) {
+        command_put_u32(&w, next(r) % 100u);
+    } else {
+        /* no body */
+    }
+    return wire_of(&w, wire);
+}
+
+static uint32_t recorder(random_frames_t *r, uint8_t *wire)
+{
+    command_writer_t w;
+    const uint32_t what = next(r) % 4u;
+    const uint8_t op = (what == 0u)   ? APP_LINK_TRACE_STOP
+                       : (what == 1u) ? APP_LINK_FAULT_CLEAR
+                                      : APP_LINK_TRACE_ARM;
+    command_begin(&w, r->sequence++, op);
+    command_put_u32(&w, r->session);
+    if (op == APP_LINK_TRACE_ARM) {
+        const uint32_t n = next(r) % 10u;
+        command_put_u8(&w, (uint8_t)n);
+        for (uint32_t k = 0u; k < n; k++) {
+            command_put_u8(&w, (uint8_t)(next(r) % (APP_SIGNALS + 2u)));
+        }
+        command_put_u32(&w, next(r) % 4u);
+        command_put_u8(&w, (uint8_t)(next(r) % APP_SIGNALS));
+        command_put_u8(&w, (uint8_t)(next(r) % 5u));
+        command_put_u32(&w, next(r));
+        command_put_float(&w, (float)(next(r) % 5u) * 0.3f);
+        command_put_u32(&w, next(r) % 600u);
+    }
+    return wire_of(&w, wire);
+}
+
+static uint32_t damaged(random_frames_t *r, uint8_t *wire)
+{
+    uint32_t n = ((next(r) & 1u) != 0u) ? reader(r, wire) : stranger(r, wire);
+    for (uint32_t k = 1u + next(r) % 3u; k > 0u; k--) {
+        wire[next(r) % n] ^= (uint8_t)(1u << (next(r) % 8u));
+    }
+    if ((next(r) & 3u) == 0u) {
+        n = 1u + next(r) % n; /* cut */
+    }
+    return n;
+}
+
+uint32_t random_frame(random_frames_t *r, uint8_t *wire)
+{
+    switch (next(r) % 5u) {
+    case 0u:
+        return noise(r, wire);
+    case 1u:
+        return stranger(r, wire);
+    case 2u:
+        return reader(r, wire);
+    case 3u:
+        return (r->session != 0u) ? recorder(r, wire) : reader(r, wire);
+    default:
+        return damaged(r, wire);
+    }
+}

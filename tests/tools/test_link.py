@@ -1,0 +1,367 @@
+"""The host link against the SIL drive: parameters, commands, trace and faults, as a user meets
+them. The drive's time passes only while it is asked, so every test repeats exactly."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from zerohertz import sim
+from zerohertz.cli import make_app
+from zerohertz.errors import UserError
+from zerohertz.link import client as link
+from zerohertz.link import command
+from zerohertz.link.client import Client, RefusedError
+from zerohertz.link.line import SerialLine, TcpLine
+from zerohertz.link.live import picture
+from zerohertz.link.recording import recording, unit_of, write
+from zerohertz.link.server import LinkedDrive, PtyEnd, TcpEnd, serve
+
+QUICK = {"offset_calibration_s": 0.02, "premagnetise_s": 0.5, "observer_gain_enable": 1}
+PERIOD_S = 200e-6
+
+
+class SilLine:
+    """A line whose other end lives only while somebody waits at this one."""
+
+    def __init__(self, drive: LinkedDrive, lose: int = 0) -> None:
+        self.drive, self.lose = drive, lose
+        self._waiting = b""
+
+    def send(self, data: bytes) -> None:
+        self._waiting += data
+
+    def receive(self, timeout_s: float) -> bytes:
+        taken, said = self.drive.run(5, self._waiting)
+        self._waiting = self._waiting[taken:]
+        if said and self.lose > 0:
+            self.lose -= 1
+            return b""
+        return said
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def sil() -> Iterator[LinkedDrive]:
+    with LinkedDrive(job()) as drive:
+        drive.run(300)  # offsets
+        yield drive
+
+
+def job(**more: object) -> sim.Job:
+    flat = {"profiles.load_torque_Nm": [[0.0, 0.0]]}
+    return sim.Job(firmware=QUICK, scenario_overrides=flat, seed=1, **more)
+
+
+@pytest.fixture
+def drive(sil: LinkedDrive) -> Client:
+    return Client(SilLine(sil), timeout_s=0.1)
+
+
+def seconds(sil: LinkedDrive, s: float) -> None:
+    sil.run(round(s / PERIOD_S))
+
+
+def test_says_who_it_is_and_lists_what_it_has(drive: Client) -> None:
+    from zerohertz.drive import parameters
+
+    assert drive.identity.text.startswith("ZeroHertz port=sil motor=")
+    assert drive.identity.period_s == pytest.approx(PERIOD_S)
+    expected = {p.name: (p.unit, p.minimum, p.maximum, p.initial, p.whole) for p in parameters()}
+    told = {
+        p.name: (p.unit, p.minimum, p.maximum, p.initial, p.whole)
+        for p in drive.parameters.values()
+    }
+    assert told == expected
+    assert drive.signal("duty_u").number == 0
+    assert drive.signal("faults").whole
+
+
+def test_reads_all_parameters_and_changes_one(drive: Client) -> None:
+    values = drive.get(list(drive.parameters))
+    assert values["premagnetise_s"] == pytest.approx(0.5)
+    drive.set("i_d_A", 3.5)
+    assert drive.get(["i_d_A"]) == {"i_d_A": 3.5}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "status"),
+    [("i_d_A", 1e9, 2), ("i_d_A", float("nan"), 1), ("eps1_mode", 0.5, 3), ("Rs_ohm", 1.0, 9)],
+)
+def test_a_refusal_says_why(drive: Client, name: str, value: float, status: int) -> None:
+    before = drive.get([name])
+    with pytest.raises(RefusedError, match=name) as refused:
+        drive.set(name, value)
+    assert refused.value.status == status
+    assert drive.get([name]) == before
+
+
+def test_names_that_do_not_exist_are_told_before_anything_is_sent(drive: Client) -> None:
+    with pytest.raises(UserError, match="no such parameter"):
+        drive.set("speed", 1.0)
+    with pytest.raises(UserError, match="no such signal"):
+        drive.sample(["speed"])
+
+
+def test_runs_to_a_speed_changes_a_parameter_while_running_and_stops(
+    sil: LinkedDrive, drive: Client
+) -> None:
+    drive.command(link.RUN, 300.0 / command.RPM_PER_RAD_S)
+    seconds(sil, 3.0)
+    status = drive.status()
+    assert command.state_name(status.state) == "RUN"
+    assert status.faults == 0
+    assert sil.state.speed_rpm == pytest.approx(300.0, abs=15.0)
+    with pytest.raises(RefusedError, match="gates off"):
+        drive.set("swap_vw", 1.0)
+    drive.set("i_d_A", 5.0)
+    seconds(sil, 1.0)
+    assert drive.status().i_d_A == pytest.approx(5.0, abs=0.3)
+    drive.stop()
+    seconds(sil, 0.01)
+    assert not sil.state.gates_on
+
+
+def test_a_host_that_dies_stops_the_drive(sil: LinkedDrive, drive: Client) -> None:
+    drive.command(link.RUN, 10.0, valid_s=0.2)
+    seconds(sil, 0.19)
+    assert sil.state.gates_on
+    seconds(sil, 0.03)
+    assert not sil.state.gates_on
+    assert drive.status().command_ran_out == 1
+
+
+def test_who_comes_later_takes_over(sil: LinkedDrive, drive: Client) -> None:
+    drive.command(link.RUN, 10.0)
+    second = Client(SilLine(sil), timeout_s=0.1)
+    second.command(0)
+    with pytest.raises(RefusedError, match="taken over"):
+        drive.command(link.RUN, 10.0)
+    assert drive.status().command == 0
+
+
+def test_a_lost_answer_is_asked_for_again(sil: LinkedDrive) -> None:
+    patient = Client(SilLine(sil, lose=2), timeout_s=0.05)
+    assert patient.status().good_frames == 1  # two answers lost: the first is told once more
+    assert patient.status().good_frames == 4
+
+
+def test_silence_is_told(sil: LinkedDrive) -> None:
+    with pytest.raises(UserError, match="no answer to status"):
+        Client(SilLine(sil, lose=10**9), timeout_s=0.01).status()
+
+
+def start_trace(sil: LinkedDrive, drive: Client) -> tuple[link.TraceState, list[tuple[int, ...]]]:
+    drive.arm(
+        ["state", "i_s_alpha_A", "u_dc_V"],
+        **command.parse_trigger("state>3", "state"),
+        before=0.25,
+        decimation=2,
+        rows=400,
+    )
+    drive.command(link.RUN, 0.0)
+    seconds(sil, 0.5)
+    state = drive.trace_state()
+    return state, drive.trace_words(state)
+
+
+def test_a_trace_round_the_start_shows_the_current_rise(sil: LinkedDrive, drive: Client) -> None:
+    seconds(sil, 0.2)
+    drive.arm(
+        ["state", "i_s_alpha_A", "u_dc_V"],
+        **command.parse_trigger("state>3", "state"),
+        before=0.25,
+        decimation=2,
+        rows=400,
+    )
+    seconds(sil, 0.2)
+    drive.command(link.RUN, 0.0)
+    seconds(sil, 0.5)
+    state = drive.trace_state()
+    assert (state.state, state.rows, state.trigger_row) == (3, 400, 100)
+    record = recording(drive, drive.trace_words(state), state.signals, state.trigger_row, 2)
+    assert record.t_s[100] == 0.0
+    assert np.allclose(np.diff(record.t_s), 2 * PERIOD_S)
+    assert set(record.columns["state"][:100]) == {2}
+    assert set(record.columns["state"][100:]) == {3}
+    assert abs(record.columns["i_s_alpha_A"][:100]).max() < 0.1
+    assert record.columns["i_s_alpha_A"][-1] > 2.0
+    assert record.columns["u_dc_V"] == pytest.approx(283.0, abs=2.0)
+
+
+def test_a_trace_as_csv_and_as_mdf4_holds_the_same_numbers(
+    sil: LinkedDrive, drive: Client, tmp_path: Path
+) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    state, words = start_trace(sil, drive)
+    record = recording(drive, words, state.signals, state.trigger_row, state.decimation)
+    write(tmp_path / "t.csv", record)
+    write(tmp_path / "t.mf4", record)
+    with (tmp_path / "t.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    with asammdf.MDF(tmp_path / "t.mf4") as file:
+        for name, column in record.columns.items():
+            signal = file.get(name)
+            assert np.array_equal(signal.samples, column)
+            assert np.array_equal(signal.timestamps, record.t_s)
+            assert signal.unit == unit_of(name)
+            assert [np.float32(row[name]) for row in rows] == list(column.astype(np.float32))
+    assert [float(row["t_s"]) for row in rows] == pytest.approx(list(record.t_s))
+
+
+def test_another_ending_is_refused(drive: Client, tmp_path: Path) -> None:
+    record = recording(drive, [(0,)], (4,), 0, 1)
+    with pytest.raises(UserError, match=r"\.csv or \.mf4"):
+        write(tmp_path / "t.xls", record)
+
+
+def test_a_trigger_that_does_not_come_is_told(drive: Client) -> None:
+    never = command.parse_trigger("u_dc_V>1000", "u_dc_V")
+    with pytest.raises(UserError, match="no trigger within 0 s"):
+        command.take(drive, ["u_dc_V"], never, before=0.5, every=1, rows=10, wait_s=0.0)
+    assert drive.trace_state().state == 0
+
+
+@pytest.mark.parametrize("text", ["state", "state>", "state>>3", ">3", "state>1e", "state>nan"])
+def test_a_trigger_that_says_nothing_is_refused(text: str) -> None:
+    with pytest.raises(UserError, match="--trigger"):
+        command.parse_trigger(text, "state")
+
+
+def test_units_end_the_names() -> None:
+    assert unit_of("omega_e_hat_rad_s") == "rad/s"
+    assert unit_of("i_s_alpha_A") == "A"
+    assert unit_of("l1_re_per_s") == "1/s"
+    assert unit_of("duty_u") == ""
+
+
+def test_a_fault_is_listed_recorded_and_written(tmp_path: Path) -> None:
+    dip = {"profiles.u_dc_V": [[0.0, 283.0], [1.0, 283.0], [1.001, 100.0], [1.2, 100.0]]}
+    base = job()
+    broken = sim.Job(firmware=QUICK, scenario_overrides={**base.scenario_overrides, **dip}, seed=1)
+    with LinkedDrive(broken) as sil:
+        drive = Client(SilLine(sil), timeout_s=0.1)
+        assert drive.faults() == (0, [])
+        assert drive.fault_record() is None
+        seconds(sil, 0.1)
+        drive.command(link.RUN, 0.0)
+        seconds(sil, 1.1)
+        assert not sil.state.gates_on
+        ever, entries = drive.faults()
+        assert ever >= 1
+        assert command.fault_names(entries[-1].faults) == "DC_UNDER_VOLTAGE"
+        kept = drive.fault_record()
+        assert kept is not None
+        head, words = kept
+        record = recording(drive, words, head.signals, head.fault_row, 1)
+        u_dc_V = record.columns["u_dc_V"]
+        assert len(u_dc_V) == 48
+        assert record.t_s[32] == 0.0
+        assert u_dc_V[32] < 150.0 <= u_dc_V[31]
+        write(tmp_path / "fault.csv", record)
+        drive.clear_faults()
+        assert drive.fault_record() is None
+
+
+def test_the_picture_of_the_live_plot_names_its_curves() -> None:
+    text = picture([0.0, 0.1, 0.2], {"i_d_A": [0.0, 1.0, 2.0]}, (60, 15))
+    assert "i_d_A" in text
+    assert len(text.splitlines()) >= 10
+
+
+@contextlib.contextmanager
+def served(end: TcpEnd | PtyEnd) -> Iterator[None]:
+    """The drive in a thread, as fast as it goes."""
+    stop = threading.Event()
+    with LinkedDrive(job()) as drive:
+        arguments = (drive, end, 0.0, lambda: not stop.is_set())
+        thread = threading.Thread(target=serve, args=arguments, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            stop.set()
+            thread.join(10.0)
+
+
+def test_the_commands_over_tcp(tmp_path: Path) -> None:
+    end = TcpEnd(0)
+    app, runner = make_app(), CliRunner()
+
+    def zh(*words: str) -> str:
+        result = runner.invoke(app, [*words, "--sil", "--tcp", str(end.port)])
+        assert result.exit_code == 0, (result.output, result.exception)
+        return result.output
+
+    with served(end):
+        assert json.loads(zh("connect", "--json"))["status"]["state"] in (0, 1, 2)
+        assert "i_d_A = 4.25 A" in zh("set", "i_d_A", "4.25")
+        assert json.loads(zh("get", "i_d_A", "--json")) == {"i_d_A": 4.25}
+        assert "premagnetise_s" in zh("get")
+        zh("run", "--rpm", "60", "--seconds", "0.5", "--valid", "0")
+        out = tmp_path / "t.csv"
+        zh("trace", "--signals", "duty_u,state", "--rows", "20", "--out", str(out))
+        assert len(out.read_text().splitlines()) == 21
+        assert json.loads(zh("faults", "--json"))["record"] is None
+        assert "READY" in zh("run", "--stop")
+
+
+def test_the_commands_refuse_what_makes_no_sense() -> None:
+    app, runner = make_app(), CliRunner()
+    for words, what in (
+        (["connect"], "which drive"),
+        (["connect", "--sil", "--port", "x"], "which drive"),
+        (["run", "--sil"], "--rpm"),
+        (["run", "--sil", "--stop", "--rpm", "1"], "--rpm"),
+        (["trace", "--sil", "--signals", ",", "--out", "x.csv"], "one to eight"),
+        (["trace", "--sil", "--signals", "state"], "--out"),
+        (["connect", "--port", "/dev/no_such_port"], "cannot be opened"),
+        (["connect", "--sil", "--tcp", "1"], "nobody answers"),
+        (["serve", "--set", "i_d_A"], "NAME=NUMBER"),
+    ):
+        result = runner.invoke(app, words)
+        assert isinstance(result.exception, UserError), (words, result.output)
+        assert what in str(result.exception)
+
+
+def test_a_terminal_device_serves_the_same_bytes() -> None:
+    end = PtyEnd()
+    with served(end), Client(SerialLine(end.name)) as drive:
+        assert drive.identity.text.startswith("ZeroHertz")
+        assert drive.status().u_dc_V == pytest.approx(283.0, abs=3.0)
+
+
+def test_a_line_that_closes_is_told() -> None:
+    end = TcpEnd(0)
+    line = TcpLine(end.port)
+    end.exchange(b"", 1.0)
+    end._peer.close()  # type: ignore[union-attr]
+    with pytest.raises(UserError, match="the other end has closed"):
+        line.receive(1.0)
+
+
+def test_the_same_run_with_and_without_talk_has_the_same_duties() -> None:
+    scenario = sim.HOST_SIM / "scenarios" / "smoke.toml"
+    quiet_job = sim.Job(scenario=scenario, firmware=QUICK, seed=1)
+    with (
+        LinkedDrive(quiet_job, commands_from_link=False) as quiet,
+        LinkedDrive(quiet_job, commands_from_link=False) as talked,
+    ):
+        client = Client(SilLine(talked), timeout_s=0.1)
+        client.command(link.TORQUE_OFF)  # this drive's commands come from elsewhere
+        client.arm(["duty_u"], trigger="duty_u", edge=0, level=0, before=0, decimation=1, rows=0)
+        client.get(list(client.parameters))
+        talked.run(10000 - talked.state.periods)
+        quiet.run(10000)
+        assert talked.state.gates_on
+        assert talked.state == quiet.state

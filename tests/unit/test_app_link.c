@@ -1,0 +1,604 @@
+/* The host link of one drive, byte by byte as a host talks to it: what it tells, what it does, and
+ * what it refuses. */
+#include "app_link.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "app_record.h"
+#include "app_signal.h"
+#include "command.h"
+#include "host_port.h"
+#include "unity.h"
+
+#define TRACE_WORDS 256u
+
+static host_port_t port;
+static params_t params;
+static uint32_t trace_memory[TRACE_WORDS];
+static fault_memory_t fault_memory;
+static uint8_t sequence;
+static uint8_t answer_byte[4096];
+static command_frame_t answer;
+static command_parser_t answer_parser;
+static uint32_t session;
+
+static app_t *app(void)
+{
+    return &port.app;
+}
+
+/* One control period and one slice of the background, at rest, as a port's main loop has it. */
+static hal_output_t round_of_the_port(void)
+{
+    const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
+    hal_output_t out;
+    const app_command_t command = app_link_command(app());
+    host_port_period(&port, &command, &rest, &out);
+    return out;
+}
+
+/* Bytes to the drive; true when a good answer came, in `answer`. */
+static bool talk(const uint8_t *byte, uint32_t n)
+{
+    port.line = (host_port_line_t){
+        .received = byte, .received_n = n, .sent = answer_byte, .room = sizeof answer_byte};
+    for (uint32_t k = 0u; k < n / 32u + 8u; k++) {
+        (void)round_of_the_port();
+    }
+    TEST_ASSERT_EQUAL_UINT32(n, port.line.taken);
+    bool good = false;
+    for (uint32_t k = 0u; k < port.line.sent_n; k++) {
+        if (command_byte(&answer_parser, answer_byte[k], &answer)) {
+            TEST_ASSERT_FALSE(good); /* one answer to one request */
+            good = true;
+        }
+    }
+    port.line = (host_port_line_t){0};
+    return good;
+}
+
+static command_writer_t ask(uint8_t op)
+{
+    command_writer_t w;
+    sequence++;
+    command_begin(&w, sequence, op);
+    return w;
+}
+
+/* Sends; the answer's status, and a reader behind it. */
+static uint8_t send(command_writer_t *w, command_reader_t *body)
+{
+    const uint8_t op = w->byte[3];
+    command_end(w);
+    TEST_ASSERT_TRUE(talk(w->byte, w->length));
+    TEST_ASSERT_EQUAL_UINT8(sequence, answer.sequence);
+    TEST_ASSERT_EQUAL_UINT8(op | APP_LINK_ANSWER, answer.op);
+    *body = (command_reader_t){.at = answer.body, .left = answer.body_bytes};
+    return command_take_u8(body);
+}
+
+static uint8_t send_only(command_writer_t *w)
+{
+    command_reader_t body;
+    return send(w, &body);
+}
+
+static uint8_t command(uint32_t bits, float omega_m_rad_s, uint16_t valid_ms)
+{
+    command_writer_t w = ask(APP_LINK_COMMAND);
+    command_put_u32(&w, session);
+    command_put_u32(&w, bits);
+    command_put_float(&w, omega_m_rad_s);
+    command_put_u16(&w, valid_ms);
+    return send_only(&w);
+}
+
+static uint8_t set(const char *name, float value)
+{
+    command_writer_t w = ask(APP_LINK_SET);
+    command_put_u32(&w, session);
+    command_put_u16(&w, (uint16_t)params_find(name));
+    command_put_float(&w, value);
+    return send_only(&w);
+}
+
+static void open_session(void)
+{
+    command_writer_t w = ask(APP_LINK_SESSION);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    session = command_take_u32(&body);
+    TEST_ASSERT_NOT_EQUAL_UINT32(0u, session);
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+}
+
+static void rounds(uint32_t n)
+{
+    for (uint32_t k = 0u; k < n; k++) {
+        (void)round_of_the_port();
+    }
+}
+
+void setUp(void)
+{
+    params_default(&params);
+    params.observer_gain_enable = 0u;
+    params.offset_calibration_s = 0.01f;
+    params.premagnetise_s = 0.02f;
+    TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
+    port.background_every = 1u;
+    port.until_background = 1u;
+    memset(&fault_memory, 0, sizeof fault_memory);
+    const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    host_port_record(&port, &memory);
+    answer_parser = (command_parser_t){0};
+    session = 0u;
+    rounds(60u);
+    open_session();
+}
+
+void tearDown(void)
+{
+}
+
+static void test_says_who_it_is(void)
+{
+    command_writer_t w = ask(APP_LINK_HELLO);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    TEST_ASSERT_EQUAL_UINT16(APP_LINK_PROTOCOL, command_take_u16(&body));
+    TEST_ASSERT_EQUAL_UINT16(params_count(), command_take_u16(&body));
+    TEST_ASSERT_EQUAL_UINT16(APP_SIGNALS, command_take_u16(&body));
+    TEST_ASSERT_EQUAL_UINT32(TRACE_WORDS, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body)); /* no table: no motor, no CRC */
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_FLOAT(200e-6f, command_take_float(&body));
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, command_take_float(&body));
+    TEST_ASSERT_EQUAL_UINT8(strlen("ZeroHertz port=host"), command_take_u8(&body));
+}
+
+static void test_lists_every_parameter_and_signal(void)
+{
+    for (size_t k = 0u; k < params_count(); k++) {
+        const param_info_t *info = params_info(k);
+        command_writer_t w = ask(APP_LINK_PARAM_INFO);
+        command_put_u16(&w, (uint16_t)k);
+        command_reader_t body;
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+        TEST_ASSERT_EQUAL_UINT8(info->type, command_take_u8(&body));
+        TEST_ASSERT_EQUAL_UINT8(info->access, command_take_u8(&body));
+        TEST_ASSERT_EQUAL_FLOAT(info->minimum, command_take_float(&body));
+        TEST_ASSERT_EQUAL_FLOAT(info->maximum, command_take_float(&body));
+        TEST_ASSERT_EQUAL_FLOAT(info->initial, command_take_float(&body));
+        TEST_ASSERT_EQUAL_UINT8(strlen(info->name), command_take_u8(&body));
+        TEST_ASSERT_EQUAL_MEMORY(info->name, body.at, strlen(info->name));
+        TEST_ASSERT_EQUAL_UINT32(strlen(info->name) + 1u + strlen(info->unit), body.left);
+    }
+    for (uint32_t k = 0u; k < (uint32_t)APP_SIGNALS; k++) {
+        command_writer_t w = ask(APP_LINK_SIGNAL_INFO);
+        command_put_u8(&w, (uint8_t)k);
+        command_reader_t body;
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+        TEST_ASSERT_EQUAL_UINT8(app_signal_is_float(k) ? PARAM_FLOAT : PARAM_UINT,
+                                command_take_u8(&body));
+        TEST_ASSERT_EQUAL_UINT8(strlen(app_signal_name(k)), command_take_u8(&body));
+    }
+    TEST_ASSERT_TRUE(app_signal_is_float(APP_SIGNAL_duty_u));
+    TEST_ASSERT_FALSE(app_signal_is_float(APP_SIGNAL_faults));
+    TEST_ASSERT_EQUAL_STRING("duty_u", app_signal_name(0u));
+    TEST_ASSERT_EQUAL_STRING("", app_signal_name(APP_SIGNALS));
+    TEST_ASSERT_EQUAL_HEX32(0u, app_signal(app(), &app()->output, APP_SIGNALS));
+    TEST_ASSERT_FALSE(app_signal_is_float(APP_SIGNALS));
+}
+
+static void test_a_parameter_that_was_set_is_read_back_and_in_the_control_law(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("i_d_A", 3.25f));
+    command_writer_t w = ask(APP_LINK_GET);
+    command_put_u16(&w, (uint16_t)params_find("i_d_A"));
+    command_put_u16(&w, (uint16_t)params_find("adc_bits"));
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    TEST_ASSERT_EQUAL_FLOAT(3.25f, command_take_float(&body));
+    TEST_ASSERT_EQUAL_FLOAT(14.0f, command_take_float(&body));
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+    TEST_ASSERT_EQUAL_FLOAT(3.25f, app()->config.drive.flux.i_d_A);
+}
+
+static void test_refuses_a_parameter_for_the_right_reason(void)
+{
+    const app_config_t before = app()->config;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, set("i_d_A", 1e5f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_FINITE, set("i_d_A", NAN));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_WHOLE, set("eps1_mode", 0.5f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, set("no_such_name", 0.0f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, set("Rs_ohm", 1.0f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_REFUSED, set("eps1_off_Hz", 0.5f)); /* below eps1_on_Hz */
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app()->config, sizeof before);
+}
+
+static void test_a_ready_parameter_waits_for_the_gates_to_be_off(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("swap_vw", 0.0f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
+    rounds(3u);
+    TEST_ASSERT_TRUE(app()->mode != DRIVE_OFF);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_NOW, set("swap_vw", 1.0f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("i_d_A", 4.0f)); /* RUN: live */
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(0u, 0.0f, 0u));
+    rounds(3u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("swap_vw", 1.0f));
+}
+
+/* The gates are off, but the run command that stands may open them in any next period. */
+static void test_a_standing_run_command_counts_as_gates_on(void)
+{
+    const app_command_t run = {.command = DRIVE_STATE_CMD_RUN};
+    TEST_ASSERT_TRUE(app_at_rest(app()));
+    app_post_command(app(), &run);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, app()->mode);
+    TEST_ASSERT_FALSE(app_at_rest(app()));
+}
+
+static void test_a_command_runs_and_stops_the_drive(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 3.5f, 0u));
+    rounds(200u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, app()->machine.id);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, app_link_command(app()).omega_m_ref_rad_s);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_TORQUE_OFF, 0.0f, 0u));
+    TEST_ASSERT_EQUAL(DRIVE_STATE_TORQUE_OFF, app()->machine.id);
+}
+
+static void test_a_command_that_is_none_is_refused_and_the_old_one_stands(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 3.5f, 0u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, command(8u, 1.0f, 0u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_FINITE, command(0u, INFINITY, 0u));
+    const app_command_t c = app_link_command(app());
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_STATE_CMD_RUN, c.command);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, c.omega_m_ref_rad_s);
+}
+
+static void test_a_silent_host_stops_the_drive_when_it_said_so(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 20u)); /* 100 periods */
+    rounds(85u);
+    TEST_ASSERT_TRUE(app()->mode != DRIVE_OFF);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 20u));
+    rounds(85u);
+    TEST_ASSERT_TRUE(app()->mode != DRIVE_OFF); /* the repetition counts */
+    rounds(30u);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, app()->mode);
+    TEST_ASSERT_TRUE(app()->link.expired);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
+    rounds(10000u);
+    TEST_ASSERT_TRUE(app()->mode != DRIVE_OFF); /* 0: without end */
+}
+
+/* The drive takes the edge; a level would swallow the next reset. */
+static void test_a_reset_is_a_pulse_and_can_be_given_again(void)
+{
+    for (uint32_t n = 0u; n < 2u; n++) {
+        app()->machine.faults = 1u;
+        app()->machine.id = DRIVE_STATE_FAULT;
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_FAULT_RESET, 0.0f, 0u));
+        rounds(60u); /* the offsets are averaged anew */
+        TEST_ASSERT_EQUAL(DRIVE_STATE_READY, app()->machine.id);
+        TEST_ASSERT_EQUAL_HEX32(0u, app_link_command(app()).command);
+    }
+}
+
+static void test_who_is_not_in_session_changes_nothing(void)
+{
+    const app_config_t before = app()->config;
+    const uint32_t mine = session;
+    const uint32_t others[] = {0u, mine + 1u, mine ^ 0x80000000u};
+    for (size_t k = 0u; k < 3u; k++) {
+        session = others[k];
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SESSION, command(DRIVE_STATE_CMD_RUN, 9.0f, 0u));
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SESSION, set("i_d_A", 1.0f));
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, app_link_command(app()).command);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app()->config, sizeof before);
+    open_session();
+    TEST_ASSERT_NOT_EQUAL_UINT32(mine, session);
+    const uint32_t second = session;
+    session = mine;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SESSION, set("i_d_A", 1.0f));
+    session = second;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("i_d_A", 1.0f));
+}
+
+static void test_before_any_session_zero_is_none_either(void)
+{
+    TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
+    port.background_every = 1u;
+    port.until_background = 1u;
+    session = 0u;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SESSION, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
+}
+
+static void test_a_repeated_request_is_answered_again_and_done_once(void)
+{
+    command_writer_t w = ask(APP_LINK_COMMAND);
+    command_put_u32(&w, session);
+    command_put_u32(&w, DRIVE_STATE_CMD_FAULT_RESET);
+    command_put_float(&w, 0.0f);
+    command_put_u16(&w, 0u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send_only(&w));
+    rounds(5u);
+    TEST_ASSERT_TRUE(talk(w.byte, w.length)); /* its answer was lost, the host believes */
+    TEST_ASSERT_EQUAL_UINT8(sequence, answer.sequence);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, answer.body[0]);
+    TEST_ASSERT_FALSE(app()->link.reset);
+    TEST_ASSERT_EQUAL_HEX32(0u, app_link_command(app()).command);
+}
+
+static void test_every_op_with_every_length_answers_and_only_the_right_one_does(void)
+{
+    const app_config_t before = app()->config;
+    for (uint32_t op = 0u; op < APP_LINK_ANSWER; op++) {
+        for (uint32_t n = 0u; n <= 40u; n++) {
+            command_writer_t w = ask((uint8_t)op);
+            for (uint32_t k = 0u; k < n; k++) {
+                command_put_u8(&w, (uint8_t)(0xA5u + 3u * k));
+            }
+            const uint8_t status = send_only(&w);
+            TEST_ASSERT_TRUE(status <= APP_LINK_REFUSED);
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, app_link_command(app()).command);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app()->config, sizeof before);
+}
+
+static void test_a_request_of_wrong_length_is_not_carried_out(void)
+{
+    command_writer_t w = ask(APP_LINK_SET);
+    command_put_u32(&w, session);
+    command_put_u16(&w, (uint16_t)params_find("i_d_A"));
+    command_put_float(&w, 1.0f);
+    command_put_u8(&w, 0u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_BAD_LENGTH, send_only(&w));
+    TEST_ASSERT_EQUAL_FLOAT(4.5f, app()->config.drive.flux.i_d_A);
+    command_writer_t many = ask(APP_LINK_GET);
+    for (uint32_t k = 0u; k < 61u; k++) {
+        command_put_u16(&many, 0u); /* one more than an answer holds */
+    }
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_BAD_LENGTH, send_only(&many));
+    command_writer_t unknown = ask(APP_LINK_GET);
+    command_put_u16(&unknown, 60000u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&unknown));
+}
+
+static void test_status_tells_state_reference_and_counts(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 3.5f, 0u));
+    rounds(200u);
+    command_writer_t w = ask(APP_LINK_STATUS);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_RUN, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_CMD_RUN, command_take_u32(&body));
+    TEST_ASSERT_TRUE(command_take_u32(&body) > 260u);
+    for (uint32_t k = 0u; k < 5u; k++) {
+        (void)command_take_u32(&body);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, command_take_float(&body));
+    for (uint32_t k = 0u; k < 6u; k++) {
+        (void)command_take_float(&body);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(0.5f, 283.0f, command_take_float(&body));
+    (void)command_take_float(&body);
+    TEST_ASSERT_EQUAL_FLOAT(params.Rs_ohm, command_take_float(&body));
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+}
+
+static void test_a_sample_is_of_one_period(void)
+{
+    command_writer_t w = ask(APP_LINK_SAMPLE);
+    command_put_u8(&w, APP_SIGNAL_state);
+    command_put_u8(&w, APP_SIGNAL_u_dc_V);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    TEST_ASSERT_TRUE(command_take_u32(&body) > 60u);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_READY, command_take_u32(&body));
+    TEST_ASSERT_FLOAT_WITHIN(0.5f, 283.0f, command_take_float(&body));
+    command_writer_t bad = ask(APP_LINK_SAMPLE);
+    command_put_u8(&bad, APP_SIGNALS);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&bad));
+}
+
+static command_writer_t arm(uint8_t trigger, uint8_t edge, uint32_t level)
+{
+    command_writer_t w = ask(APP_LINK_TRACE_ARM);
+    command_put_u32(&w, session);
+    command_put_u8(&w, 2u);
+    command_put_u8(&w, APP_SIGNAL_state);
+    command_put_u8(&w, APP_SIGNAL_u_dc_V);
+    command_put_u32(&w, 1u);
+    command_put_u8(&w, trigger);
+    command_put_u8(&w, edge);
+    command_put_u32(&w, level);
+    command_put_float(&w, 0.5f);
+    command_put_u32(&w, 100u);
+    return w;
+}
+
+static void test_a_trace_round_the_start_is_read_back(void)
+{
+    command_writer_t w = arm(APP_SIGNAL_state, TRACE_RISING, DRIVE_STATE_PREMAGNETISE);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    TEST_ASSERT_EQUAL_UINT32(100u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(50u, command_take_u32(&body));
+    rounds(200u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
+    rounds(200u);
+    command_writer_t state = ask(APP_LINK_TRACE_STATE);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&state, &body));
+    TEST_ASSERT_EQUAL_UINT32(TRACE_DONE, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(100u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(50u, command_take_u32(&body));
+    uint32_t row = 0u;
+    while (row < 100u) {
+        command_writer_t read = ask(APP_LINK_TRACE_READ);
+        command_put_u32(&read, row);
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&read, &body));
+        TEST_ASSERT_EQUAL_UINT32(0u, body.left % 8u);
+        TEST_ASSERT_TRUE(body.left > 0u);
+        while (body.left > 0u) {
+            const uint32_t id = command_take_u32(&body);
+            TEST_ASSERT_EQUAL_UINT32((row < 50u) ? DRIVE_STATE_READY : DRIVE_STATE_PREMAGNETISE,
+                                     id);
+            TEST_ASSERT_FLOAT_WITHIN(0.5f, 283.0f, command_take_float(&body));
+            row++;
+        }
+    }
+    command_writer_t beyond = ask(APP_LINK_TRACE_READ);
+    command_put_u32(&beyond, 100u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&beyond));
+}
+
+static void test_a_trace_set_up_wrongly_is_refused(void)
+{
+    command_writer_t w = arm(APP_SIGNALS, TRACE_RISING, 0u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&w));
+    w = arm(APP_SIGNAL_state, TRACE_EDGES, 0u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, send_only(&w));
+    w = arm(APP_SIGNAL_u_dc_V, TRACE_RISING, 0x7FC00000u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_REFUSED, send_only(&w));
+    w = arm(APP_SIGNAL_state, TRACE_RISING, 0u);
+    command_put_u8(&w, 0u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_BAD_LENGTH, send_only(&w));
+    command_writer_t nine = ask(APP_LINK_TRACE_ARM);
+    command_put_u32(&nine, session);
+    command_put_u8(&nine, 9u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, send_only(&nine));
+    command_writer_t unknown = ask(APP_LINK_TRACE_ARM);
+    command_put_u32(&unknown, session);
+    command_put_u8(&unknown, 1u);
+    command_put_u8(&unknown, APP_SIGNALS);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&unknown));
+    TEST_ASSERT_EQUAL_UINT32(TRACE_IDLE, app()->trace.state);
+    w = arm(APP_SIGNAL_state, TRACE_RISING, 99u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send_only(&w));
+    command_writer_t stop = ask(APP_LINK_TRACE_STOP);
+    command_put_u32(&stop, session);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send_only(&stop));
+    TEST_ASSERT_EQUAL_UINT32(TRACE_IDLE, app()->trace.state);
+}
+
+static void test_a_fault_is_listed_recorded_read_and_cleared(void)
+{
+    command_reader_t body;
+    command_writer_t none = ask(APP_LINK_FAULT_RECORD);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&none));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
+    rounds(100u);
+    const hal_sample_t over = {16000u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
+    hal_output_t out;
+    const app_command_t run = {.command = DRIVE_STATE_CMD_RUN};
+    host_port_period(&port, &run, &over, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    rounds(50u);
+
+    command_writer_t log = ask(APP_LINK_FAULT_LOG);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&log, &body));
+    const uint32_t listed = command_take_u32(&body);
+    TEST_ASSERT_EQUAL_UINT32(1u, listed);
+    TEST_ASSERT_EQUAL_UINT32(1u, command_take_u32(&body));
+    TEST_ASSERT_BITS_HIGH(MONITOR_OVER_CURRENT, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_FAULT, command_take_u32(&body));
+    const uint32_t period = command_take_u32(&body);
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+
+    command_writer_t record = ask(APP_LINK_FAULT_RECORD);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&record, &body));
+    TEST_ASSERT_EQUAL_UINT32(1u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(period, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_RECORD_ROWS, command_take_u32(&body));
+    const uint32_t fault_row = command_take_u32(&body);
+    TEST_ASSERT_EQUAL_UINT32(32u, fault_row);
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT8(APP_SIGNAL_i_s_alpha_A, command_take_u8(&body));
+
+    command_writer_t read = ask(APP_LINK_FAULT_READ);
+    command_put_u32(&read, fault_row);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&read, &body));
+    /* What tripped it: 23.8 A in phase u alone are 19.5 A of alpha. */
+    TEST_ASSERT_FLOAT_WITHIN(0.3f, 19.5f, command_take_float(&body));
+    command_writer_t beyond = ask(APP_LINK_FAULT_READ);
+    command_put_u32(&beyond, FAULT_RECORD_ROWS);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&beyond));
+
+    command_writer_t clear = ask(APP_LINK_FAULT_CLEAR);
+    command_put_u32(&clear, session);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send_only(&clear));
+    command_writer_t gone = ask(APP_LINK_FAULT_RECORD);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&gone));
+}
+
+static void test_a_port_without_recording_says_so(void)
+{
+    TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
+    port.background_every = 1u;
+    port.until_background = 1u;
+    const uint8_t ops[] = {APP_LINK_FAULT_LOG, APP_LINK_FAULT_RECORD};
+    for (size_t k = 0u; k < 2u; k++) {
+        command_writer_t w = ask(ops[k]);
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&w));
+    }
+    open_session();
+    command_writer_t w = arm(APP_SIGNAL_state, TRACE_NOW, 0u);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_REFUSED, send_only(&w));
+}
+
+/* A slow line: a byte at a time goes out, the next request waits, nothing is lost. */
+static void test_a_slow_line_gets_whole_answers(void)
+{
+    command_writer_t w = ask(APP_LINK_STATUS);
+    command_end(&w);
+    port.line = (host_port_line_t){.received = w.byte, .received_n = w.length, .sent = answer_byte};
+    bool good = false;
+    for (uint32_t k = 0u; k < 300u; k++) {
+        port.line.room = port.line.sent_n + 1u;
+        const uint32_t before = port.line.sent_n;
+        (void)round_of_the_port();
+        for (uint32_t at = before; at < port.line.sent_n; at++) {
+            good |= command_byte(&answer_parser, answer_byte[at], &answer);
+        }
+    }
+    TEST_ASSERT_TRUE(good);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_STATUS | APP_LINK_ANSWER, answer.op);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_says_who_it_is);
+    RUN_TEST(test_lists_every_parameter_and_signal);
+    RUN_TEST(test_a_parameter_that_was_set_is_read_back_and_in_the_control_law);
+    RUN_TEST(test_refuses_a_parameter_for_the_right_reason);
+    RUN_TEST(test_a_ready_parameter_waits_for_the_gates_to_be_off);
+    RUN_TEST(test_a_standing_run_command_counts_as_gates_on);
+    RUN_TEST(test_a_command_runs_and_stops_the_drive);
+    RUN_TEST(test_a_command_that_is_none_is_refused_and_the_old_one_stands);
+    RUN_TEST(test_a_silent_host_stops_the_drive_when_it_said_so);
+    RUN_TEST(test_a_reset_is_a_pulse_and_can_be_given_again);
+    RUN_TEST(test_who_is_not_in_session_changes_nothing);
+    RUN_TEST(test_before_any_session_zero_is_none_either);
+    RUN_TEST(test_a_repeated_request_is_answered_again_and_done_once);
+    RUN_TEST(test_every_op_with_every_length_answers_and_only_the_right_one_does);
+    RUN_TEST(test_a_request_of_wrong_length_is_not_carried_out);
+    RUN_TEST(test_status_tells_state_reference_and_counts);
+    RUN_TEST(test_a_sample_is_of_one_period);
+    RUN_TEST(test_a_trace_round_the_start_is_read_back);
+    RUN_TEST(test_a_trace_set_up_wrongly_is_refused);
+    RUN_TEST(test_a_fault_is_listed_recorded_read_and_cleared);
+    RUN_TEST(test_a_port_without_recording_says_so);
+    RUN_TEST(test_a_slow_line_gets_whole_answers);
+    return UNITY_END();
+}

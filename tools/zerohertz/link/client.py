@@ -1,0 +1,367 @@
+"""A drive at the other end of a line: requests and answers. firmware/service/README.md."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import time
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Self
+
+from zerohertz.errors import UserError
+from zerohertz.link.frame import BODY_MAX, Frame, Reader, encode
+from zerohertz.link.line import Line
+
+PROTOCOL = 1
+RUN, RESET, TORQUE_OFF = 1, 2, 4
+_ANSWER = 0x80
+_TRIES = 4
+_WORDS_U, _WORDS_F = 9, 10  # of a status
+_TRACE_WORDS, _RECORD_WORDS = 6, 5
+
+
+class Op(IntEnum):
+    """Requests, numbers as in firmware/app/app_link.h."""
+
+    HELLO = 0x01
+    SESSION = 0x02
+    PARAM_INFO = 0x03
+    SIGNAL_INFO = 0x04
+    GET = 0x10
+    SET = 0x11
+    COMMAND = 0x20
+    STATUS = 0x21
+    SAMPLE = 0x22
+    TRACE_ARM = 0x30
+    TRACE_STATE = 0x31
+    TRACE_READ = 0x32
+    TRACE_STOP = 0x33
+    FAULT_LOG = 0x40
+    FAULT_RECORD = 0x41
+    FAULT_READ = 0x42
+    FAULT_CLEAR = 0x43
+
+
+REASONS = {
+    1: "is no finite number",
+    2: "is out of range",
+    3: "has to be a whole number",
+    4: "is not there",
+    5: "the drive does not know this request",
+    6: "the drive knows this request in another length; is the firmware of another version?",
+    7: "somebody else has taken over the drive, or it was reset; connect anew",
+    8: "can only change with the gates off; stop the drive first",
+    9: "is protected",
+    10: "is in range, but refused together with the other values",
+}
+
+
+class RefusedError(UserError):
+    """The drive's answer had a status other than 0."""
+
+    def __init__(self, what: str, status: int) -> None:
+        super().__init__(f"{what}: {REASONS.get(status, f'refused with status {status}')}")
+        self.status = status
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who is at the other end."""
+
+    protocol: int
+    parameters: int
+    signals: int
+    trace_words: int
+    motor_id: int
+    table_crc32c: int
+    period_s: float
+    pole_pairs: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter as the drive describes it."""
+
+    index: int
+    name: str
+    unit: str
+    whole: bool
+    access: str
+    minimum: float
+    maximum: float
+    initial: float
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal that can be traced."""
+
+    number: int
+    name: str
+    whole: bool
+
+    def value(self, word: int) -> float | int:
+        return word if self.whole else struct.unpack("<f", struct.pack("<I", word))[0]
+
+    def word(self, value: float) -> int:
+        if self.whole:
+            return int(value)
+        return struct.unpack("<I", struct.pack("<f", value))[0]
+
+
+@dataclass(frozen=True)
+class Status:
+    """What the drive is doing; speeds mechanical."""
+
+    state: int
+    faults: int
+    command: int
+    period: int
+    command_ran_out: int
+    good_frames: int
+    bad_frames: int
+    confidence: int
+    reasons: int
+    speed_ref_rad_s: float
+    speed_hat_rad_s: float
+    speed_bound_rad_s: float
+    lambda_Wb: float
+    i_d_A: float
+    i_q_A: float
+    i_q_ref_A: float
+    u_dc_V: float
+    stator_frequency_Hz: float
+    Rs_hat_ohm: float
+
+
+@dataclass(frozen=True)
+class TraceState:
+    """Of the drive's recorder."""
+
+    state: int  # 0 idle, 1 armed, 2 triggered, 3 done
+    rows: int
+    trigger_row: int
+    trigger_period: int
+    decimation: int
+    signals: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class FaultEntry:
+    """One fault of the list."""
+
+    number: int
+    faults: int
+    state: int
+    period: int
+
+
+@dataclass(frozen=True)
+class FaultRecord:
+    """Head of the record round the last fault."""
+
+    number: int
+    period: int
+    rows: int
+    fault_row: int
+    from_before_reset: bool
+    signals: tuple[int, ...]
+
+
+def _text(body: bytes) -> tuple[str, bytes]:
+    return body[1 : 1 + body[0]].decode(errors="replace"), body[1 + body[0] :]
+
+
+class Client:
+    """Requests to one drive, each answered before the next is sent."""
+
+    def __init__(self, line: Line, timeout_s: float = 0.5) -> None:
+        self._line = line
+        self._timeout_s = timeout_s
+        self._reader = Reader()
+        # Not always the same first number: a drive remembers the last request of who came before.
+        self._sequence = time.monotonic_ns() // 1_000_000 % 256
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._line.close()
+
+    def request(self, op: Op, body: bytes = b"", what: str = "") -> bytes:
+        """The answer's body; RefusedError, or UserError when none comes."""
+        self._sequence = (self._sequence + 1) % 256
+        wire = encode(Frame(self._sequence, op, body))
+        for _ in range(_TRIES):
+            self._line.send(wire)
+            until = time.monotonic() + self._timeout_s
+            while (left_s := until - time.monotonic()) > 0.0:
+                for frame in self._reader.feed(self._line.receive(left_s)):
+                    if (frame.sequence, frame.op) == (self._sequence, op | _ANSWER):
+                        return self._body(frame, what or op.name.lower())
+        heard = self._reader.noise.decode(errors="replace").strip()
+        raise UserError(
+            f"no answer to {op.name.lower()}"
+            + (f"; what came instead: {heard[-200:]!r}" if heard else "; is the drive powered?")
+        )
+
+    def _body(self, frame: Frame, what: str) -> bytes:
+        if not frame.body or frame.body[0] != 0:
+            raise RefusedError(what, frame.body[0] if frame.body else -1)
+        return frame.body[1:]
+
+    # --- what there is ---------------------------------------------------------------------
+
+    @cached_property
+    def identity(self) -> Identity:
+        head = struct.Struct("<HHHIIIff")
+        body = self.request(Op.HELLO)
+        if struct.unpack_from("<H", body)[0] != PROTOCOL:
+            raise UserError(
+                f"the drive speaks protocol {struct.unpack_from('<H', body)[0]}, not {PROTOCOL}; "
+                "use the tools of its version"
+            )
+        return Identity(*head.unpack_from(body), _text(body[head.size :])[0])
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        found = {}
+        for index in range(self.identity.parameters):
+            body = self.request(Op.PARAM_INFO, struct.pack("<H", index))
+            kind, access, minimum, maximum, initial = struct.unpack_from("<BBfff", body)
+            name, rest = _text(body[14:])
+            words = ("run", "ready", "protected")
+            found[name] = Parameter(
+                *(index, name, _text(rest)[0], kind == 1, words[min(access, 2)]),
+                *(minimum, maximum, initial),
+            )
+        return found
+
+    @cached_property
+    def signals(self) -> dict[str, Signal]:
+        found = {}
+        for number in range(self.identity.signals):
+            body = self.request(Op.SIGNAL_INFO, bytes((number,)))
+            name = _text(body[1:])[0]
+            found[name] = Signal(number, name, body[0] == 1)
+        return found
+
+    def parameter(self, name: str) -> Parameter:
+        if name not in self.parameters:
+            raise UserError(f"{name}: no such parameter; tools/zh get lists them")
+        return self.parameters[name]
+
+    def signal(self, name: str) -> Signal:
+        if name not in self.signals:
+            raise UserError(f"{name}: no such signal; there are {', '.join(self.signals)}")
+        return self.signals[name]
+
+    # --- parameters, commands, status -------------------------------------------------------
+
+    @cached_property
+    def session(self) -> int:
+        """From here on this client acts on the drive, and nobody else."""
+        return struct.unpack("<I", self.request(Op.SESSION))[0]
+
+    def get(self, names: list[str]) -> dict[str, float]:
+        values: dict[str, float] = {}
+        most = BODY_MAX // 4 - 1
+        for at in range(0, len(names), most):
+            some = names[at : at + most]
+            indices = [self.parameter(name).index for name in some]
+            body = self.request(Op.GET, struct.pack(f"<{len(some)}H", *indices))
+            values |= dict(zip(some, struct.unpack(f"<{len(some)}f", body), strict=True))
+        return values
+
+    def set(self, name: str, value: float) -> None:
+        index = self.parameter(name).index
+        self.request(Op.SET, struct.pack("<IHf", self.session, index, value), f"{name} = {value}")
+
+    def command(self, bits: int, speed_rad_s: float = 0.0, valid_s: float = 0.0) -> None:
+        """valid_s: the drive stops by itself when no command follows in this time; 0: never."""
+        valid_ms = min(round(valid_s * 1000.0), 0xFFFF)
+        body = struct.pack("<IIfH", self.session, bits, speed_rad_s, valid_ms)
+        self.request(Op.COMMAND, body)
+
+    def status(self) -> Status:
+        layout = struct.Struct(f"<{_WORDS_U}I{_WORDS_F}f")
+        return Status(*layout.unpack_from(self.request(Op.STATUS)))
+
+    def sample(self, names: list[str]) -> tuple[int, list[float]]:
+        """Up to eight signals of one and the same period, and its number."""
+        chosen = [self.signal(name) for name in names]
+        body = self.request(Op.SAMPLE, bytes(s.number for s in chosen))
+        period, *words = struct.unpack(f"<{1 + len(chosen)}I", body)
+        return period, [s.value(w) for s, w in zip(chosen, words, strict=True)]
+
+    # --- trace and faults -------------------------------------------------------------------
+
+    def arm(
+        self,
+        names: list[str],
+        *,
+        trigger: str,
+        edge: int,
+        level: float,
+        before: float,
+        decimation: int,
+        rows: int,
+    ) -> tuple[int, int]:
+        """Rows that will be recorded, and how many of them before the trigger."""
+        watched = self.signal(trigger)
+        body = struct.pack("<IB", self.session, len(names))
+        body += bytes(self.signal(name).number for name in names)
+        body += struct.pack(
+            *("<IBBIfI", decimation, watched.number, edge),
+            *(watched.word(level), before, rows),
+        )
+        return struct.unpack_from("<II", self.request(Op.TRACE_ARM, body, "trace set-up"))
+
+    def trace_state(self) -> TraceState:
+        body = self.request(Op.TRACE_STATE)
+        *words, n = struct.unpack_from(f"<{_TRACE_WORDS}I", body)
+        at = 4 * _TRACE_WORDS
+        return TraceState(*words, tuple(body[at : at + n]))
+
+    def stop_trace(self) -> None:
+        self.request(Op.TRACE_STOP, struct.pack("<I", self.session))
+
+    def trace_words(self, state: TraceState) -> list[tuple[int, ...]]:
+        return self._rows(Op.TRACE_READ, state.rows, len(state.signals))
+
+    def _rows(self, op: Op, rows: int, columns: int) -> list[tuple[int, ...]]:
+        found: list[tuple[int, ...]] = []
+        while len(found) < rows:
+            body = self.request(op, struct.pack("<I", len(found)))
+            found += struct.iter_unpack(f"<{columns}I", body)
+        return found[:rows]
+
+    def faults(self) -> tuple[int, list[FaultEntry]]:
+        """How many there ever were, and the last ones, newest first."""
+        body = self.request(Op.FAULT_LOG, what="fault list")
+        return struct.unpack_from("<I", body)[0], [
+            FaultEntry(*words) for words in struct.iter_unpack("<4I", body[4:])
+        ]
+
+    def fault_record(self) -> tuple[FaultRecord, list[tuple[int, ...]]] | None:
+        """None when no fault has opened the gates yet."""
+        try:
+            body = self.request(Op.FAULT_RECORD)
+        except RefusedError as refused:
+            if refused.status == 4:
+                return None
+            raise
+        *words, before = struct.unpack_from(f"<{_RECORD_WORDS}I", body)
+        head = FaultRecord(*words, bool(before), tuple(body[4 * _RECORD_WORDS :]))
+        return head, self._rows(Op.FAULT_READ, head.rows, len(head.signals))
+
+    def clear_faults(self) -> None:
+        self.request(Op.FAULT_CLEAR, struct.pack("<I", self.session))
+
+    def stop(self) -> None:
+        """Best effort, for the way out."""
+        with contextlib.suppress(UserError):
+            self.command(0)

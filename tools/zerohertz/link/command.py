@@ -1,0 +1,403 @@
+"""`zh serve`, and what talks to a drive: `zh connect`, `get`, `set`, `run`, `trace`, `faults`."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import math
+import re
+import sys
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from zerohertz.drive import Fault, State
+from zerohertz.errors import UserError
+from zerohertz.link import client as link
+from zerohertz.link.client import Client
+from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, SerialLine, TcpLine
+from zerohertz.link.recording import Recording, recording, write
+
+RPM_PER_RAD_S = 30.0 / math.pi
+KEEP_ALIVE_S = 0.2
+EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
+CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "impressed current"}
+_POLL_S = 0.05
+
+PortOption = Annotated[
+    str | None, typer.Option("--port", metavar="DEVICE", help="Serial port of the drive.")
+]
+BaudOption = Annotated[int, typer.Option(min=1, help="Of the serial port.")]
+SilOption = Annotated[bool, typer.Option("--sil", help="The drive of `zh serve`.")]
+TcpOption = Annotated[int, typer.Option(min=1, max=65535, help="Where `zh serve` listens.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of the link."""
+    for command in (serve, connect, get, set_, run, trace, faults):
+        app.command(command.__name__.rstrip("_"))(command)
+
+
+def open_client(port: str | None, baud: int, sil: bool, tcp: int) -> Client:
+    """The drive that the options name."""
+    if (port is not None) == sil:
+        raise UserError("which drive? give --port DEVICE, or --sil for the one of tools/zh serve")
+    return Client(SerialLine(port, baud) if port is not None else TcpLine(tcp))
+
+
+def serve(
+    config: Annotated[str, typer.Option(help="Configuration, host_sim/configs.")] = "recommended",
+    load_Nm: Annotated[
+        str, typer.Option("--load", help="Load torque: Nm, or [[s, Nm], ...] over time.")
+    ] = "0",
+    set_params: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter.")
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.0, help="Seconds of the drive per second; 0: as fast as it goes.")
+    ] = 1.0,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+    pty: Annotated[bool, typer.Option("--pty", help="A terminal device instead of TCP.")] = False,
+) -> None:
+    """Run the firmware on the simulated rig and serve its host link, until interrupted."""
+    from zerohertz.link import server
+
+    end = server.PtyEnd() if pty else server.TcpEnd(tcp)
+    with server.LinkedDrive(sil_job(config, load_Nm, set_params or [])) as drive:
+        option = f"--port {end.name}" if pty else "--sil"
+        option += f" --tcp {tcp}" if not pty and tcp != DEFAULT_TCP_PORT else ""
+        print(f"zh: serving on {end.name}; try: tools/zh connect {option}", file=sys.stderr)
+        server.serve(drive, end, speed)
+
+
+def sil_job(config: str, load_Nm: str, assignments: list[str]) -> Any:
+    """A rig at rest with a load torque, its drive waiting for commands."""
+    from zerohertz import sim
+    from zerohertz.scenario.setup import SCENARIOS, load_setup
+
+    setup = load_setup(config)
+    # Points over time else; what is wrong with them the library says.
+    with contextlib.suppress(ValueError):
+        load_Nm = f"[[0.0, {float(load_Nm)}]]"
+    firmware = {}
+    for text in assignments:
+        name, _, value = text.partition("=")
+        try:
+            firmware[name] = float(value)
+        except ValueError:
+            raise UserError(f"--set {text}: is not NAME=NUMBER") from None
+    return sim.Job(
+        scenario=SCENARIOS / "smoke.toml",
+        scenario_overrides={"profiles.load_torque_Nm": load_Nm},
+        rig=setup.rig,
+        board=setup.board,
+        motor_dir=setup.motor_dir,
+        firmware_config=setup.params,
+        firmware=firmware,
+    )
+
+
+def connect(
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+    as_json: JsonOption = False,
+) -> None:
+    """Say who is there and what it is doing."""
+    with open_client(port, baud, sil, tcp) as drive:
+        who, status = drive.identity, drive.status()
+        if as_json:
+            _print_json({"identity": dataclasses.asdict(who), "status": dataclasses.asdict(status)})
+            return
+        console = Console(highlight=False)
+        console.print(who.text)
+        console.print(
+            f"motor {who.motor_id:08x}, gain table {who.table_crc32c:08x}, control period "
+            f"{who.period_s * 1e6:.0f} us, {who.parameters} parameters, {who.signals} signals, "
+            f"trace of {who.trace_words // 8} rows of 8"
+        )
+        console.print(status_line(status))
+
+
+def get(
+    names: Annotated[list[str] | None, typer.Argument(help="Parameters; none: all.")] = None,
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+    as_json: JsonOption = False,
+) -> None:
+    """Read parameters of the drive."""
+    with open_client(port, baud, sil, tcp) as drive:
+        values = drive.get(names or list(drive.parameters))
+        if as_json:
+            _print_json({name: _short(value) for name, value in values.items()})
+            return
+        table = Table(box=None, pad_edge=False)
+        for name in ("name", "value", "unit", "min", "max", "access"):
+            table.add_column(name, justify="right" if name in ("value", "min", "max") else "left")
+        for name, value in values.items():
+            p = drive.parameter(name)
+            row = (name, f"{value:.7g}", p.unit, f"{p.minimum:.7g}", f"{p.maximum:.7g}", p.access)
+            table.add_row(*map(Text, row))
+        Console().print(table)
+
+
+def set_(
+    name: Annotated[str, typer.Argument(help="Parameter.")],
+    value: Annotated[float, typer.Argument(help="In the parameter's unit.")],
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+) -> None:
+    """Change a parameter of the drive; it acts from the next control period on."""
+    with open_client(port, baud, sil, tcp) as drive:
+        drive.set(name, value)
+        print(f"{name} = {drive.get([name])[name]:.7g} {drive.parameter(name).unit}".rstrip())
+
+
+def run(
+    rpm: Annotated[float | None, typer.Option(help="Speed, the sign is the direction.")] = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.0, help="Then stop; without: until interrupted.")
+    ] = None,
+    valid_s: Annotated[
+        float,
+        typer.Option(
+            "--valid",
+            min=0.0,
+            max=60.0,
+            help="The drive stops when it hears nothing for this long, in its own time; 0: never.",
+        ),
+    ] = 1.0,
+    reset: Annotated[bool, typer.Option("--reset", help="Reset faults first.")] = False,
+    stop: Annotated[bool, typer.Option("--stop", help="Only stop.")] = False,
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+) -> None:
+    """Run the drive at a speed and show what it does; it stops when this command ends or dies.
+
+    Exit code 1 when a fault stands at the end.
+    """
+    if (rpm is None) == (not stop and not reset):
+        raise UserError("give --rpm SPEED, or --stop, or --reset")
+    with open_client(port, baud, sil, tcp) as drive:
+        if reset:
+            drive.command(link.RESET)
+            time.sleep(_POLL_S)
+        if rpm is None or stop:
+            drive.command(0)
+        else:
+            _run_until(drive, rpm / RPM_PER_RAD_S, seconds, valid_s)
+        time.sleep(_POLL_S)
+        status = drive.status()
+        Console(highlight=False).print(status_line(status))
+        raise typer.Exit(1 if status.faults != 0 else 0)
+
+
+def _run_until(drive: Client, speed_rad_s: float, seconds: float | None, valid_s: float) -> None:
+    until_s = math.inf if seconds is None else time.monotonic() + seconds
+    try:
+        with Live(console=Console(stderr=True, highlight=False), auto_refresh=False) as live:
+            while time.monotonic() < until_s:
+                drive.command(link.RUN, speed_rad_s, valid_s)
+                status = drive.status()
+                live.update(Text(status_line(status)), refresh=True)
+                if status.faults != 0:
+                    return
+                time.sleep(max(min(KEEP_ALIVE_S, until_s - time.monotonic()), 0.0))
+    except KeyboardInterrupt:
+        pass
+    finally:
+        drive.stop()
+
+
+_TRIGGER = re.compile(r"^(?P<signal>\w+)\s*(?P<how><|>|=)\s*(?P<level>[-+.\deE]+)$")
+
+
+def trace(
+    signals: Annotated[str, typer.Option(help="Up to eight names, with commas.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Write .csv or .mf4.")
+    ] = None,
+    trigger: Annotated[
+        str | None,
+        typer.Option(help="'SIGNAL>LEVEL' rising, '<' falling, '=' either; none: at once."),
+    ] = None,
+    before: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share before it.")] = 0.25,
+    every: Annotated[int, typer.Option(min=1, help="Control periods from row to row.")] = 1,
+    rows: Annotated[int, typer.Option(min=0, help="0: as many as the drive has room for.")] = 0,
+    wait_s: Annotated[float, typer.Option("--wait", min=0.0, help="For the trigger.")] = 60.0,
+    live: Annotated[bool, typer.Option("--live", help="Plot until interrupted instead.")] = False,
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+) -> None:
+    """Record signals of the control law, period by period, round a trigger."""
+    names = [name.strip() for name in signals.split(",") if name.strip()]
+    if not 1 <= len(names) <= 8:
+        raise UserError(f"--signals: {len(names)} names; give one to eight")
+    if not live and out is None:
+        raise UserError("give --out FILE.csv or FILE.mf4, or --live")
+    with open_client(port, baud, sil, tcp) as drive:
+        if live:
+            _live(drive, names)
+            return
+        how = parse_trigger(trigger, names[0])
+        share = before if trigger is not None else 0.0
+        record = take(drive, names, how, before=share, every=every, rows=rows, wait_s=wait_s)
+        write(out, record)
+        print(f"{out}: {len(record.t_s)} rows, {record.t_s[0]:g} .. {record.t_s[-1]:g} s")
+
+
+def parse_trigger(text: str | None, first: str) -> dict[str, Any]:
+    """Signal, edge and level."""
+    if text is None:
+        return {"trigger": first, "edge": EDGES["now"], "level": 0.0}
+    found = _TRIGGER.match(text)
+    try:
+        level = float(found["level"]) if found else math.nan
+    except ValueError:
+        level = math.nan
+    if found is None or not math.isfinite(level):
+        raise UserError(f"--trigger '{text}': give SIGNAL>LEVEL, SIGNAL<LEVEL or SIGNAL=LEVEL")
+    edge = {">": "rising", "<": "falling", "=": "either"}[found["how"]]
+    return {"trigger": found["signal"], "edge": EDGES[edge], "level": level}
+
+
+def take(
+    drive: Client,
+    names: list[str],
+    trigger: dict[str, Any],
+    *,
+    before: float,
+    every: int,
+    rows: int,
+    wait_s: float,
+) -> Recording:
+    """Arms, waits, reads; UserError when the trigger does not come."""
+    drive.arm(names, **trigger, before=before, decimation=every, rows=rows)
+    until_s = time.monotonic() + wait_s
+    while (state := drive.trace_state()).state != 3:
+        if time.monotonic() > until_s:
+            drive.stop_trace()
+            raise UserError(f"no trigger within {wait_s:g} s; look at the signal with --live")
+        time.sleep(_POLL_S)
+    words = drive.trace_words(state)
+    return recording(drive, words, state.signals, state.trigger_row, state.decimation)
+
+
+def _live(drive: Client, names: list[str]) -> None:
+    from zerohertz.link.live import live_plot
+
+    console = Console()
+    size = (console.size.width, max(console.size.height - 2, 10))
+    try:
+        with Live(console=console, auto_refresh=False, screen=True) as screen:
+            live_plot(drive, names, lambda t: screen.update(Text.from_ansi(t), refresh=True), size)
+    except KeyboardInterrupt:
+        pass
+
+
+def faults(
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="Write its record, .csv or .mf4."),
+    ] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="Forget list and record.")] = False,
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+    as_json: JsonOption = False,
+) -> None:
+    """List the drive's faults, and read the record round the last that opened the gates."""
+    with open_client(port, baud, sil, tcp) as drive:
+        ever, entries = drive.faults()
+        kept = drive.fault_record()
+        if as_json:
+            head = dataclasses.asdict(kept[0]) if kept else None
+            listed = [dataclasses.asdict(e) for e in entries]
+            _print_json({"faults": ever, "last": listed, "record": head})
+        else:
+            _show_faults(drive, ever, entries, kept[0] if kept else None)
+        if out is not None:
+            if kept is None:
+                raise UserError(f"{out}: there is no record; no fault has opened the gates yet")
+            head, words = kept
+            write(out, recording(drive, words, head.signals, head.fault_row, 1))
+        if clear:
+            drive.clear_faults()
+
+
+def _show_faults(
+    drive: Client, ever: int, entries: list[link.FaultEntry], record: link.FaultRecord | None
+) -> None:
+    console = Console(highlight=False)
+    console.print(f"{ever} faults" if ever != 1 else "1 fault")
+    period_s = drive.identity.period_s
+    for entry in entries:
+        console.print(
+            f"  {entry.number:4d}  {entry.period * period_s:10.4f} s after start  "
+            f"{state_name(entry.state)}  {fault_names(entry.faults)}"
+        )
+    if record is not None:
+        origin = ", from before the last reset" if record.from_before_reset else ""
+        console.print(
+            f"record of {record.rows} periods round {record.period * period_s:.4f} s{origin}"
+        )
+
+
+def status_line(s: link.Status) -> str:
+    """What the drive is doing, on one line."""
+    speed_rpm, reference_rpm = s.speed_hat_rad_s * RPM_PER_RAD_S, s.speed_ref_rad_s * RPM_PER_RAD_S
+    parts = [
+        state_name(s.state),
+        f"{speed_rpm:8.1f} of {reference_rpm:.1f} min^-1",
+        f"i_d {s.i_d_A:.2f} A",
+        f"i_q {s.i_q_A:.2f} A",
+        f"f_s {s.stator_frequency_Hz:.2f} Hz",
+        f"dc {s.u_dc_V:.0f} V",
+    ]
+    if s.confidence:
+        parts.append(CONFIDENCE.get(s.confidence, f"confidence {s.confidence}"))
+    if s.command_ran_out:
+        parts.append("run command ran out")
+    if s.faults:
+        parts.append(fault_names(s.faults))
+    return "  ".join(parts)
+
+
+def state_name(number: int) -> str:
+    return State(number).name if number in State._value2member_map_ else f"state {number}"
+
+
+def fault_names(bits: int) -> str:
+    names = []
+    for k in range(32):
+        if bits & (1 << k):
+            known = (1 << k) in Fault._value2member_map_
+            names.append(str(Fault(1 << k).name) if known else f"bit {k}")
+    return " ".join(names)
+
+
+def _short(value: float) -> float:
+    """The shortest number that is the same float32."""
+    return float(f"{value:.7g}")
+
+
+def _print_json(value: dict[str, Any]) -> None:
+    print(json.dumps(value, indent=2))

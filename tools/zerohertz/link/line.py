@@ -1,0 +1,107 @@
+"""Where bytes go to and come from: a TCP socket (SIL, emulator) or a serial port."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from pathlib import Path
+from typing import Protocol
+
+from zerohertz.errors import UserError
+
+DEFAULT_TCP_PORT = 7405
+DEFAULT_BAUD = 115200
+_CONNECT_S = 5.0
+
+
+class Line(Protocol):
+    """Bytes in both directions."""
+
+    def send(self, data: bytes) -> None: ...
+
+    def receive(self, timeout_s: float) -> bytes:
+        """What has come, empty after the time; UserError when the other end is gone."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class TcpLine:
+    """A socket on this machine."""
+
+    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
+        self._where = f"{host}:{port}"
+        try:
+            self._socket = socket.create_connection((host, port), timeout=_CONNECT_S)
+        except OSError as error:
+            raise UserError(
+                f"{self._where}: nobody answers ({error}); start tools/zh serve"
+            ) from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._socket.sendall(data)
+        except OSError as error:
+            raise UserError(f"{self._where}: the connection is gone ({error})") from None
+
+    def receive(self, timeout_s: float) -> bytes:
+        readable, _, _ = select.select([self._socket], [], [], timeout_s)
+        if not readable:
+            return b""
+        with contextlib.suppress(OSError):
+            if data := self._socket.recv(65536):
+                return data
+        raise UserError(f"{self._where}: the other end has closed the connection")
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class UnixLine(TcpLine):
+    """A socket in the file system: the emulated image's. Waits for it to be there."""
+
+    def __init__(self, path: Path) -> None:
+        self._where = str(path)
+        self._socket = socket.socket(socket.AF_UNIX)
+        until_s = time.monotonic() + _CONNECT_S
+        while True:
+            try:
+                self._socket.connect(self._where)
+                return
+            except OSError as error:
+                if time.monotonic() > until_s:
+                    raise UserError(f"{path}: nobody answers ({error})") from None
+            time.sleep(0.01)
+
+
+class SerialLine:
+    """A serial port, or the terminal that `zh serve --pty` names."""
+
+    def __init__(self, device: str, baud: int = DEFAULT_BAUD) -> None:
+        import serial
+
+        self._device = device
+        try:
+            self._serial = serial.Serial(device, baud, timeout=0)
+        except (OSError, ValueError) as error:
+            raise UserError(f"--port {device}: cannot be opened ({error})") from None
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._serial.write(data)
+        except OSError as error:
+            raise UserError(f"--port {self._device}: is gone ({error})") from None
+
+    def receive(self, timeout_s: float) -> bytes:
+        try:
+            self._serial.timeout = timeout_s
+            first = self._serial.read(1)
+            return first + self._serial.read(self._serial.in_waiting) if first else b""
+        except OSError as error:
+            raise UserError(f"--port {self._device}: is gone ({error})") from None
+
+    def close(self) -> None:
+        self._serial.close()

@@ -1,0 +1,186 @@
+"""The SIL drive behind a line: binding of host_sim/link.h, in real time or faster."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import select
+import socket
+import time
+import tty
+from collections.abc import Callable
+from ctypes import (
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_double,
+    c_int,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+from zerohertz import sim
+from zerohertz.drive import check, library, raise_last_error
+from zerohertz.errors import UserError
+
+_CHUNK_BYTES = 4096
+_SLICE_S = 2e-3  # of the drive's time, between two looks at the line
+_LAG_S = 0.5  # a machine that is slower than the drive's clock: time is given up, not caught up
+
+
+@dataclass(frozen=True)
+class SilState:
+    """Of the rig, which no firmware knows."""
+
+    gates_on: bool
+    periods: int
+    digest: int  # of every duty and gate so far
+    time_s: float
+    speed_rpm: float
+
+
+class _State(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("gates_on", c_uint32),
+        ("periods", c_uint64),
+        ("digest", c_uint64),
+        ("time_s", c_double),
+        ("speed_rpm", c_double),
+    )
+
+
+class LinkedDrive:
+    """One drive on its rig; bytes in, bytes out."""
+
+    def __init__(self, job: sim.Job, *, commands_from_link: bool = True) -> None:
+        lib = library()
+        lib.zh_link_open.restype = c_void_p
+        lib.zh_link_open.argtypes = (c_void_p, c_uint32)
+        lib.zh_link_run.restype = c_int
+        lib.zh_link_run.argtypes = (
+            *(c_void_p, c_uint32, c_char_p, POINTER(c_uint32)),
+            *(c_void_p, POINTER(c_uint32)),
+        )
+        lib.zh_link_get_state.restype = c_int
+        lib.zh_link_get_state.argtypes = (c_void_p, POINTER(_State))
+        lib.zh_link_close.restype, lib.zh_link_close.argtypes = None, (c_void_p,)
+        self._lib = lib
+        raw, keep = sim._raw_job(job)
+        self._handle = lib.zh_link_open(byref(raw), int(commands_from_link))
+        del keep
+        if not self._handle:
+            raise_last_error()
+        self._sent = ctypes.create_string_buffer(_CHUNK_BYTES)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if self._handle:
+            self._lib.zh_link_close(self._handle)
+            self._handle = None
+
+    def run(self, periods: int, received: bytes = b"") -> tuple[int, bytes]:
+        """Control periods; how many of the bytes the drive took, and what it said."""
+        taken, said = c_uint32(len(received)), c_uint32(_CHUNK_BYTES)
+        arguments = (periods, received, byref(taken), self._sent, byref(said))
+        check(self._lib.zh_link_run(self._handle, *arguments))
+        return taken.value, self._sent.raw[: said.value]
+
+    @property
+    def state(self) -> SilState:
+        raw = _State(struct_size=ctypes.sizeof(_State))
+        check(self._lib.zh_link_get_state(self._handle, byref(raw)))
+        return SilState(bool(raw.gates_on), raw.periods, raw.digest, raw.time_s, raw.speed_rpm)
+
+
+class _End(Protocol):
+    """The drive's end of a line."""
+
+    def exchange(self, say: bytes, wait_s: float) -> bytes: ...
+
+
+class TcpEnd:
+    """Listens on the loopback; one host at a time, the next when it has gone."""
+
+    def __init__(self, port: int) -> None:
+        self._peer: socket.socket | None = None
+        self._listener = socket.socket()
+        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._listener.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise UserError(f"--tcp {port}: cannot be used ({error}); give another one") from None
+        self._listener.listen(1)
+        self.name = f"127.0.0.1:{self._listener.getsockname()[1]}"
+        self.port = self._listener.getsockname()[1]
+
+    def exchange(self, say: bytes, wait_s: float) -> bytes:
+        where = self._peer or self._listener
+        if self._peer and say:
+            with contextlib.suppress(OSError):
+                self._peer.sendall(say)
+        if not select.select([where], [], [], wait_s)[0]:
+            return b""
+        if self._peer is None:
+            self._peer, _ = self._listener.accept()
+            self._peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            return b""
+        data = b""
+        with contextlib.suppress(OSError):
+            data = self._peer.recv(_CHUNK_BYTES)
+        if not data:
+            self._peer.close()
+            self._peer = None
+        return data
+
+
+class PtyEnd:
+    """A terminal device, for programs that know serial ports only."""
+
+    def __init__(self) -> None:
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self._master, False)
+        self.name = os.ttyname(slave)
+
+    def exchange(self, say: bytes, wait_s: float) -> bytes:
+        with contextlib.suppress(OSError):
+            os.write(self._master, say)
+        if select.select([self._master], [], [], wait_s)[0]:
+            with contextlib.suppress(OSError):
+                return os.read(self._master, _CHUNK_BYTES)
+        return b""
+
+
+def serve(
+    drive: LinkedDrive,
+    end: _End,
+    speed: float,
+    going_on: Callable[[], bool] = lambda: True,
+) -> None:
+    """Until `going_on` says no. speed: drive seconds per second, 0: as fast as it goes."""
+    drive.run(1)
+    period_s = drive.state.time_s
+    periods = max(round(_SLICE_S / period_s), 1)
+    slice_s = periods * period_s
+    waiting, said = b"", b""
+    due_s = time.monotonic()
+    while going_on():
+        now_s = time.monotonic()
+        if speed > 0.0:
+            due_s = max(due_s + slice_s / speed, now_s - _LAG_S)
+        waiting += end.exchange(said, max(due_s - now_s, 0.0) if speed > 0.0 else 0.0)
+        if speed > 0.0 and (left_s := due_s - time.monotonic()) > 0.0:
+            time.sleep(left_s)
+        taken, said = drive.run(periods, waiting)
+        waiting = waiting[taken:]
