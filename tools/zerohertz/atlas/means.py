@@ -60,8 +60,8 @@ def _leak(mode: int, prior: int, c: float) -> dict[str, float]:
 _ADDED = "One more at a time"
 _MINUS = "All but one"
 _GAINS = "Other gain tables, all other means on"
-_EPS1 = "eps1 leak, all other means on"
-_TUNING = "Neighbours in tuning"
+_EPS1 = "eps1 leak, all other means on: no form of it gains anything"
+_TUNING = "Neighbours in tuning: the choice is not sharp"
 
 RECIPES: tuple[Recipe, ...] = (
     Recipe("no_gain", _ADDED, REFERENCE, "L = 0, nameplate Rs, no means", "no_gain"),
@@ -168,18 +168,42 @@ RECIPES: tuple[Recipe, ...] = (
         firmware={"speed_fast_bandwidth_rad_s": 0.0},
     ),
     Recipe("told_only", _MINUS, KEPT, "a loss is only told", firmware={"lost_action": 0}),
-    Recipe("lost_is_fault", _MINUS, DROPPED, "a loss is a fault", firmware={"lost_action": 1}),
-    Recipe("L_0", _GAINS, DROPPED, "no gain", firmware={"observer_gain_enable": 0}),
-    Recipe("gamma_pr", _GAINS, DROPPED, "the LMI design of the paper", table="hasegawa2005"),
+    Recipe(
+        "lost_is_fault",
+        _MINUS,
+        DROPPED,
+        "a loss is a fault: no better here, and the load falls",
+        firmware={"lost_action": 1},
+    ),
+    Recipe(
+        "L_0",
+        _GAINS,
+        DROPPED,
+        "no gain: with the voltage from the duty it loses points",
+        firmware={"observer_gain_enable": 0},
+    ),
+    Recipe(
+        "gamma_pr",
+        _GAINS,
+        DROPPED,
+        "the LMI design of the paper: loses points of the drift",
+        table="hasegawa2005",
+    ),
     Recipe(
         "pole_shift",
         _GAINS,
         DROPPED,
-        "the table of configuration paper",
+        "the table of configuration paper: loses a seventh of the maps",
         table="hasegawa2005_paper",
     ),
-    Recipe("vertex_low", _GAINS, DROPPED, "closed form for an Rs vertex", design_Rs_ratio=0.8),
-    Recipe("vertex_high", _GAINS, DROPPED, "the other vertex", design_Rs_ratio=1.25),
+    Recipe(
+        "vertex_low",
+        _GAINS,
+        DROPPED,
+        "closed form for an Rs vertex: nothing to gain",
+        design_Rs_ratio=0.8,
+    ),
+    Recipe("vertex_high", _GAINS, DROPPED, "the other vertex: likewise", design_Rs_ratio=1.25),
     *(
         Recipe(
             f"eps1_{when}_{where}_{c}",
@@ -202,8 +226,20 @@ RECIPES: tuple[Recipe, ...] = (
         )
         for factor in factors
     ),
-    Recipe("rs_bias_100", _TUNING, DROPPED, "Rs as measured", firmware={"rs_bias": 1.0}),
-    Recipe("rs_bias_105", _TUNING, DROPPED, "5 % high", firmware={"rs_bias": 1.05}),
+    Recipe(
+        "rs_bias_100",
+        _TUNING,
+        DROPPED,
+        "Rs as measured: as good with all means on, not without",
+        firmware={"rs_bias": 1.0},
+    ),
+    Recipe(
+        "rs_bias_105",
+        _TUNING,
+        DROPPED,
+        "5 % high: the orientation suffers",
+        firmware={"rs_bias": 1.05},
+    ),
 )
 
 
