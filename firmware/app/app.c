@@ -17,7 +17,7 @@
 #define APP_CRC_ENTRIES_PER_SLICE 32u
 
 /* False: *cfg is not to be used. */
-static bool build(app_config_t *cfg, const params_t *params, const gain_table_t *table)
+__attribute__((cold)) static bool build(app_config_t *cfg, const params_t *params, const gain_table_t *table)
 {
     drive_params_t drive;
     app_config_drive(&drive, params);

@@ -47,32 +47,31 @@ typedef struct {
 } app_memory_t;
 
 typedef struct {
-    /* In force, and what the background has ready: copied at the start of a period, whole. At a
-     * fixed place and not behind a pointer: that cost the control law 80 instructions. */
-    app_config_t config;
-    app_config_t next;
-    volatile bool next_ready;
-    params_t params; /* the background's: what config was made of */
-    bool configured; /* false: some parameter, motor datum or the table was refused */
-    const gain_table_t *table;
-
+    /* What a period needs lies together, near the front and not behind a pointer: loads and stores
+     * reach 1 KiB, and either would cost the control law 80 instructions. */
+    app_config_t config; /* in force */
     drive_state_t drive;
+    drive_out_t last; /* of the last period, for telemetry and trace */
     drive_machine_t machine;
     drive_mode_t mode;
-    drive_out_t last;               /* of the last period, for telemetry and trace */
+    bool configured;          /* false: some parameter, motor datum or the table was refused */
+    bool late;                /* late_periods had changed in the last period */
+    uint16_t late_periods;    /* the port's count then */
+    volatile bool next_ready; /* `next` is to be taken at a period's start, whole */
     volatile uint32_t period_count; /* the background watches it change */
-    uint16_t late_periods;          /* the port's count in the last period */
-    bool late;                      /* it had changed then */
-
     app_mailbox_t mailbox;
 
-    uint32_t crc_entry; /* background: next table entry of the running check */
+    hal_output_t output; /* of the last period, when it is recorded */
+    fault_recorder_t fault_recorder;
+    trace_t trace;
+
+    /* The background's. */
+    const gain_table_t *table;
+    params_t params;    /* what `next`, or `config`, was made of */
+    app_config_t next;  /* the period's once next_ready */
+    uint32_t crc_entry; /* next table entry of the running check */
     uint32_t crc;
     uint32_t served_count; /* period_count at the last watchdog service */
-
-    hal_output_t output; /* of the last period, when it is recorded */
-    trace_t trace;
-    fault_recorder_t fault_recorder;
     app_link_t link;
 } app_t;
 

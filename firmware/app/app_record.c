@@ -2,9 +2,17 @@
 
 #include "app_signal.h"
 
-static const uint8_t fault_signal[FAULT_RECORD_SIGNALS] = {
-    APP_SIGNAL_i_s_alpha_A,       APP_SIGNAL_i_s_beta_A,      APP_SIGNAL_u_dc_V,
-    APP_SIGNAL_omega_e_hat_rad_s, APP_SIGNAL_omega_ref_rad_s, APP_SIGNAL_i_q_ref_A};
+/* Columns of the fault record. */
+#define FAULT_SIGNALS(COLUMN)                                                                      \
+    COLUMN(0, i_s_alpha_A)                                                                         \
+    COLUMN(1, i_s_beta_A)                                                                          \
+    COLUMN(2, u_dc_V)                                                                              \
+    COLUMN(3, omega_e_hat_rad_s)                                                                   \
+    COLUMN(4, omega_ref_rad_s)                                                                     \
+    COLUMN(5, i_q_ref_A)
+
+#define NUMBER(column, name) [column] = APP_SIGNAL_##name,
+static const uint8_t fault_signal[FAULT_RECORD_SIGNALS] = {FAULT_SIGNALS(NUMBER)};
 
 uint32_t app_record_fault_signal(uint32_t column)
 {
@@ -18,12 +26,20 @@ void app_record_init(app_t *app, const app_memory_t *memory)
     fault_record_init(&app->fault_recorder, given.fault);
 }
 
-static void write_row(const app_t *app, const hal_output_t *output, trace_t *trace,
-                      const uint8_t *signal)
+/* In every period: six loads and stores. */
+static void write_fault_row(const app_t *app, const hal_output_t *output, trace_t *trace)
+{
+    uint32_t *row = trace_row(trace);
+#define STORE(column, name) row[column] = app_signal_value(app, output, APP_SIGNAL_##name);
+    FAULT_SIGNALS(STORE)
+    trace_row_done(trace);
+}
+
+static void write_row(const app_t *app, const hal_output_t *output, trace_t *trace)
 {
     uint32_t *row = trace_row(trace);
     for (uint32_t k = 0u; k < trace->setup.signals; k++) {
-        row[k] = app_signal(app, output, signal[k]);
+        row[k] = app_signal(app, output, trace->setup.signal[k]);
     }
     trace_row_done(trace);
 }
@@ -34,13 +50,13 @@ void app_record_period(app_t *app, const hal_output_t *output)
     fault_recorder_t *fault = &app->fault_recorder;
     const uint32_t faults = app->machine.faults & ~MONITOR_WARNINGS;
     if (fault_record_watch(fault, faults, output->gates_on, app->period_count)) {
-        write_row(app, output, &fault->trace, fault_signal);
+        write_fault_row(app, output, &fault->trace);
     }
     trace_t *trace = &app->trace;
     if (trace_running(trace)) {
         const uint32_t word = app_signal(app, output, trace->setup.trigger);
         if (trace_watch(trace, word, app->period_count)) {
-            write_row(app, output, trace, trace->setup.signal);
+            write_row(app, output, trace);
         }
     }
 }

@@ -2,19 +2,7 @@
 
 uint32_t app_signal(const app_t *a, const hal_output_t *o, uint32_t number)
 {
-    switch (number) {
-#define SIGNAL_F(name, value, text)                                                                \
-    case APP_SIGNAL_##name:                                                                        \
-        return float_bits(value);
-#define SIGNAL_U(name, value, text)                                                                \
-    case APP_SIGNAL_##name:                                                                        \
-        return (value);
-#include "signal_list.def"
-#undef SIGNAL_F
-#undef SIGNAL_U
-    default:
-        return 0u;
-    }
+    return app_signal_value(a, o, number);
 }
 
 bool app_signal_is_float(uint32_t number)
@@ -31,14 +19,23 @@ bool app_signal_is_float(uint32_t number)
     }
 }
 
+/* One text, the names one behind the other: pointers to each would take as much flash again. */
 const char *app_signal_name(uint32_t number)
 {
-    static const char *const names[] = {
-#define SIGNAL_F(name, value, text) #name,
-#define SIGNAL_U(name, value, text) #name,
+    static const char names[] = {
+#define SIGNAL_F(name, value, text) #name "\0"
+#define SIGNAL_U(name, value, text) #name "\0"
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
     };
-    return (number < (uint32_t)APP_SIGNALS) ? names[number] : "";
+    const char *at = names;
+    const uint32_t n = (number < (uint32_t)APP_SIGNALS) ? number : (uint32_t)APP_SIGNALS;
+    for (uint32_t k = 0u; k < n; k++) {
+        while (*at != '\0') {
+            at++;
+        }
+        at++;
+    }
+    return at; /* behind the last name stands an empty one */
 }

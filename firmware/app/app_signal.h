@@ -16,7 +16,25 @@ enum {
     APP_SIGNALS
 };
 
-/* A float as its bits; 0 for a number there is not. */
+/* A float as its bits; 0 for a number there is not. Inline for numbers that are constants: one load
+ * each; app_signal for all others. */
+static inline uint32_t app_signal_value(const app_t *a, const hal_output_t *o, uint32_t number)
+{
+    switch (number) {
+#define SIGNAL_F(name, value, text)                                                                \
+    case APP_SIGNAL_##name:                                                                        \
+        return float_bits(value);
+#define SIGNAL_U(name, value, text)                                                                \
+    case APP_SIGNAL_##name:                                                                        \
+        return (value);
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+    default:
+        return 0u;
+    }
+}
+
 uint32_t app_signal(const app_t *a, const hal_output_t *o, uint32_t number);
 
 bool app_signal_is_float(uint32_t number);

@@ -36,9 +36,9 @@ typedef struct {
     float minimum;
     float maximum;
     float initial;
-    size_t offset; /* in params_t */
-    param_type_t type;
-    param_access_t access;
+    uint16_t offset; /* in params_t */
+    uint8_t type;    /* param_type_t */
+    uint8_t access;  /* param_access_t */
 } param_info_t;
 
 typedef enum {

@@ -8,6 +8,7 @@
 
 #include "app.h"
 #include "app_record.h"
+#include "app_signal.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
@@ -129,24 +130,6 @@ static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
     return k;
 }
 
-static uint32_t bits_of(float x)
-{
-    union {
-        float value;
-        uint32_t bits;
-    } u = {.value = x};
-    return u.bits;
-}
-
-static void gather(const app_t *a, const hal_output_t *o, uint32_t *signal)
-{
-#define SIGNAL_F(name, value, text) signal[PIL_SIGNAL_##name] = bits_of(value);
-#define SIGNAL_U(name, value, text) signal[PIL_SIGNAL_##name] = (value);
-#include "signal_list.def"
-#undef SIGNAL_F
-#undef SIGNAL_U
-}
-
 _Noreturn static void leave(void)
 {
     const pil_end_t end = {.magic = PIL_MAGIC,
@@ -202,7 +185,9 @@ void control_interrupt(void)
 
     pil_out_t out = {
         .period_ticks = start - end, .latency_ticks = latency_ticks, .late_periods = late_periods};
-    gather(&app, &output, out.signal);
+    for (uint32_t k = 0u; k < (uint32_t)PIL_SIGNALS; k++) {
+        out.signal[k] = app_signal(&app, &output, k);
+    }
     if (!semihosting_write(to_plant, &out, sizeof out)) {
         port_gates_off();
         semihosting_exit(EXIT_NO_PLANT);
