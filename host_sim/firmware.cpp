@@ -35,8 +35,10 @@ Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     port_.until_background = background_every;
 }
 
-void Firmware::serve_link(const app_memory_t &memory)
+void Firmware::serve_link(const app_memory_t &memory, const host_port_store_t &store)
 {
+    // Refused, it stands in FAULT and tells why over the link.
+    (void)!host_port_start(&port_, &params_, &gain_->table(), &store);
     identity_ = "ZeroHertz port=sil motor=" + gain_->motor;
     port_.devices.identity = identity_.c_str();
     host_port_record(&port_, &memory);

@@ -37,9 +37,9 @@ public:
         host_port_period(&port_, &posted, &sample, &output);
         return output;
     }
-    // From here on the host link is served and the drive records, in memory of the caller: a slice
-    // of the background behind every period.
-    void serve_link(const app_memory_t &memory);
+    // From here on the host link is served and the drive records, in memory of the caller, whose
+    // flash says which parameters are in force: a slice of the background behind every period.
+    void serve_link(const app_memory_t &memory, const host_port_store_t &store);
     host_port_line_t &line()
     {
         return port_.line;

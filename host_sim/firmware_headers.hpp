@@ -12,6 +12,7 @@ extern "C" {
 #include "gain_table.h"
 #include "host_port.h"
 #include "params.h"
+#include "ram_flash.h"
 }
 #pragma GCC diagnostic pop
 

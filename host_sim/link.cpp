@@ -2,11 +2,15 @@
 
 #include <array>
 #include <bit>
+#include <fstream>
 #include <memory>
 #include <numbers>
+#include <random>
+#include <string>
 
 #include "c_boundary.hpp"
 #include "firmware.hpp"
+#include "hal_development_key.h"
 #include "plant.hpp"
 #include "sim_job.hpp"
 #include "simulate.hpp"
@@ -34,15 +38,66 @@ private:
     std::uint64_t value_ = 0xcbf29ce484222325U;
 };
 
+constexpr std::uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY;
+
+// Nobody is to foresee a nonce, the tests included: nothing of it reaches a duty.
+bool entropy(void * /*context*/, std::uint64_t *bits)
+{
+    std::random_device device;
+    *bits = (std::uint64_t{device()} << 32U) | device();
+    return true;
+}
+
+// What outlives the power, plain bytes of one build.
+struct Kept {
+    ram_flash_t flash{};
+    fault_memory_t faults{};
+};
+
+class KeptFile {
+public:
+    explicit KeptFile(const char *path) : path_(path != nullptr ? path : "")
+    {
+        if (!path_.empty()) {
+            std::ifstream file(path_, std::ios::binary);
+            if (file && !file.read(reinterpret_cast<char *>(&kept), sizeof kept)) {
+                throw zh::ConfigError(path_ + ": is not what a drive keeps; delete it");
+            }
+        }
+        ram_flash_start(&kept.flash);
+        saved_ = kept.flash.changes;
+    }
+    // After the flash has changed, or `always`.
+    void save(bool always)
+    {
+        if (path_.empty() || (!always && kept.flash.changes == saved_)) {
+            return;
+        }
+        saved_ = kept.flash.changes;
+        std::ofstream file(path_, std::ios::binary);
+        if (!file.write(reinterpret_cast<const char *>(&kept), sizeof kept)) {
+            throw zh::ConfigError(path_ + ": cannot be written");
+        }
+    }
+
+    Kept kept;
+
+private:
+    std::string path_;
+    std::uint32_t saved_ = 0;
+};
+
 } // namespace
 
 // One drive, its rig, and the memory it records in.
 struct zh_link {
-    zh_link(zh::Run r, bool commands_from_link)
-        : run(std::move(r)), from_link(commands_from_link), firmware(run.params, run.gain),
+    zh_link(zh::Run r, bool commands_from_link, const char *keep)
+        : file(keep), run(std::move(r)), from_link(commands_from_link),
+          firmware(run.params, run.gain),
           plant(run.rig, run.board, run.scenario.disturbances, run.seed)
     {
-        firmware.serve_link({trace.data(), trace_words, &faults});
+        firmware.serve_link({trace.data(), trace_words, &file.kept.faults},
+                            {&flash, access_key, entropy});
     }
 
     void period()
@@ -62,12 +117,14 @@ struct zh_link {
         digest.add(output.gates_on ? 1U : 0U);
         gates_on = output.gates_on;
         ++periods;
+        file.save(false);
     }
 
+    KeptFile file;
+    hal_flash_t flash = RAM_FLASH(&file.kept.flash);
     zh::Run run;
     bool from_link;
     std::array<std::uint32_t, trace_words> trace{};
-    fault_memory_t faults{};
     zh::Firmware firmware;
     zh::Plant plant;
     zh::PreloadedTimer timer;
@@ -76,7 +133,7 @@ struct zh_link {
     bool gates_on = false;
 };
 
-zh_link *zh_link_open(const zh_sim_job *job, std::uint32_t from_link)
+zh_link *zh_link_open(const zh_sim_job *job, std::uint32_t from_link, const char *keep)
 {
     return zh::guarded<zh_link *>(nullptr, [&]() -> zh_link * {
         if (job == nullptr || job->struct_size < sizeof(zh_sim_job)) {
@@ -84,7 +141,7 @@ zh_link *zh_link_open(const zh_sim_job *job, std::uint32_t from_link)
                                   "to sizeof(zh_sim_job)");
             return nullptr;
         }
-        return std::make_unique<zh_link>(zh::run_of(*job), from_link != 0).release();
+        return std::make_unique<zh_link>(zh::run_of(*job), from_link != 0, keep).release();
     });
 }
 
@@ -97,13 +154,16 @@ int zh_link_run(zh_link *handle, std::uint32_t periods, const std::uint8_t *rece
     }
     host_port_line_t &line = handle->firmware.line();
     line = {received, *received_n, 0, sent, *sent_n, 0};
-    for (std::uint32_t k = 0; k < periods; ++k) {
-        handle->period();
-    }
+    const int status = zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        for (std::uint32_t k = 0; k < periods; ++k) {
+            handle->period();
+        }
+        return int{ZH_OK};
+    });
     *received_n = line.taken;
     *sent_n = line.sent_n;
     line = {};
-    return ZH_OK;
+    return status;
 }
 
 int zh_link_get_state(const zh_link *handle, zh_link_state *state)
@@ -120,5 +180,11 @@ int zh_link_get_state(const zh_link *handle, zh_link_state *state)
 
 void zh_link_close(zh_link *handle)
 {
+    if (handle != nullptr) {
+        (void)zh::guarded<int>(ZH_BAD_INPUT, [&] {
+            handle->file.save(true);
+            return int{ZH_OK};
+        });
+    }
     delete handle;
 }

@@ -22,9 +22,11 @@ typedef struct {
 } zh_link_state;
 
 /* Rig, board, motor, firmware parameters and profiles of the job; runs on beyond the scenario's
- * end. from_link: commands and reference come over the link, else from the scenario. NULL when
- * refused: zh_sil_error(). */
-ZH_API zh_link *zh_link_open(const zh_sim_job *job, uint32_t from_link);
+ * end. from_link: commands and reference come over the link, else from the scenario. keep: NULL, or
+ * a file that holds what outlives the drive's power, its parameters and its fault record; made when
+ * there is none, written at each change of the flash and by zh_link_close. NULL when refused:
+ * zh_sil_error(). */
+ZH_API zh_link *zh_link_open(const zh_sim_job *job, uint32_t from_link, const char *keep);
 
 /* Control periods, a slice of the background behind each. *received_n: bytes to hand to the drive;
  * on return how many it took. *sent_n: room for what it says; on return how much that is. */

@@ -220,7 +220,7 @@ int zh_sil_describe(std::uint32_t index, zh_sil_name_info *info)
                                  p->type == PARAM_UINT ? 1U : 0U,
                                  p->minimum,
                                  p->maximum,
-                                 p->initial,
+                                 params_initial(index),
                                  p->unit,
                                  params_text(index)};
     hand_out(value, info);

@@ -55,7 +55,8 @@ enum {
     ZH_FAULT_CURRENT_OFFSET = 1 << 8,
     ZH_FAULT_TABLE_CRC = 1 << 9,
     ZH_FAULT_PERIOD_LATE = 1 << 10, /* a warning; only a port can raise this and the next */
-    ZH_FAULT_PERIOD_OVERRUN = 1 << 11
+    ZH_FAULT_PERIOD_OVERRUN = 1 << 11,
+    ZH_FAULT_STORE = 1 << 26 /* only where there is a parameter store */
 };
 
 /* What every function with a status returns; 0 is success, text in zh_sil_error(). */

@@ -3,6 +3,7 @@
 #include "app_config.h"
 #include "app_link_requests.h"
 #include "app_record.h"
+#include "app_store_background.h"
 #include "crc32c.h"
 #include "handover.h"
 #include "trig.h"
@@ -17,7 +18,7 @@
 #define APP_CRC_ENTRIES_PER_SLICE 32u
 
 /* False: *cfg is not to be used. */
-__attribute__((cold)) static bool build(app_config_t *cfg, const params_t *params, const gain_table_t *table)
+COLD static bool build(app_config_t *cfg, const params_t *params, const gain_table_t *table)
 {
     drive_params_t drive;
     app_config_drive(&drive, params);
@@ -36,39 +37,39 @@ static bool table_crc_ok(const gain_table_t *table)
     return crc32c(table->entry, size) == table->crc32c;
 }
 
+bool app_adopt(app_t *app, const gain_table_id_t *made_for)
+{
+    uint32_t faults = 0u;
+    if (!build(&app->config, &app->params, app->table)) {
+        faults = MONITOR_CONFIG;
+    } else if (app->config.drive.table == NULL) {
+        /* L = 0: no table is used */
+    } else if (!table_crc_ok(app->table)) {
+        faults = MONITOR_TABLE_CRC;
+    } else if ((made_for != NULL) && !gain_table_is(app->table, made_for)) {
+        faults = MONITOR_STORE;
+    } else {
+        /* as designed */
+    }
+    app->mailbox.faults = faults;
+    app->configured = faults == 0u;
+    return app->configured;
+}
+
 bool app_init(app_t *app, const params_t *params, const gain_table_t *table)
 {
     *app = (app_t){.table = table, .mode = DRIVE_OFF};
     app->params = *params;
-    app->configured = build(&app->config, params, table);
-    if (!app->configured) {
-        app->mailbox.faults = MONITOR_CONFIG;
-    } else if ((app->config.drive.table != NULL) && !table_crc_ok(table)) {
-        app->mailbox.faults = MONITOR_TABLE_CRC;
-        app->configured = false;
-    } else {
-        app->mailbox.faults = 0u;
-    }
-    return app->configured;
-}
-
-bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *made_for,
-                  const gain_table_t *table)
-{
-    if (!app_init(app, params, table)) {
-        return false;
-    }
-    if ((app->config.drive.table != NULL) && !gain_table_is(table, made_for)) {
-        app->mailbox.faults = MONITOR_CONFIG;
-        app->configured = false;
-    }
-    return app->configured;
+    return app_adopt(app, NULL);
 }
 
 bool app_reconfigure(app_t *app, const params_t *params)
 {
     if (!app->configured) {
-        return false;
+        /* For the next start, once saved. */
+        const bool fits = build(&app->next, params, app->table);
+        app->params = fits ? *params : app->params;
+        return fits;
     }
     app->next_ready = false; /* one that no period has taken yet is replaced */
     handover();
@@ -88,7 +89,8 @@ bool app_reconfigure(app_t *app, const params_t *params)
 bool app_at_rest(const app_t *app)
 {
     const uint32_t command = app->mailbox.slot[app->mailbox.published & 1u].command;
-    return (app->mode == DRIVE_OFF) && ((command & DRIVE_STATE_CMD_RUN) == 0u);
+    const uint32_t harmless = DRIVE_STATE_CMD_FAULT_RESET | DRIVE_STATE_CMD_TORQUE_OFF;
+    return (app->mode == DRIVE_OFF) && ((command & ~harmless) == 0u);
 }
 
 void app_post_command(app_t *app, const app_command_t *command)
@@ -187,7 +189,7 @@ static void check_table_slice(app_t *app)
     }
 }
 
-void app_background(app_t *app, const hal_devices_t *devices)
+COLD void app_background(app_t *app, const hal_devices_t *devices)
 {
     if (app->configured) {
         check_table_slice(app);
@@ -195,6 +197,7 @@ void app_background(app_t *app, const hal_devices_t *devices)
     app_record_background(app);
     if (devices != NULL) {
         app_link_background(app, devices);
+        app_store_background(app, devices);
     }
     /* The watchdog is fed only while the control period lives. */
     const uint32_t count = app->period_count;
@@ -204,7 +207,7 @@ void app_background(app_t *app, const hal_devices_t *devices)
     }
 }
 
-void app_telemetry(const app_t *app, app_telemetry_t *t)
+COLD void app_telemetry(const app_t *app, app_telemetry_t *t)
 {
     const app_config_t *cfg = &app->config;
     const drive_out_t *o = &app->last;

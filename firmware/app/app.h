@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "app_link.h"
+#include "app_store.h"
 #include "drive.h"
 #include "drive_state.h"
 #include "fault_record.h"
@@ -67,12 +68,14 @@ typedef struct {
 
     /* The background's. */
     const gain_table_t *table;
-    params_t params;    /* what `next`, or `config`, was made of */
-    app_config_t next;  /* the period's once next_ready */
-    uint32_t crc_entry; /* next table entry of the running check */
+    const params_t *image; /* what applies where nothing was saved; NULL: a port without a store */
+    params_t params;       /* what `next`, or `config`, was made of */
+    app_config_t next;     /* the period's once next_ready */
+    uint32_t crc_entry;    /* next table entry of the running check */
     uint32_t crc;
     uint32_t served_count; /* period_count at the last watchdog service */
     app_link_t link;
+    app_store_t store;
 } app_t;
 
 typedef struct {
@@ -98,10 +101,16 @@ typedef struct {
  * stands in FAULT with MONITOR_CONFIG and keeps the gates off. */
 CHECKED bool app_init(app_t *app, const params_t *params, const gain_table_t *table);
 
-/* The same with parameters from the store: refused likewise when they were saved with another gain
- * table, of another motor or another design. Who has looked at both saves them anew. */
-CHECKED bool app_init_for(app_t *app, const params_t *params, const gain_table_id_t *made_for,
-                          const gain_table_t *table);
+/* The same from a board: what its store holds is in force, the image's only where nothing was ever
+ * saved. Refused with MONITOR_STORE: a record that cannot be read, of another gain table (another
+ * motor, another design) or of another control period. Who has looked at both saves anew. *image
+ * stays the caller's. */
+CHECKED bool app_start(app_t *app, const params_t *image, const gain_table_t *table,
+                       const hal_devices_t *devices);
+
+/* Before the first period: app->params become the configuration in force. made_for: the table they
+ * were saved with, NULL for those of the image. False: refused, as app_init and app_start do. */
+CHECKED bool app_adopt(app_t *app, const gain_table_id_t *made_for);
 
 /* Live change of parameters from the background, whole from the next period on; false, and nothing
  * changed, when refused. Whether a parameter may change now is the caller's to know. */

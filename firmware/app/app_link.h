@@ -22,6 +22,10 @@ enum {
     APP_LINK_SIGNAL_INFO = 0x04,
     APP_LINK_GET = 0x10,
     APP_LINK_SET = 0x11,
+    APP_LINK_SAVE = 0x12,
+    APP_LINK_STORE = 0x13,
+    APP_LINK_CHALLENGE = 0x14,
+    APP_LINK_UNLOCK = 0x15,
     APP_LINK_COMMAND = 0x20,
     APP_LINK_STATUS = 0x21,
     APP_LINK_SAMPLE = 0x22,
@@ -47,7 +51,7 @@ typedef enum {
     APP_LINK_NO_SUCH_OP = 5,
     APP_LINK_BAD_LENGTH = 6,
     APP_LINK_NO_SESSION = 7, /* somebody else's, or of before a reset */
-    APP_LINK_NOT_NOW = 8,    /* only with the gates off and no run command standing */
+    APP_LINK_NOT_NOW = 8,    /* only with the gates off and no run command standing; locked out */
     APP_LINK_PROTECTED = 9,
     APP_LINK_REFUSED = 10 /* in range, but not together with the rest */
 } app_link_status_t;

@@ -2,6 +2,7 @@
 
 #include "app_link_records.h"
 #include "app_signal.h"
+#include "app_store_background.h"
 #include "crc32c.h"
 #include "handover.h"
 
@@ -39,6 +40,7 @@ static app_link_status_t do_session(app_t *app, const hal_devices_t *devices, co
     const uint32_t number = crc32c(seed, sizeof seed);
     app->link.session = (number != 0u) ? number : 1u;
     command_put_u32(w, app->link.session);
+    access_lock(&app->store.access); /* who unlocked it was somebody else */
     return APP_LINK_OK;
 }
 
@@ -48,9 +50,10 @@ static bool in_session(const app_t *app, command_reader_t *body)
     return (app->link.session != 0u) && (number == app->link.session);
 }
 
-static app_link_status_t param_info(command_reader_t *body, command_writer_t *w)
+static app_link_status_t param_info(const app_t *app, command_reader_t *body, command_writer_t *w)
 {
-    const param_info_t *info = params_info(command_take_u16(body));
+    const uint16_t index = command_take_u16(body);
+    const param_info_t *info = params_info(index);
     if (info == NULL) {
         return APP_LINK_NO_SUCH;
     }
@@ -58,7 +61,7 @@ static app_link_status_t param_info(command_reader_t *body, command_writer_t *w)
     command_put_u8(w, (uint8_t)info->access);
     command_put_float(w, info->minimum);
     command_put_float(w, info->maximum);
-    command_put_float(w, info->initial);
+    command_put_float(w, params_get((app->image != NULL) ? app->image : &app->params, index));
     command_put_text(w, info->name);
     command_put_text(w, info->unit);
     return APP_LINK_OK;
@@ -87,34 +90,91 @@ static app_link_status_t do_get(const app_t *app, command_reader_t *body, comman
     return APP_LINK_OK;
 }
 
-/* The one place that decides whether the link may write a parameter. */
-static app_link_status_t may_write(const app_t *app, const param_info_t *info)
+static app_link_status_t of_params(params_status_t status)
 {
-    if (info->access == PARAM_ACCESS_PROTECTED) {
+    switch (status) {
+    case PARAMS_GATES_ON:
+        return APP_LINK_NOT_NOW;
+    case PARAMS_LOCKED:
         return APP_LINK_PROTECTED;
+    case PARAMS_OK:
+    case PARAMS_NOT_FINITE:
+    case PARAMS_OUT_OF_RANGE:
+    case PARAMS_NOT_WHOLE:
+    case PARAMS_NO_SUCH:
+    default:
+        return (app_link_status_t)status; /* the same numbers */
     }
-    return ((info->access == PARAM_ACCESS_RUN) || app_at_rest(app)) ? APP_LINK_OK
-                                                                    : APP_LINK_NOT_NOW;
 }
 
 static app_link_status_t do_set(app_t *app, command_reader_t *body)
 {
     const uint16_t index = command_take_u16(body);
     const float value = command_take_float(body);
-    const param_info_t *info = params_info(index);
-    if (info == NULL) {
-        return APP_LINK_NO_SUCH;
-    }
-    const app_link_status_t may = may_write(app, info);
-    if (may != APP_LINK_OK) {
-        return may;
-    }
     params_t changed = app->params;
-    const params_status_t status = params_set(&changed, index, value);
+    const params_status_t status =
+        access_write(&app->store.access, &changed, index, value, !app_at_rest(app));
     if (status != PARAMS_OK) {
-        return (app_link_status_t)status;
+        return of_params(status);
+    }
+    /* The period is the timer's: it comes with the image. */
+    if (float_bits(changed.period_s) != float_bits(app->params.period_s)) {
+        return APP_LINK_REFUSED;
     }
     return app_reconfigure(app, &changed) ? APP_LINK_OK : APP_LINK_REFUSED;
+}
+
+static void put_u64(command_writer_t *w, uint64_t value)
+{
+    command_put_u32(w, (uint32_t)value);
+    command_put_u32(w, (uint32_t)(value >> 32u));
+}
+
+static app_link_status_t do_challenge(app_t *app, const hal_devices_t *devices, command_writer_t *w)
+{
+    uint64_t entropy = 0u;
+    uint64_t nonce = 0u;
+    const bool drawn = (devices->entropy != NULL) && devices->entropy(devices->context, &entropy);
+    app_store_t *s = &app->store;
+    if (!access_challenge(&s->access_cfg, &s->access, drawn ? &entropy : NULL, &nonce)) {
+        return APP_LINK_NOT_NOW;
+    }
+    put_u64(w, nonce);
+    return APP_LINK_OK;
+}
+
+static app_link_status_t do_unlock(app_t *app, command_reader_t *body)
+{
+    const uint64_t low = command_take_u32(body);
+    const uint64_t response = low | ((uint64_t)command_take_u32(body) << 32u);
+    app_store_t *s = &app->store;
+    return access_answer(&s->access_cfg, &s->access, response) ? APP_LINK_OK : APP_LINK_PROTECTED;
+}
+
+/* A drive that refused what it found in its store gets a new set only from who may change limits.
+ */
+static app_link_status_t do_save(app_t *app, const hal_devices_t *devices)
+{
+    if (!app_at_rest(app)) {
+        return APP_LINK_NOT_NOW;
+    }
+    if (!app->configured && !app->store.access.unlocked) {
+        return APP_LINK_PROTECTED;
+    }
+    return app_store_save(app, devices) ? APP_LINK_OK : APP_LINK_REFUSED;
+}
+
+static app_link_status_t do_store(const app_t *app, command_writer_t *w)
+{
+    const app_store_t *s = &app->store;
+    const uint32_t words[] = {(uint32_t)s->found,        s->store.wanted ? 1u : 0u,
+                              s->store.failed ? 1u : 0u, s->access.unlocked ? 1u : 0u,
+                              s->report.taken,           s->report.missing,
+                              s->report.unknown,         s->report.refused};
+    for (size_t k = 0u; k < sizeof words / sizeof words[0]; k++) {
+        command_put_u32(w, words[k]);
+    }
+    return APP_LINK_OK;
 }
 
 static app_link_status_t do_command(app_t *app, command_reader_t *body)
@@ -226,6 +286,10 @@ static bool length_good(uint8_t op, uint32_t n)
         return n <= TRACE_SIGNALS_MAX;
     case APP_LINK_TRACE_ARM:
         return n >= 4u; /* the rest when its signals were counted */
+    case APP_LINK_UNLOCK:
+        return n == 12u;
+    case APP_LINK_SAVE:
+    case APP_LINK_CHALLENGE:
     case APP_LINK_TRACE_READ:
     case APP_LINK_TRACE_STOP:
     case APP_LINK_FAULT_READ:
@@ -240,6 +304,9 @@ static bool acts(uint8_t op)
 {
     switch (op) {
     case APP_LINK_SET:
+    case APP_LINK_SAVE:
+    case APP_LINK_CHALLENGE:
+    case APP_LINK_UNLOCK:
     case APP_LINK_COMMAND:
     case APP_LINK_TRACE_ARM:
     case APP_LINK_TRACE_STOP:
@@ -250,7 +317,8 @@ static bool acts(uint8_t op)
     }
 }
 
-static app_link_status_t act(app_t *app, uint8_t op, command_reader_t *body, command_writer_t *w)
+static app_link_status_t act(app_t *app, const hal_devices_t *devices, uint8_t op,
+                             command_reader_t *body, command_writer_t *w)
 {
     if (!in_session(app, body)) {
         return APP_LINK_NO_SESSION;
@@ -258,6 +326,12 @@ static app_link_status_t act(app_t *app, uint8_t op, command_reader_t *body, com
     switch (op) {
     case APP_LINK_SET:
         return do_set(app, body);
+    case APP_LINK_SAVE:
+        return do_save(app, devices);
+    case APP_LINK_CHALLENGE:
+        return do_challenge(app, devices, w);
+    case APP_LINK_UNLOCK:
+        return do_unlock(app, body);
     case APP_LINK_COMMAND:
         return do_command(app, body);
     case APP_LINK_TRACE_ARM:
@@ -280,11 +354,13 @@ static app_link_status_t tell(app_t *app, const hal_devices_t *devices, uint8_t 
     case APP_LINK_SESSION:
         return do_session(app, devices, w);
     case APP_LINK_PARAM_INFO:
-        return param_info(body, w);
+        return param_info(app, body, w);
     case APP_LINK_SIGNAL_INFO:
         return signal_info(body, w);
     case APP_LINK_GET:
         return do_get(app, body, w);
+    case APP_LINK_STORE:
+        return do_store(app, w);
     case APP_LINK_STATUS:
         return do_status(app, w);
     case APP_LINK_SAMPLE:
@@ -313,6 +389,6 @@ app_link_status_t app_link_request(app_t *app, const hal_devices_t *devices, uin
     command_writer_t *w = &app->link.answer;
     command_put_u8(w, (uint8_t)APP_LINK_OK);
     const app_link_status_t done =
-        acts(op) ? act(app, op, body, w) : tell(app, devices, op, body, w);
+        acts(op) ? act(app, devices, op, body, w) : tell(app, devices, op, body, w);
     return w->full ? APP_LINK_BAD_LENGTH : done;
 }

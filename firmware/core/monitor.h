@@ -25,6 +25,7 @@
 #define MONITOR_PERIOD_OVERRUN    (1u << 11) /* two in a row did */
 #define MONITOR_STATOR_RESISTANCE (1u << 12) /* measured at the start: no value of this motor */
 #define MONITOR_ORIENTATION_LOST  (1u << 13) /* supervisor: the field angle is lost */
+#define MONITOR_STORE             (1u << 26) /* what is stored cannot be read, or is not of here */
 
 /* Faults that are latched and told, but leave the gates on. */
 #define MONITOR_WARNINGS MONITOR_PERIOD_LATE

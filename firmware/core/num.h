@@ -19,8 +19,11 @@
 /* Every caller has to look at the answer. */
 #if defined(__GNUC__) || defined(__clang__)
 #define CHECKED __attribute__((warn_unused_result))
+/* Never in a control period: size before speed, for it and all that only it calls. */
+#define COLD __attribute__((cold))
 #else
 #define CHECKED
+#define COLD
 #endif
 
 /* Choices between two values, not branches: one instruction each where the core has min and max.

@@ -60,11 +60,11 @@ static bool fits(const hal_flash_t *flash, uint32_t entries)
 /* The identity of a parameter. */
 static uint32_t key_of(const char *name)
 {
-    uint32_t length = 0u;
-    while (name[length] != '\0') {
-        length++;
+    uint32_t crc = 0u;
+    for (const char *at = name; *at != '\0'; at++) {
+        crc = crc32c_update(crc, at, 1u);
     }
-    return crc32c(name, length);
+    return crc;
 }
 
 /* Index of the parameter with this key; `guess` is looked at first: a record of today's list is in

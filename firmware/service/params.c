@@ -2,16 +2,18 @@
 
 static const param_info_t param_table[] = {
 #define PARAM_F(name, unit, minimum, maximum, initial, access, text)                               \
-    {#name,       unit,                                                                            \
-     (minimum),   (maximum),                                                                       \
-     (initial),   offsetof(params_t, name),                                                        \
-     PARAM_FLOAT, PARAM_ACCESS_##access},
+    {#name,                                                                                        \
+     unit,                                                                                         \
+     (minimum),                                                                                    \
+     (maximum),                                                                                    \
+     offsetof(params_t, name),                                                                     \
+     PARAM_FLOAT,                                                                                  \
+     PARAM_ACCESS_##access},
 #define PARAM_U(name, unit, minimum, maximum, initial, access, text)                               \
     {#name,                                                                                        \
      unit,                                                                                         \
      (float)(minimum),                                                                             \
      (float)(maximum),                                                                             \
-     (float)(initial),                                                                             \
      offsetof(params_t, name),                                                                     \
      PARAM_UINT,                                                                                   \
      PARAM_ACCESS_##access},
@@ -42,6 +44,18 @@ const char *params_text(size_t index)
 #undef PARAM_U
     };
     return (index < PARAMS_COUNT) ? texts[index] : "";
+}
+
+float params_initial(size_t index)
+{
+    static const float initials[] = {
+#define PARAM_F(name, unit, minimum, maximum, initial, access, text) (initial),
+#define PARAM_U(name, unit, minimum, maximum, initial, access, text) (float)(initial),
+#include "param_list.def"
+#undef PARAM_F
+#undef PARAM_U
+    };
+    return (index < PARAMS_COUNT) ? initials[index] : 0.0f;
 }
 
 static bool same_name(const char *a, const char *b)

@@ -35,7 +35,6 @@ typedef struct {
     const char *unit;
     float minimum;
     float maximum;
-    float initial;
     uint16_t offset; /* in params_t */
     uint8_t type;    /* param_type_t */
     uint8_t access;  /* param_access_t */
@@ -59,6 +58,9 @@ const param_info_t *params_info(size_t index);
 /* What the parameter is, in words; empty for an index that does not exist. Apart from the rest: an
  * image that never asks does not carry 3 KB of them. */
 const char *params_text(size_t index);
+
+/* Its default; 0 for an index that does not exist. Apart for the same reason. */
+float params_initial(size_t index);
 
 /* Index of the name, params_count() when there is none. */
 size_t params_find(const char *name);

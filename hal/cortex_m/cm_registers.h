@@ -40,6 +40,7 @@
 
 #define CM_NVIC_ISER(n) CM_REGISTER(0xE000E100u + 4u * (n))
 #define CM_NVIC_ISPR(n) CM_REGISTER(0xE000E200u + 4u * (n))
+#define CM_NVIC_ICPR(n) CM_REGISTER(0xE000E280u + 4u * (n))
 
 #define CM_MPU_CTRL CM_REGISTER(0xE000ED94u)
 #define CM_MPU_RBAR CM_REGISTER(0xE000ED9Cu)
@@ -86,6 +87,12 @@ static inline uint32_t cm_ipsr(void)
 static inline void cm_nvic_enable(uint32_t irq)
 {
     CM_NVIC_ISER(irq / 32u) = 1u << (irq % 32u);
+}
+
+/* One that waits to be served is forgotten. */
+static inline void cm_nvic_forget(uint32_t irq)
+{
+    CM_NVIC_ICPR(irq / 32u) = 1u << (irq % 32u);
 }
 
 #endif

@@ -53,6 +53,15 @@ bool host_port_init(host_port_t *port, const params_t *params, const gain_table_
     return app_init(&port->app, params, table);
 }
 
+bool host_port_start(host_port_t *port, const params_t *params, const gain_table_t *table,
+                     const host_port_store_t *store)
+{
+    port->devices.flash = store->flash;
+    port->devices.access_key = store->access_key;
+    port->devices.entropy = store->entropy;
+    return app_start(&port->app, params, table, &port->devices);
+}
+
 void host_port_record(host_port_t *port, const app_memory_t *memory)
 {
     app_record_init(&port->app, memory);

@@ -17,6 +17,13 @@ typedef struct {
     uint32_t sent_n;
 } host_port_line_t;
 
+/* What a board has for parameters that are to stay. */
+typedef struct {
+    const hal_flash_t *flash;
+    const uint8_t *access_key;
+    bool (*entropy)(void *context, uint64_t *bits);
+} host_port_store_t;
+
 typedef struct {
     app_t app;
     hal_devices_t devices;
@@ -32,6 +39,11 @@ typedef struct {
 /* False when the application refused the parameters or the table; it can be stepped all the same.
  */
 CHECKED bool host_port_init(host_port_t *port, const params_t *params, const gain_table_t *table);
+
+/* After host_port_init: anew with what `flash` keeps, and with a key: as a board starts. All of
+ * them, and *params, stay the caller's; entropy draws the nonces and may be NULL. */
+CHECKED bool host_port_start(host_port_t *port, const params_t *params, const gain_table_t *table,
+                             const host_port_store_t *store);
 
 /* Trace and fault record from the next period on; the memory stays the caller's. */
 void host_port_record(host_port_t *port, const app_memory_t *memory);

@@ -56,6 +56,11 @@ typedef struct {
     /* Who we are: port, version, motor; one line. May be NULL. */
     const char *identity;
 
+    /* Protected parameters over the host link: the board's own 16 bytes, and 64 bits that nobody
+     * can foresee; false when the generator fails. Without both nothing unlocks. */
+    const uint8_t *access_key;
+    bool (*entropy)(void *context, uint64_t *bits);
+
     /* NULL: nothing survives power-down but the image. */
     const hal_flash_t *flash;
 } hal_devices_t;

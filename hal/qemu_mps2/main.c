@@ -15,9 +15,11 @@
 #include "cm_registers.h"
 #include "cm_stack.h"
 #include "cm_text.h"
+#include "hal_development_key.h"
 #include "inject.h"
 #include "mps2_registers.h"
 #include "pil_protocol.h"
+#include "ram_flash.h"
 #include "semihosting.h"
 
 #define CONTROL_TICKS    (MPS2_CLOCK_HZ / 5000u) /* 200 us */
@@ -33,6 +35,8 @@ static cm_image_check_t image_check;
 static int32_t from_plant;
 static int32_t to_plant;
 static int32_t link_file;
+static int32_t random_file;
+static pil_start_t asked; /* its parameters stand for the image's */
 static uint8_t heard[64]; /* of the file */
 static uint32_t heard_n;
 static uint32_t heard_at;
@@ -45,6 +49,7 @@ static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
 
 __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
+__attribute__((section(".noinit"))) static ram_flash_t flash_memory;
 
 void control_interrupt(void);
 
@@ -130,6 +135,26 @@ static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
     return k;
 }
 
+/* The emulator has no generator; the host behind it has. */
+static bool entropy(void *context, uint64_t *bits)
+{
+    (void)context;
+    return (random_file >= 0) && semihosting_read(random_file, bits, sizeof *bits);
+}
+
+static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY;
+static const hal_flash_t flash = RAM_FLASH(&flash_memory);
+
+/* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
+static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
+                                      .clock_us = clock_us,
+                                      .link_read = link_read,
+                                      .link_write = link_write,
+                                      .identity = identity,
+                                      .access_key = access_key,
+                                      .entropy = entropy,
+                                      .flash = &flash};
+
 _Noreturn static void leave(void)
 {
     const pil_end_t end = {.magic = PIL_MAGIC,
@@ -199,21 +224,22 @@ static bool connect(void)
     from_plant = semihosting_open(PIL_FIFO_TO_IMAGE, SEMIHOSTING_READ);
     to_plant = semihosting_open(PIL_FIFO_FROM_IMAGE, SEMIHOSTING_WRITE);
     link_file = semihosting_open(PIL_LINK_FILE, SEMIHOSTING_READ);
+    random_file = semihosting_open("/dev/urandom", SEMIHOSTING_READ);
     const pil_hello_t hello = {.magic = PIL_MAGIC,
                                .params_bytes = sizeof(params_t),
                                .signals = PIL_SIGNALS,
                                .table_crc32c = cm_config.table->crc32c,
                                .image_crc32c = cm_image_crc32c(),
                                .clock_Hz = MPS2_CLOCK_HZ};
-    pil_start_t start;
     if ((from_plant < 0) || (to_plant < 0) || !semihosting_write(to_plant, &hello, sizeof hello) ||
-        !semihosting_read(from_plant, &start, sizeof start)) {
+        !semihosting_read(from_plant, &asked, sizeof asked)) {
         return false;
     }
-    inject_what = start.inject;
-    inject_at = start.inject_at;
-    const params_t *params = (start.use_params != 0u) ? &start.params : &cm_config.params;
-    const uint32_t refused = app_init(&app, params, cm_config.table) ? 0u : 1u;
+    inject_what = asked.inject;
+    inject_at = asked.inject_at;
+    const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
+    ram_flash_start(&flash_memory);
+    const uint32_t refused = app_start(&app, params, cm_config.table, &devices) ? 0u : 1u;
     const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
     app_record_init(&app, &memory);
     return semihosting_write(to_plant, &refused, sizeof refused);
@@ -238,13 +264,6 @@ static void start_devices(void)
     MPS2_TIMER_CTRL(MPS2_TIMER0) = MPS2_TIMER_ENABLE | MPS2_TIMER_INTERRUPT;
     cm_nvic_enable(MPS2_TIMER0_IRQ);
 }
-
-/* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
-static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
-                                      .clock_us = clock_us,
-                                      .link_read = link_read,
-                                      .link_write = link_write,
-                                      .identity = identity};
 
 int main(void)
 {

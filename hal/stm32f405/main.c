@@ -10,11 +10,14 @@
 #include "cm_port.h"
 #include "cm_registers.h"
 #include "cm_text.h"
+#include "hal_development_key.h"
 #include "stm32_adc.h"
 #include "stm32_clock.h"
 #include "stm32_gpio.h"
 #include "stm32_map.h"
 #include "stm32_pwm.h"
+#include "stm32_rng.h"
+#include "stm32_slots.h"
 #include "stm32_timebase.h"
 #include "stm32_usart.h"
 #include "stm32_watchdog.h"
@@ -22,6 +25,7 @@
 #define BAUD        115200u
 #define WATCHDOG_MS 100u
 #define END_BYTES   64u
+#define ERASE_MS    STM32_WATCHDOG_MAX_MS /* 2/3 of it is more than the 2 s of a sector */
 
 #define RECEIVED_BYTES 256u  /* a power of two, more than one request */
 #define TRACE_WORDS    1024u /* 128 rows of 8 signals, 25.6 ms */
@@ -37,6 +41,7 @@ static stm32_gpio_t *const port_b = (stm32_gpio_t *)STM32_GPIOB_BASE;
 static stm32_gpio_t *const port_c = (stm32_gpio_t *)STM32_GPIOC_BASE;
 static stm32_usart_t *const usart = (stm32_usart_t *)STM32_USART3_BASE;
 static stm32_iwdg_t *const iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE;
+static stm32_rng_t *const rng = (stm32_rng_t *)STM32_RNG_BASE;
 static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *)STM32_ADC2_BASE,
                                   (stm32_adc_t *)STM32_ADC3_BASE,
                                   (stm32_adc_common_t *)STM32_ADC_COMMON_BASE};
@@ -44,8 +49,7 @@ static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *
 static app_t app;
 static cm_image_check_t image_check;
 static char identity[CM_IMAGE_BANNER_BYTES];
-static uint8_t
-    received[RECEIVED_BYTES]; /* ring: written by the interrupt, read by the background */
+static uint8_t received[RECEIVED_BYTES]; /* ring: from the interrupt to the background */
 static volatile uint32_t received_in;
 static volatile uint32_t received_out;
 static uint32_t trace_memory[TRACE_WORDS];
@@ -69,7 +73,7 @@ void port_gates_off(void)
 }
 
 /* Stays here, dark and served: a reset would hide why, and start the drive again. */
-void port_halt(const cm_fault_t *fault)
+COLD void port_halt(const cm_fault_t *fault)
 {
     const bool gates = (tim1->BDTR & TIM_BDTR_MOE) != 0u;
     char text[END_BYTES];
@@ -166,9 +170,74 @@ static uint32_t clock_us(void *context)
     return stm32_timebase_us(tim5);
 }
 
+/* The core stands still while the flash is busy. Gates are off: control periods may be missing, and
+ * the next one begin anywhere. */
+COLD static void end_of_silence(void)
+{
+    hal_sample_t forgotten;
+    stm32_adc_read(&adcs, &forgotten);
+    cm_nvic_forget(STM32_IRQ_ADC);
+    behind_late = true;
+    cm_irq_on();
+}
+
+COLD static hal_flash_status_t erase_slot(void *context, uint32_t slot)
+{
+    if (!stm32_watchdog_start(iwdg, ERASE_MS)) {
+        return HAL_FLASH_FAILED;
+    }
+    cm_irq_off();
+    const hal_flash_status_t status = stm32_slots_erase((const stm32_slots_t *)context, slot);
+    end_of_silence();
+    return stm32_watchdog_start(iwdg, WATCHDOG_MS) ? status : HAL_FLASH_FAILED;
+}
+
+COLD static hal_flash_status_t program_slot(void *context, uint32_t slot, uint32_t offset,
+                                            const uint32_t *words)
+{
+    cm_irq_off();
+    const hal_flash_status_t status =
+        stm32_slots_program((const stm32_slots_t *)context, slot, offset, *words);
+    end_of_silence();
+    return status;
+}
+
+static uint32_t read_slot(void *context, uint32_t slot, uint32_t offset)
+{
+    return stm32_slots_read((const stm32_slots_t *)context, slot, offset);
+}
+
+static bool entropy(void *context, uint64_t *bits)
+{
+    (void)context;
+    return stm32_rng_draw(rng, bits);
+}
+
+static stm32_slots_t slots = {(stm32_flash_t *)STM32_FLASH_BASE,
+                              {(volatile uint32_t *)0x08010000u, (volatile uint32_t *)0x08020000u},
+                              STM32_FLASH_POLLS};
+static const hal_flash_t flash = {.context = &slots,
+                                  .slot_bytes = STM32_SLOTS_BYTES,
+                                  .unit_words = 1u,
+                                  .erased_word = UINT32_MAX,
+                                  .erase = erase_slot,
+                                  .program = program_slot,
+                                  .read = read_slot};
+static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY; /* yours here */
+
+/* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
+static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
+                                      .clock_us = clock_us,
+                                      .link_read = link_read,
+                                      .link_write = link_write,
+                                      .identity = identity,
+                                      .access_key = access_key,
+                                      .entropy = entropy,
+                                      .flash = &flash};
+
 /* PA8..10 and PB13..15: as low outputs until the timer drives them, which is not before
  * stm32_pwm_start has made "off" a driven low there too. */
-static void gate_pins(stm32_gpio_mode_t mode)
+COLD static void gate_pins(stm32_gpio_mode_t mode)
 {
     for (uint32_t pin = 0u; pin < 3u; pin++) {
         stm32_gpio_configure(port_a, 8u + pin, mode, STM32_GPIO_PULL_DOWN, 1u);
@@ -183,7 +252,7 @@ void port_early(void)
     gate_pins(STM32_GPIO_OUTPUT);
 }
 
-static void start_pins(void)
+COLD static void start_pins(void)
 {
     for (uint32_t pin = 0u; pin < 3u; pin++) {
         stm32_gpio_configure(port_a, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
@@ -197,14 +266,16 @@ static void start_pins(void)
 }
 
 /* Serial port and clock first, so that whatever fails afterwards can be told. */
-static stm32_clock_t start_clock_and_serial_port(void)
+COLD static stm32_clock_t start_clock_and_serial_port(void)
 {
     const stm32_clock_t clock = stm32_clock_start(rcc, (stm32_flash_t *)STM32_FLASH_BASE,
                                                   (stm32_pwr_t *)STM32_PWR_BASE, STM32_CLOCK_POLLS);
+    rcc->AHB2ENR |= RCC_AHB2ENR_RNGEN;
     rcc->APB1ENR |= RCC_APB1ENR_TIM5EN | RCC_APB1ENR_USART3EN;
     rcc->APB2ENR |=
         RCC_APB2ENR_TIM1EN | RCC_APB2ENR_ADC1EN | RCC_APB2ENR_ADC2EN | RCC_APB2ENR_ADC3EN;
     (void)rcc->APB2ENR; /* a device answers some clocks after it got one */
+    stm32_rng_start(rng);
     start_pins();
     (void)stm32_usart_start(usart, stm32_clock_apb1_Hz(clock), BAUD);
     (void)cm_image_banner(identity);
@@ -214,7 +285,7 @@ static stm32_clock_t start_clock_and_serial_port(void)
 }
 
 /* Says what is wrong; true when the drive may run. */
-static bool start_drive(stm32_clock_t clock)
+COLD static bool start_drive(stm32_clock_t clock)
 {
     const stm32_pwm_params_t pwm = {.clock_Hz = stm32_clock_core_Hz(clock),
                                     .period_s = cm_config.params.period_s,
@@ -223,11 +294,13 @@ static bool start_drive(stm32_clock_t clock)
     if (clock != STM32_CLOCK_CRYSTAL) {
         wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL; drive off\r\n"
                                                 : "clock: no crystal; drive off\r\n";
-    } else if (!app_init(&app, &cm_config.params, cm_config.table)) {
-        wrong = "parameters or gain table refused; drive off\r\n";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "watchdog does not start; drive off\r\n";
     } else {
+        /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
+        if (!app_start(&app, &cm_config.params, cm_config.table, &devices)) {
+            (void)stm32_usart_send(usart, "parameters or gain table refused; gates stay off\r\n");
+        }
         const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
         app_record_init(&app, &memory);
         stm32_usart_interrupt(usart);
@@ -248,7 +321,7 @@ static bool start_drive(stm32_clock_t clock)
 }
 
 /* What the host asks for, the break input and what it means for the drive. */
-static void follow_commands(void)
+COLD static void follow_commands(void)
 {
     app_command_t command = app_link_command(&app);
     const bool broken = stm32_pwm_broken(tim1);
@@ -263,14 +336,7 @@ static void follow_commands(void)
     stm32_gpio_write(port_c, PIN_LED_FAULT, app.machine.faults != 0u);
 }
 
-/* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
-static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
-                                      .clock_us = clock_us,
-                                      .link_read = link_read,
-                                      .link_write = link_write,
-                                      .identity = identity};
-
-int main(void)
+COLD int main(void)
 {
     const stm32_clock_t clock = start_clock_and_serial_port();
     ((stm32_dbg_t *)STM32_DBG_BASE)->DBGMCU_APB2_FZ |=

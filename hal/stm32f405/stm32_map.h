@@ -16,6 +16,7 @@
 #define STM32_GPIOC_BASE      0x40020800u
 #define STM32_RCC_BASE        0x40023800u
 #define STM32_DBG_BASE        0xE0042000u
+#define STM32_RNG_BASE        0x50060800u
 #define STM32_FLASH_BASE      0x40023C00u
 
 #define STM32_IRQ_ADC    18u

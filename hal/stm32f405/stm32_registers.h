@@ -14,8 +14,8 @@ typedef volatile uint32_t stm32_reg_t;
 typedef struct {
     stm32_reg_t CR, PLLCFGR, CFGR, CIR;
     stm32_reg_t reserved_10[8];
-    stm32_reg_t AHB1ENR;
-    stm32_reg_t reserved_34[3];
+    stm32_reg_t AHB1ENR, AHB2ENR;
+    stm32_reg_t reserved_38[2];
     stm32_reg_t APB1ENR, APB2ENR;
     stm32_reg_t reserved_48[11];
     stm32_reg_t CSR;
@@ -60,6 +60,10 @@ typedef struct {
     stm32_reg_t KR, PR, RLR, SR;
 } stm32_iwdg_t;
 
+typedef struct {
+    stm32_reg_t CR, SR, DR;
+} stm32_rng_t;
+
 #define RCC_CR_HSION             (1u << 0)
 #define RCC_CR_HSIRDY            (1u << 1)
 #define RCC_CR_HSEON             (1u << 16)
@@ -77,6 +81,7 @@ typedef struct {
 #define RCC_CFGR_PPRE1_Msk       (7u << 10)
 #define RCC_CFGR_PPRE2_Pos       13u
 #define RCC_CFGR_PPRE2_Msk       (7u << 13)
+#define RCC_AHB2ENR_RNGEN        (1u << 6)
 #define RCC_AHB1ENR_GPIOAEN      (1u << 0)
 #define RCC_AHB1ENR_GPIOBEN      (1u << 1)
 #define RCC_AHB1ENR_GPIOCEN      (1u << 2)
@@ -166,5 +171,11 @@ typedef struct {
 #define USART_CR1_UE             (1u << 13)
 #define IWDG_SR_PVU              (1u << 0)
 #define IWDG_SR_RVU              (1u << 1)
+#define RNG_CR_RNGEN             (1u << 2)
+#define RNG_SR_DRDY              (1u << 0)
+#define RNG_SR_CECS              (1u << 1)
+#define RNG_SR_SECS              (1u << 2)
+#define RNG_SR_CEIS              (1u << 5)
+#define RNG_SR_SEIS              (1u << 6)
 
 #endif

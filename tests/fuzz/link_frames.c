@@ -33,7 +33,7 @@ static zh_link *open_drive(void)
                             .rig = ZH_ROOT "/host_sim/rigs/hasegawa2005.toml",
                             .board = ZH_ROOT "/host_sim/boards/paper.toml",
                             .motor_dir = ZH_ROOT "/gain_tables/hasegawa2005"};
-    zh_link *drive = zh_link_open(&job, 0u);
+    zh_link *drive = zh_link_open(&job, 0u, NULL);
     if (drive == NULL) {
         refuse("zh_link_open");
     }

@@ -27,6 +27,7 @@ BLOCKS = {
     "adc_common": ("C_ADC",),
     "usart": ("USART3",),
     "iwdg": ("IWDG",),
+    "rng": ("RNG",),
     "dbg": ("DBG",),
 }
 # TIM5 lacks what only TIM1 has; the rest of the block is the same.

@@ -121,20 +121,26 @@ static void test_refused_configuration_stands_in_fault_with_gates_off(void)
     app_background(&app, NULL); /* and nothing breaks */
 }
 
+/* The parameters, as if they came from a store. */
+static bool adopts(const gain_table_id_t *made_for)
+{
+    return app_init(&app, &params, &table) && app_adopt(&app, made_for);
+}
+
 static void test_parameters_of_another_table_are_refused(void)
 {
     const gain_table_id_t same = {table.motor_id, table.crc32c};
     const gain_table_id_t other_motor = {table.motor_id + 1u, table.crc32c};
     const gain_table_id_t other_gains = {table.motor_id, table.crc32c + 1u};
-    TEST_ASSERT_TRUE(app_init_for(&app, &params, &same, &table));
-    TEST_ASSERT_FALSE(app_init_for(&app, &params, &other_gains, &table));
-    TEST_ASSERT_FALSE(app_init_for(&app, &params, &other_motor, &table));
+    TEST_ASSERT_TRUE(adopts(&same));
+    TEST_ASSERT_FALSE(adopts(&other_gains));
+    TEST_ASSERT_FALSE(adopts(&other_motor));
     TEST_ASSERT_FALSE(periods(DRIVE_STATE_CMD_RUN, 10.0f, 50).gates_on);
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_CONFIG, telemetry().faults);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_STORE, telemetry().faults);
     params.observer_gain_enable = 0u; /* L = 0 does not need it */
-    TEST_ASSERT_TRUE(app_init_for(&app, &params, &other_motor, &table));
+    TEST_ASSERT_TRUE(adopts(&other_motor));
     params.M_H = 0.2f; /* no leakage */
-    TEST_ASSERT_FALSE(app_init_for(&app, &params, &same, &table));
+    TEST_ASSERT_FALSE(adopts(&same));
 }
 
 static void test_refused_state_times_stand_in_fault(void)
@@ -302,8 +308,14 @@ static void test_live_change_is_taken_or_refused_as_a_whole(void)
     TEST_ASSERT_EQUAL_MEMORY(&before.speed, &app.config.drive.speed, sizeof(before.speed));
     TEST_ASSERT_EQUAL_FLOAT(3.0f, app.config.drive.flux.i_d_A);
     app.configured = false;
-    params.speed_J_kg_m2 = 0.035f;
+    params.i_d_A = 3.5f;
     TEST_ASSERT_FALSE(app_reconfigure(&app, &params));
+    params.speed_J_kg_m2 = 0.035f;
+    TEST_ASSERT_TRUE(app_reconfigure(&app, &params)); /* to be saved: for the next start */
+    (void)periods(0u, 0.0f, 1);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, app.params.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, app.config.drive.flux.i_d_A);
+    TEST_ASSERT_FALSE(app.configured);
 }
 
 static void test_eps1_units_reach_the_law_converted(void)

@@ -8,7 +8,9 @@
 #include "app_record.h"
 #include "app_signal.h"
 #include "command.h"
+#include "crc32c.h"
 #include "host_port.h"
+#include "ram_flash.h"
 #include "unity.h"
 
 #define TRACE_WORDS 256u
@@ -22,6 +24,17 @@ static uint8_t answer_byte[4096];
 static command_frame_t answer;
 static command_parser_t answer_parser;
 static uint32_t session;
+static ram_flash_t flash_memory;
+static const hal_flash_t flash = RAM_FLASH(&flash_memory);
+static const uint8_t key[SIPHASH_KEY_BYTES] = {1u, 2u, 3u};
+static observer_gain_t gains[100];
+static gain_table_t table;
+
+static bool entropy(void *context, uint64_t *bits)
+{
+    *bits = 42u + ((const host_port_t *)context)->clock_us;
+    return true;
+}
 
 static app_t *app(void)
 {
@@ -170,7 +183,7 @@ static void test_lists_every_parameter_and_signal(void)
         TEST_ASSERT_EQUAL_UINT8(info->access, command_take_u8(&body));
         TEST_ASSERT_EQUAL_FLOAT(info->minimum, command_take_float(&body));
         TEST_ASSERT_EQUAL_FLOAT(info->maximum, command_take_float(&body));
-        TEST_ASSERT_EQUAL_FLOAT(info->initial, command_take_float(&body));
+        TEST_ASSERT_EQUAL_FLOAT(params_get(&params, k), command_take_float(&body));
         TEST_ASSERT_EQUAL_UINT8(strlen(info->name), command_take_u8(&body));
         TEST_ASSERT_EQUAL_MEMORY(info->name, body.at, strlen(info->name));
         TEST_ASSERT_EQUAL_UINT32(strlen(info->name) + 1u + strlen(info->unit), body.left);
@@ -557,6 +570,226 @@ static void test_a_port_without_recording_says_so(void)
 }
 
 /* A slow line: a byte at a time goes out, the next request waits, nothing is lost. */
+/* The board of before, switched on again: what its flash keeps is all it has. */
+static bool power_up(void)
+{
+    const host_port_store_t store = {&flash, key, entropy};
+    TEST_ASSERT_TRUE(host_port_init(&port, &params, &table));
+    const bool good = host_port_start(&port, &params, &table, &store);
+    const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    host_port_record(&port, &memory);
+    port.background_every = 1u;
+    port.until_background = 1u;
+    open_session();
+    return good;
+}
+
+static void new_board(void)
+{
+    flash_memory = (ram_flash_t){0};
+    ram_flash_start(&flash_memory);
+    for (int k = 0; k < 100; k++) {
+        gains[k] = (observer_gain_t){-300.0f, (float)k, 0.5f, -0.01f * (float)k};
+    }
+    table = (gain_table_t){.magic = GAIN_TABLE_MAGIC,
+                           .version = GAIN_TABLE_VERSION,
+                           .motor_id = 1u,
+                           .entry_count = 100u,
+                           .crc32c = crc32c(gains, sizeof gains),
+                           .step_rad_s = 0.20943951f,
+                           .entry = gains};
+    TEST_ASSERT_TRUE(power_up());
+}
+
+static void wait_s(float s)
+{
+    for (uint32_t k = 0u; k < (uint32_t)(s / params.period_s); k++) {
+        (void)round_of_the_port();
+    }
+}
+
+static uint8_t act_only(uint8_t op)
+{
+    command_writer_t w = ask(op);
+    command_put_u32(&w, session);
+    return send_only(&w);
+}
+
+static uint8_t unlock_with(const uint8_t *k)
+{
+    command_writer_t w = ask(APP_LINK_CHALLENGE);
+    command_put_u32(&w, session);
+    command_reader_t body;
+    const uint8_t status = send(&w, &body);
+    if (status != APP_LINK_OK) {
+        return status;
+    }
+    const uint64_t low = command_take_u32(&body);
+    const uint64_t answer_word =
+        access_response(k, low | ((uint64_t)command_take_u32(&body) << 32u));
+    w = ask(APP_LINK_UNLOCK);
+    command_put_u32(&w, session);
+    command_put_u32(&w, (uint32_t)answer_word);
+    command_put_u32(&w, (uint32_t)(answer_word >> 32u));
+    return send_only(&w);
+}
+
+static uint32_t store_word(uint32_t k)
+{
+    command_writer_t w = ask(APP_LINK_STORE);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send(&w, &body));
+    for (uint32_t n = 0u; n < k; n++) {
+        (void)command_take_u32(&body);
+    }
+    return command_take_u32(&body);
+}
+
+static float get(const char *name)
+{
+    return params_get(&app()->params, params_find(name));
+}
+
+static void test_a_saved_parameter_is_there_after_power_up(void)
+{
+    new_board();
+    TEST_ASSERT_EQUAL_UINT32(PARAM_STORE_EMPTY, store_word(0u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("i_d_A", 3.5f));
+    TEST_ASSERT_TRUE(power_up());
+    TEST_ASSERT_EQUAL_FLOAT(params.i_d_A, get("i_d_A")); /* not saved */
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("i_d_A", 3.5f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, act_only(APP_LINK_SAVE));
+    wait_s(0.2f);
+    TEST_ASSERT_EQUAL_UINT32(0u, store_word(1u));
+    TEST_ASSERT_EQUAL_UINT32(0u, store_word(2u));
+    TEST_ASSERT_TRUE(power_up());
+    TEST_ASSERT_EQUAL_UINT32(PARAM_STORE_LOADED, store_word(0u));
+    TEST_ASSERT_EQUAL_UINT32(params_count(), store_word(4u));
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, get("i_d_A"));
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, app()->config.drive.flux.i_d_A);
+}
+
+static void test_nothing_is_saved_while_the_gates_are_on(void)
+{
+    new_board();
+    wait_s(2.0f * params.offset_calibration_s + 0.01f);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, act_only(APP_LINK_SAVE)); /* asked for in time, but */
+    const uint32_t before = flash_memory.changes;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 1.0f, 0u));
+    const uint32_t at_command = flash_memory.changes;
+    TEST_ASSERT_GREATER_THAN_UINT32(before, at_command);
+    wait_s(0.1f);
+    TEST_ASSERT_NOT_EQUAL(DRIVE_OFF, app()->mode);
+    TEST_ASSERT_UINT32_WITHIN(2u, at_command, flash_memory.changes);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_NOW, act_only(APP_LINK_SAVE));
+    TEST_ASSERT_EQUAL_UINT32(1u, store_word(1u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(0u, 0.0f, 0u));
+    wait_s(0.2f);
+    TEST_ASSERT_EQUAL_UINT32(0u, store_word(1u)); /* and goes on afterwards */
+    TEST_ASSERT_TRUE(power_up());
+    TEST_ASSERT_EQUAL_UINT32(PARAM_STORE_LOADED, store_word(0u));
+}
+
+static void test_protected_parameters_want_the_key(void)
+{
+    const uint8_t other[SIPHASH_KEY_BYTES] = {1u, 2u, 4u};
+    new_board();
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_NOW, unlock_with(key)); /* straight after power-up */
+    wait_s(APP_STORE_LOCKOUT_S + 0.2f);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, set("Rs_ohm", 1.0f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, unlock_with(key));
+    TEST_ASSERT_EQUAL_UINT32(1u, store_word(3u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("Rs_ohm", 1.0f));
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, get("Rs_ohm"));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_REFUSED, set("period_s", 100e-6f)); /* the timer's */
+    TEST_ASSERT_EQUAL_FLOAT(params.period_s, get("period_s"));
+    open_session(); /* somebody else */
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, set("Rs_ohm", 1.1f));
+    for (uint32_t k = 0u; k < ACCESS_FAILURES_MAX; k++) {
+        TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, unlock_with(other));
+    }
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_NOW, unlock_with(key)); /* locked out */
+    wait_s(APP_STORE_LOCKOUT_S + 0.2f);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, unlock_with(key));
+}
+
+static void test_an_answer_without_a_challenge_unlocks_nothing(void)
+{
+    new_board();
+    wait_s(APP_STORE_LOCKOUT_S + 0.2f);
+    command_writer_t w = ask(APP_LINK_UNLOCK);
+    command_put_u32(&w, session);
+    const uint64_t word = access_response(key, 0u);
+    command_put_u32(&w, (uint32_t)word);
+    command_put_u32(&w, (uint32_t)(word >> 32u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, send_only(&w));
+    port.devices.entropy = NULL; /* a board without a generator */
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_NOW, unlock_with(key));
+}
+
+static void save_now(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, act_only(APP_LINK_SAVE));
+    wait_s(0.2f);
+    TEST_ASSERT_EQUAL_UINT32(0u, store_word(1u));
+}
+
+/* What stands in the way of running, until somebody with the key has looked and saved anew. */
+static void refuses_until_saved_with_the_key(void)
+{
+    TEST_ASSERT_FALSE(power_up());
+    wait_s(2.0f * params.offset_calibration_s + 0.01f);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 1.0f, 0u));
+    wait_s(0.01f);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_OFF, app()->mode);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_STORE, app()->machine.faults);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(0u, 0.0f, 0u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_PROTECTED, act_only(APP_LINK_SAVE));
+    wait_s(APP_STORE_LOCKOUT_S + 0.2f);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, unlock_with(key));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("i_d_A", 4.0f));
+    save_now();
+    TEST_ASSERT_TRUE(power_up());
+    TEST_ASSERT_EQUAL_FLOAT(4.0f, get("i_d_A"));
+}
+
+static void test_parameters_of_another_table_are_refused_until_saved_anew(void)
+{
+    params.observer_gain_enable = 1u;
+    new_board();
+    save_now();
+    table.motor_id++;
+    refuses_until_saved_with_the_key();
+    table.motor_id--;
+    params.observer_gain_enable = 0u;
+}
+
+static void test_parameters_of_another_period_are_refused(void)
+{
+    const float period_s = params.period_s;
+    new_board();
+    save_now();
+    params.period_s = 0.5f * period_s;
+    TEST_ASSERT_FALSE(power_up());
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_STORE, app()->mailbox.faults);
+    params.period_s = period_s;
+}
+
+static void test_a_set_that_cannot_be_read_any_more_is_refused_until_saved_anew(void)
+{
+    new_board();
+    save_now();
+    save_now(); /* both slots */
+    flash_memory.cell[0][20] ^= 1u;
+    flash_memory.cell[1][20] ^= 1u;
+    refuses_until_saved_with_the_key();
+}
+
+static void test_without_a_flash_a_save_is_refused(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_REFUSED, act_only(APP_LINK_SAVE));
+}
+
 static void test_a_slow_line_gets_whole_answers(void)
 {
     command_writer_t w = ask(APP_LINK_STATUS);
@@ -600,5 +833,13 @@ int main(void)
     RUN_TEST(test_a_fault_is_listed_recorded_read_and_cleared);
     RUN_TEST(test_a_port_without_recording_says_so);
     RUN_TEST(test_a_slow_line_gets_whole_answers);
+    RUN_TEST(test_a_saved_parameter_is_there_after_power_up);
+    RUN_TEST(test_nothing_is_saved_while_the_gates_are_on);
+    RUN_TEST(test_protected_parameters_want_the_key);
+    RUN_TEST(test_an_answer_without_a_challenge_unlocks_nothing);
+    RUN_TEST(test_parameters_of_another_table_are_refused_until_saved_anew);
+    RUN_TEST(test_parameters_of_another_period_are_refused);
+    RUN_TEST(test_a_set_that_cannot_be_read_any_more_is_refused_until_saved_anew);
+    RUN_TEST(test_without_a_flash_a_save_is_refused);
     return UNITY_END();
 }

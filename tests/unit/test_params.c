@@ -22,8 +22,8 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_TRUE_MESSAGE(strlen(params_text(i)) > 2u, info->name);
         TEST_ASSERT_NOT_NULL(info->unit);
         TEST_ASSERT_TRUE_MESSAGE(info->minimum < info->maximum, info->name);
-        TEST_ASSERT_TRUE_MESSAGE(info->initial >= info->minimum, info->name);
-        TEST_ASSERT_TRUE_MESSAGE(info->initial <= info->maximum, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(params_initial(i) >= info->minimum, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(params_initial(i) <= info->maximum, info->name);
         TEST_ASSERT_EQUAL_size_t(i, params_find(info->name)); /* names are unique */
     }
     TEST_ASSERT_NULL(params_info(params_count()));
@@ -36,7 +36,7 @@ static void test_defaults_are_those_of_the_list(void)
     memset(&p, 0xA5, sizeof(p));
     params_default(&p);
     for (size_t i = 0u; i < params_count(); i++) {
-        TEST_ASSERT_EQUAL_FLOAT(params_info(i)->initial, params_get(&p, i));
+        TEST_ASSERT_EQUAL_FLOAT(params_initial(i), params_get(&p, i));
     }
     TEST_ASSERT_EQUAL_FLOAT(0.93f, p.Rs_ohm);
     TEST_ASSERT_EQUAL_UINT32(14u, p.adc_bits);

@@ -25,8 +25,7 @@ function(zh_image)
                 -L${CMAKE_CURRENT_SOURCE_DIR} -Tmemory.ld -T${script}
                 LINKER:--gc-sections,--fatal-warnings,--no-warn-rwx-segments,--build-id=none
                 LINKER:-Map=${CMAKE_BINARY_DIR}/firmware.map)
-    # memcpy and memset for struct copies; the linker would take nothing else.
-    target_link_libraries(firmware PRIVATE c_nano gcc)
+    target_link_libraries(firmware PRIVATE gcc)
     set_target_properties(
         firmware PROPERTIES LINK_DEPENDS "${script};${CMAKE_CURRENT_SOURCE_DIR}/memory.ld")
     add_custom_command(

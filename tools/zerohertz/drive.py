@@ -72,6 +72,7 @@ class Fault(IntFlag):
     TABLE_CRC = 512
     PERIOD_LATE = 1024  # a warning; only a port can raise this and the next
     PERIOD_OVERRUN = 2048
+    STORE = 1 << 26  # only where there is a parameter store
 
 
 class Access(IntEnum):

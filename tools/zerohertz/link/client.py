@@ -13,6 +13,7 @@ from typing import Self
 from zerohertz.errors import UserError
 from zerohertz.link.frame import BODY_MAX, Frame, Reader, encode
 from zerohertz.link.line import Line
+from zerohertz.link.siphash import response
 
 PROTOCOL = 1
 RUN, RESET, TORQUE_OFF = 1, 2, 4
@@ -31,6 +32,10 @@ class Op(IntEnum):
     SIGNAL_INFO = 0x04
     GET = 0x10
     SET = 0x11
+    SAVE = 0x12
+    STORE = 0x13
+    CHALLENGE = 0x14
+    UNLOCK = 0x15
     COMMAND = 0x20
     STATUS = 0x21
     SAMPLE = 0x22
@@ -52,9 +57,9 @@ REASONS = {
     5: "the drive does not know this request",
     6: "the drive knows this request in another length; is the firmware of another version?",
     7: "somebody else has taken over the drive, or it was reset; connect anew",
-    8: "can only change with the gates off; stop the drive first",
-    9: "is protected",
-    10: "is in range, but refused together with the other values",
+    8: "not now: only with the gates off, or the drive is locked out for a while",
+    9: "is protected; give --unlock",
+    10: "is in range, but refused together with the other values, or by the drive as it stands",
 }
 
 
@@ -135,6 +140,27 @@ class Status:
     u_dc_V: float
     stator_frequency_Hz: float
     Rs_hat_ohm: float
+
+
+@dataclass(frozen=True)
+class StoreState:
+    """What the drive's parameter store found at start and does now."""
+
+    found: int  # FOUND
+    saving: int
+    failed: int
+    unlocked: int
+    taken: int
+    missing: int
+    unknown: int
+    refused: int
+
+
+FOUND = {
+    0: "of the image, none were saved",
+    1: "as saved",
+    2: "LOST: what was saved cannot be read; check them and save anew",
+}
 
 
 @dataclass(frozen=True)
@@ -279,6 +305,33 @@ class Client:
     def set(self, name: str, value: float) -> None:
         index = self.parameter(name).index
         self.request(Op.SET, struct.pack("<IHf", self.session, index, value), f"{name} = {value}")
+
+    def unlock(self, key: bytes) -> None:
+        """Protected parameters can be set from now on, for some minutes."""
+        nonce = struct.unpack("<Q", self.request(Op.CHALLENGE, self._acting, "unlocking"))[0]
+        answer = struct.pack("<Q", response(key, nonce))
+        try:
+            self.request(Op.UNLOCK, self._acting + answer)
+        except RefusedError:
+            raise UserError("the key is not this drive's; three wrong ones lock out") from None
+
+    def save(self, patience_s: float = 30.0) -> StoreState:
+        """The parameters in use survive power-down; waits until they do."""
+        self.request(Op.SAVE, self._acting, "saving")
+        until_s = time.monotonic() + patience_s
+        while (state := self.store()).saving:
+            if time.monotonic() > until_s:
+                raise UserError("the drive has not saved yet; it does so only with the gates off")
+        if state.failed:
+            raise UserError("the drive's flash has failed; the set of before stays")
+        return state
+
+    def store(self) -> StoreState:
+        return StoreState(*struct.unpack_from("<8I", self.request(Op.STORE)))
+
+    @property
+    def _acting(self) -> bytes:
+        return struct.pack("<I", self.session)
 
     def command(self, bits: int, speed_rad_s: float = 0.0, valid_s: float = 0.0) -> None:
         """valid_s: the drive stops by itself when no command follows in this time; 0: never."""

@@ -24,6 +24,7 @@ from zerohertz.link import client as link
 from zerohertz.link.client import Client
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, SerialLine, TcpLine
 from zerohertz.link.recording import Recording, recording, write
+from zerohertz.link.siphash import load_key
 
 RPM_PER_RAD_S = 30.0 / math.pi
 KEEP_ALIVE_S = 0.2
@@ -37,12 +38,19 @@ PortOption = Annotated[
 BaudOption = Annotated[int, typer.Option(min=1, help="Of the serial port.")]
 SilOption = Annotated[bool, typer.Option("--sil", help="The drive of `zh serve`.")]
 TcpOption = Annotated[int, typer.Option(min=1, max=65535, help="Where `zh serve` listens.")]
+UnlockOption = Annotated[
+    bool, typer.Option("--unlock", help="Protected parameters too, with the development key.")
+]
+KeyOption = Annotated[
+    Path | None,
+    typer.Option("--key", metavar="FILE", help="Unlock with this key: 32 hexadecimal digits."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands of the link."""
-    for command in (serve, connect, get, set_, run, trace, faults):
+    for command in (serve, connect, get, set_, save, run, trace, faults):
         app.command(command.__name__.rstrip("_"))(command)
 
 
@@ -66,12 +74,17 @@ def serve(
     ] = 1.0,
     tcp: TcpOption = DEFAULT_TCP_PORT,
     pty: Annotated[bool, typer.Option("--pty", help="A terminal device instead of TCP.")] = False,
+    keep: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Saved parameters and fault record, from run to run."),
+    ] = None,
 ) -> None:
     """Run the firmware on the simulated rig and serve its host link, until interrupted."""
     from zerohertz.link import server
 
     end = server.PtyEnd() if pty else server.TcpEnd(tcp)
-    with server.LinkedDrive(sil_job(config, load_Nm, set_params or [])) as drive:
+    job = sil_job(config, load_Nm, set_params or [])
+    with server.LinkedDrive(job, keep=keep) as drive:
         option = f"--port {end.name}" if pty else "--sil"
         option += f" --tcp {tcp}" if not pty and tcp != DEFAULT_TCP_PORT else ""
         print(f"zh: serving on {end.name}; try: tools/zh connect {option}", file=sys.stderr)
@@ -114,9 +127,12 @@ def connect(
 ) -> None:
     """Say who is there and what it is doing."""
     with open_client(port, baud, sil, tcp) as drive:
-        who, status = drive.identity, drive.status()
+        who, status, store = drive.identity, drive.status(), drive.store()
         if as_json:
-            _print_json({"identity": dataclasses.asdict(who), "status": dataclasses.asdict(status)})
+            _print_json(
+                {"identity": dataclasses.asdict(who), "status": dataclasses.asdict(status)}
+                | {"store": dataclasses.asdict(store)}
+            )
             return
         console = Console(highlight=False)
         console.print(who.text)
@@ -125,6 +141,7 @@ def connect(
             f"{who.period_s * 1e6:.0f} us, {who.parameters} parameters, {who.signals} signals, "
             f"trace of {who.trace_words // 8} rows of 8"
         )
+        console.print(f"parameters {store_text(store)}")
         console.print(status_line(status))
 
 
@@ -155,6 +172,8 @@ def get(
 def set_(
     name: Annotated[str, typer.Argument(help="Parameter.")],
     value: Annotated[float, typer.Argument(help="In the parameter's unit.")],
+    unlock: UnlockOption = False,
+    key: KeyOption = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
@@ -162,8 +181,44 @@ def set_(
 ) -> None:
     """Change a parameter of the drive; it acts from the next control period on."""
     with open_client(port, baud, sil, tcp) as drive:
+        _unlock(drive, unlock, key)
         drive.set(name, value)
         print(f"{name} = {drive.get([name])[name]:.7g} {drive.parameter(name).unit}".rstrip())
+
+
+def save(
+    unlock: UnlockOption = False,
+    key: KeyOption = None,
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
+) -> None:
+    """Save the parameters in use, for the next power-up; gates off."""
+    with open_client(port, baud, sil, tcp) as drive:
+        _unlock(drive, unlock, key)
+        drive.save()
+        print("saved")
+
+
+def _unlock(drive: Client, wanted: bool, key: Path | None) -> None:
+    if wanted or key is not None:
+        drive.unlock(load_key(key))
+        if key is None:
+            print("zh: unlocked with the development key, which everybody knows", file=sys.stderr)
+
+
+def store_text(s: link.StoreState) -> str:
+    """Where the parameters in use come from."""
+    parts = [link.FOUND.get(s.found, f"store {s.found}")]
+    for count, what in (
+        (s.missing, "not in the record: default"),
+        (s.unknown, "in the record, not known any more"),
+        (s.refused, "out of range today: default"),
+    ):
+        if count and s.found == 1:
+            parts.append(f"{count} {what}")
+    return ", ".join(parts + ["saving"] * bool(s.saving) + ["last save FAILED"] * bool(s.failed))
 
 
 def run(

@@ -22,6 +22,7 @@ from ctypes import (
     c_void_p,
 )
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol, Self
 
 from zerohertz import sim
@@ -58,10 +59,12 @@ class _State(Structure):
 class LinkedDrive:
     """One drive on its rig; bytes in, bytes out."""
 
-    def __init__(self, job: sim.Job, *, commands_from_link: bool = True) -> None:
+    def __init__(
+        self, job: sim.Job, *, commands_from_link: bool = True, keep: Path | None = None
+    ) -> None:
         lib = library()
         lib.zh_link_open.restype = c_void_p
-        lib.zh_link_open.argtypes = (c_void_p, c_uint32)
+        lib.zh_link_open.argtypes = (c_void_p, c_uint32, c_char_p)
         lib.zh_link_run.restype = c_int
         lib.zh_link_run.argtypes = (
             *(c_void_p, c_uint32, c_char_p, POINTER(c_uint32)),
@@ -72,7 +75,8 @@ class LinkedDrive:
         lib.zh_link_close.restype, lib.zh_link_close.argtypes = None, (c_void_p,)
         self._lib = lib
         raw, keep = sim._raw_job(job)
-        self._handle = lib.zh_link_open(byref(raw), int(commands_from_link))
+        kept = os.fsencode(keep) if keep is not None else None
+        self._handle = lib.zh_link_open(byref(raw), int(commands_from_link), kept)
         del keep
         if not self._handle:
             raise_last_error()

@@ -1,0 +1,33 @@
+/* Two slots of flash in memory, for ports without a flash of their own: the emulated board keeps
+ * them through a reset, `zh serve` in a file.
+ */
+#ifndef RAM_FLASH_H
+#define RAM_FLASH_H
+
+#include "hal_devices.h"
+
+#define RAM_FLASH_WORDS 512u /* per slot */
+
+typedef struct {
+    uint32_t magic;
+    uint32_t changes; /* operations so far: whoever keeps a copy sees that it is old */
+    uint32_t cell[2][RAM_FLASH_WORDS];
+} ram_flash_t;
+
+/* Memory that was none before is erased; what it held stays else. */
+void ram_flash_start(ram_flash_t *memory);
+
+hal_flash_status_t ram_flash_erase(void *context, uint32_t slot);
+hal_flash_status_t ram_flash_program(void *context, uint32_t slot, uint32_t offset,
+                                     const uint32_t *words);
+uint32_t ram_flash_read(void *context, uint32_t slot, uint32_t offset);
+
+/* The operations on a ram_flash_t, as an initialiser: a port's can be constant. */
+#define RAM_FLASH(memory)                                                                          \
+    {                                                                                              \
+        .context = (memory), .slot_bytes = 4u * RAM_FLASH_WORDS, .unit_words = 1u,                 \
+        .erased_word = UINT32_MAX, .erase = ram_flash_erase, .program = ram_flash_program,         \
+        .read = ram_flash_read                                                                     \
+    }
+
+#endif

@@ -1,0 +1,15 @@
+/* The key that everybody has who can read: it lets the tools unlock an example port on a bench, and
+ * protects nothing. A product gives hal_devices_t.access_key sixteen bytes of its own, other ones
+ * for each drive, from where nobody reads them out, and hands `tools/zh unlock --key` the same.
+ */
+#ifndef HAL_DEVELOPMENT_KEY_H
+#define HAL_DEVELOPMENT_KEY_H
+
+/* "ZeroHertz develo" */
+#define HAL_DEVELOPMENT_KEY                                                                        \
+    {                                                                                              \
+        0x5A, 0x65, 0x72, 0x6F, 0x48, 0x65, 0x72, 0x74, 0x7A, 0x20, 0x64, 0x65, 0x76, 0x65, 0x6C,  \
+            0x6F                                                                                   \
+    }
+
+#endif
