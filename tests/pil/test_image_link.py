@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
+from typing import Any
 
 from zerohertz import sim
 from zerohertz.build import build_image
+from zerohertz.errors import UserError
 from zerohertz.image import loop
 from zerohertz.image.loop import End
 from zerohertz.link.client import Client
 from zerohertz.link.frame import decode
 from zerohertz.link.frames import frames_into_image, random_frames
 from zerohertz.link.line import UnixLine
+from zerohertz.link.siphash import DEVELOPMENT_KEY
 from zerohertz.scenario.setup import load_setup
 
 FRAMES, PERIODS = 3000, 40_000
+
+
+def long_job(**scenario: float) -> sim.Job:
+    """Long enough to be asked everything."""
+    setup = load_setup("recommended")
+    return sim.Job(
+        motor_dir=setup.motor_dir,
+        board=setup.board,
+        rig=setup.rig,
+        firmware_config=setup.params,
+        scenario_overrides={"scenario.duration_s": 30.0} | scenario,
+        decimate=1_000_000,
+    )
 
 
 def test_random_frames_into_the_running_image_change_no_bit() -> None:
@@ -33,7 +50,7 @@ def test_random_frames_into_the_running_image_change_no_bit() -> None:
 def test_the_image_answers_as_the_sil_does() -> None:
     from zerohertz.drive import parameters
 
-    found: dict[str, object] = {}
+    found: dict[str, Any] = {}
 
     def ask(socket: Path) -> None:
         with Client(UnixLine(socket), timeout_s=10.0) as drive:
@@ -48,21 +65,37 @@ def test_the_image_answers_as_the_sil_does() -> None:
             found["trace"] = drive.trace_words(drive.trace_state())
             found["faults"] = drive.faults()[0]
 
-    setup = load_setup("recommended")
-    table = setup.motor_dir / "l_gain.json"
-    job = sim.Job(
-        motor_dir=setup.motor_dir,
-        board=setup.board,
-        rig=setup.rig,
-        firmware_config=setup.params,
-        scenario_overrides={"scenario.duration_s": 30.0},
-        decimate=1_000_000,
-    )
-    run = loop.run(job, build_image("qemu_mps2"), beside=ask)
+    table = load_setup("recommended").motor_dir / "l_gain.json"
+    run = loop.run(long_job(), build_image("qemu_mps2"), beside=ask)
     assert (run.end, run.differing_bits) == (End.EQUAL, 0)
     assert "port=qemu_mps2" in str(found["text"])
     assert found["table"] == int(json.loads(table.read_text())["crc32c"], 16)
-    assert found["parameters"] == {p.name: (p.unit, p.initial) for p in parameters()}
-    assert found["signals"][:3] == ["duty_u", "duty_v", "duty_w"]  # type: ignore[index]
-    assert len(found["trace"]) == 20  # type: ignore[arg-type]
+    # The image's defaults are those of its configuration.
+    assert {n: unit for n, (unit, _) in found["parameters"].items()} == {
+        p.name: p.unit for p in parameters()
+    }
+    assert found["parameters"]["rs_measure"] == ("", 1.0)
+    assert found["signals"][:3] == ["duty_u", "duty_v", "duty_w"]
+    assert len(found["trace"]) == 20
     assert isinstance(found["faults"], int)
+
+
+def test_the_image_saves_and_guards_its_parameters() -> None:
+    found: dict[str, Any] = {}
+
+    def ask(socket: Path) -> None:
+        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+            found["before"] = drive.store().found
+            with contextlib.suppress(UserError):
+                drive.set("Rs_ohm", 1.5)
+            found["locked"] = drive.get(["Rs_ohm"])["Rs_ohm"]
+            while drive.status().period < 52_000:  # the lock-out of every power-up: 10 s
+                pass
+            drive.unlock(DEVELOPMENT_KEY)
+            found["saved"] = drive.save().failed
+            found["unlocked"] = drive.store().unlocked
+
+    run = loop.run(long_job(**{"scenario.run_on_s": 29.0}), build_image("qemu_mps2"), beside=ask)
+    assert (run.end, run.differing_bits) == (End.EQUAL, 0)
+    assert found.pop("locked") != 1.5
+    assert found == {"before": 0, "saved": 0, "unlocked": 1}

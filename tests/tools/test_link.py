@@ -24,6 +24,7 @@ from zerohertz.link.line import SerialLine, TcpLine
 from zerohertz.link.live import picture
 from zerohertz.link.recording import recording, unit_of, write
 from zerohertz.link.server import LinkedDrive, PtyEnd, TcpEnd, serve
+from zerohertz.link.siphash import DEVELOPMENT_KEY, load_key, siphash_2_4
 
 QUICK = {"offset_calibration_s": 0.02, "premagnetise_s": 0.5, "observer_gain_enable": 1}
 PERIOD_S = 200e-6
@@ -77,7 +78,11 @@ def test_says_who_it_is_and_lists_what_it_has(drive: Client) -> None:
 
     assert drive.identity.text.startswith("ZeroHertz port=sil motor=")
     assert drive.identity.period_s == pytest.approx(PERIOD_S)
-    expected = {p.name: (p.unit, p.minimum, p.maximum, p.initial, p.whole) for p in parameters()}
+    # The default is what applies where nothing was saved: that of this image.
+    expected = {
+        p.name: (p.unit, p.minimum, p.maximum, pytest.approx(QUICK.get(p.name, p.initial)), p.whole)
+        for p in parameters()
+    }
     told = {
         p.name: (p.unit, p.minimum, p.maximum, p.initial, p.whole)
         for p in drive.parameters.values()
@@ -365,3 +370,74 @@ def test_the_same_run_with_and_without_talk_has_the_same_duties() -> None:
         quiet.run(10000)
         assert talked.state.gates_on
         assert talked.state == quiet.state
+
+
+def test_siphash_is_that_of_its_paper() -> None:
+    """Appendix A of Aumasson and Bernstein (2012)."""
+    assert siphash_2_4(bytes(range(16)), bytes(range(15))) == 0xA129CA6149BE45E5
+
+
+def test_a_key_file_is_read_or_refused(tmp_path: Path) -> None:
+    path = tmp_path / "key"
+    path.write_text("00112233445566778899aabbccddeeff\n")
+    assert load_key(path) == bytes(range(0, 256, 17))
+    assert load_key(None) == DEVELOPMENT_KEY
+    for text in ("0011", "zz" * 16):
+        path.write_text(text)
+        with pytest.raises(UserError, match="--key"):
+            load_key(path)
+
+
+def test_saved_parameters_and_the_fault_record_outlive_the_power(tmp_path: Path) -> None:
+    """What `zh serve --keep` does: unlocked, set, saved, tripped; then switched off and on."""
+    kept = tmp_path / "drive.zh"
+    with LinkedDrive(job(), keep=kept) as sil:
+        sil.run(300)
+        drive = Client(SilLine(sil), timeout_s=0.1)
+        assert drive.store().found == 0
+        with pytest.raises(RefusedError) as early:
+            drive.unlock(DEVELOPMENT_KEY)
+        assert early.value.status == 8
+        seconds(sil, 10.5)
+        with pytest.raises(UserError, match="key"):
+            drive.unlock(bytes(16))
+        drive.unlock(DEVELOPMENT_KEY)
+        drive.set("Rs_ohm", 1.25)
+        drive.set("i_d_A", 3.5)
+        assert not drive.save().failed
+        drive.set("i_trip_A", 1.0)  # not saved: to trip
+        drive.command(link.RUN, 1.0)
+        seconds(sil, 0.5)
+        assert "OVER_CURRENT" in command.fault_names(drive.status().faults)
+        number = drive.fault_record()[0].number
+    with LinkedDrive(job(), keep=kept) as sil:
+        drive = Client(SilLine(sil), timeout_s=0.1)
+        sil.run(300)
+        assert drive.get(["Rs_ohm", "i_d_A"]) == {"Rs_ohm": 1.25, "i_d_A": 3.5}
+        assert drive.get(["i_trip_A"])["i_trip_A"] > 1.0
+        assert drive.store().found == 1
+        head = drive.fault_record()[0]
+        assert (head.number, head.from_before_reset) == (number, True)
+        assert drive.status().faults == 0
+    kept.write_bytes(kept.read_bytes()[:100])
+    with pytest.raises(UserError, match="delete it"):
+        LinkedDrive(job(), keep=kept)
+
+
+def test_parameters_of_another_table_do_not_run(tmp_path: Path) -> None:
+    from zerohertz.paths import ROOT
+
+    kept = tmp_path / "drive.zh"
+    tables = ROOT / "gain_tables"
+    with LinkedDrive(job(motor_dir=tables / "hasegawa2005"), keep=kept) as sil:
+        Client(SilLine(sil), timeout_s=0.1).save()
+    with LinkedDrive(job(motor_dir=tables / "hasegawa2005_paper"), keep=kept) as sil:
+        sil.run(300)
+        drive = Client(SilLine(sil), timeout_s=0.1)
+        drive.command(link.RUN, 1.0)
+        sil.run(300)
+        assert command.fault_names(drive.status().faults) == "STORE"
+        assert not sil.state.gates_on
+        drive.stop()
+        with pytest.raises(RefusedError, match="protected"):
+            drive.save()

@@ -2,6 +2,8 @@
  * watchdog, time base, flash sectors. */
 #include "stm32_adc.h"
 #include "stm32_flash.h"
+#include "stm32_rng.h"
+#include "stm32_slots.h"
 #include "stm32_gpio.h"
 #include "stm32_timebase.h"
 #include "stm32_usart.h"
@@ -283,6 +285,50 @@ static void test_a_flash_that_stays_busy_is_told_and_left_alone(void)
 }
 
 /* In RAM the failure bits that are written to be cleared stay: as if the operation set them. */
+static void test_slots_are_the_two_sectors_and_nothing_else(void)
+{
+    uint32_t cells[2][4] = {{0u}};
+    const stm32_slots_t slots = {&flash, {cells[0], cells[1]}, POLLS};
+    TEST_ASSERT_EQUAL(HAL_FLASH_DONE, stm32_slots_erase(&slots, 0u));
+    flash.CR = 0u; /* memory does not open by the keys */
+    TEST_ASSERT_EQUAL(HAL_FLASH_DONE, stm32_slots_erase(&slots, 1u));
+    TEST_ASSERT_EQUAL(HAL_FLASH_FAILED, stm32_slots_erase(&slots, 2u));
+    flash.CR = 0u;
+    TEST_ASSERT_EQUAL(HAL_FLASH_DONE, stm32_slots_program(&slots, 1u, 8u, 42u));
+    TEST_ASSERT_EQUAL_UINT32(42u, cells[1][2]);
+    TEST_ASSERT_EQUAL_UINT32(42u, stm32_slots_read(&slots, 1u, 8u));
+    TEST_ASSERT_EQUAL_UINT32(0u, stm32_slots_read(&slots, 0u, 8u));
+    const uint32_t beyond[] = {STM32_SLOTS_BYTES, UINT32_MAX - 3u, 2u};
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL(HAL_FLASH_FAILED, stm32_slots_program(&slots, 0u, beyond[k], 1u));
+        TEST_ASSERT_EQUAL_UINT32(0u, stm32_slots_read(&slots, 0u, beyond[k]));
+    }
+    TEST_ASSERT_EQUAL(HAL_FLASH_FAILED, stm32_slots_program(&slots, 2u, 0u, 1u));
+    TEST_ASSERT_EQUAL_UINT32(0u, stm32_slots_read(&slots, 2u, 0u));
+    flash.SR = FLASH_SR_BSY;
+    TEST_ASSERT_EQUAL(HAL_FLASH_FAILED, stm32_slots_erase(&slots, 0u));
+    TEST_ASSERT_EQUAL(HAL_FLASH_FAILED, stm32_slots_program(&slots, 0u, 0u, 1u));
+}
+
+/* The same word comes twice from a block in RAM, as from a generator that stands. */
+static void test_a_generator_that_stands_or_fails_gives_nothing(void)
+{
+    stm32_rng_t rng = {0};
+    uint64_t bits = 7u;
+    stm32_rng_start(&rng);
+    TEST_ASSERT_EQUAL_HEX32(RNG_CR_RNGEN, rng.CR);
+    TEST_ASSERT_FALSE(stm32_rng_draw(&rng, &bits)); /* no word in time */
+    rng.SR = RNG_SR_DRDY;
+    rng.DR = 0x12345678u;
+    TEST_ASSERT_FALSE(stm32_rng_draw(&rng, &bits));
+    const uint32_t wrong[] = {RNG_SR_CECS, RNG_SR_SECS, RNG_SR_CEIS, RNG_SR_SEIS};
+    for (int k = 0; k < 4; k++) {
+        rng.SR = RNG_SR_DRDY | wrong[k];
+        TEST_ASSERT_FALSE(stm32_rng_draw(&rng, &bits));
+    }
+    TEST_ASSERT_TRUE(bits == 7u);
+}
+
 static void test_a_failure_of_the_flash_is_told(void)
 {
     const uint32_t failure[] = {FLASH_SR_WRPERR, FLASH_SR_PGAERR, FLASH_SR_PGPERR, FLASH_SR_PGSERR};
@@ -324,6 +370,8 @@ int main(void)
     RUN_TEST(test_no_other_sector_can_be_erased);
     RUN_TEST(test_a_word_is_programmed_inside_the_parameters_only);
     RUN_TEST(test_a_flash_that_stays_busy_is_told_and_left_alone);
+    RUN_TEST(test_slots_are_the_two_sectors_and_nothing_else);
+    RUN_TEST(test_a_generator_that_stands_or_fails_gives_nothing);
     RUN_TEST(test_a_failure_of_the_flash_is_told);
     return UNITY_END();
 }

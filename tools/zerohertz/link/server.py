@@ -74,10 +74,10 @@ class LinkedDrive:
         lib.zh_link_get_state.argtypes = (c_void_p, POINTER(_State))
         lib.zh_link_close.restype, lib.zh_link_close.argtypes = None, (c_void_p,)
         self._lib = lib
-        raw, keep = sim._raw_job(job)
+        raw, alive = sim._raw_job(job)
         kept = os.fsencode(keep) if keep is not None else None
         self._handle = lib.zh_link_open(byref(raw), int(commands_from_link), kept)
-        del keep
+        del alive
         if not self._handle:
             raise_last_error()
         self._sent = ctypes.create_string_buffer(_CHUNK_BYTES)
