@@ -1,6 +1,7 @@
 #include "app_record.h"
 
 #include "app_signal.h"
+#include "fault_reaction.h"
 
 static const uint8_t fault_signal[FAULT_RECORD_SIGNALS] = {
     APP_SIGNAL_i_s_alpha_A,       APP_SIGNAL_i_s_beta_A,      APP_SIGNAL_u_dc_V,
@@ -32,7 +33,7 @@ void app_record_period(app_t *app, const hal_output_t *output)
 {
     app->output = *output;
     fault_recorder_t *fault = &app->fault_recorder;
-    const uint32_t faults = app->machine.faults & ~MONITOR_WARNINGS;
+    const uint32_t faults = fault_stopping(app->machine.faults);
     if (fault_record_watch(fault, faults, output->gates_on, app->period_count)) {
         write_row(app, output, &fault->trace, fault_signal);
     }
