@@ -98,8 +98,11 @@ def oriented(trace: Trace) -> Flags:
 
 
 def silent_time_s(trace: Trace, running: Flags, right: Flags) -> float:
-    """The longest time CLOSED within one loss of orientation. A pole that slips comes past the right
-    angle every turn: a loss is over only after SILENT_S in orientation."""
+    """The longest time CLOSED within one loss of orientation.
+
+    A pole that slips comes past the right angle every turn: a loss is over only after SILENT_S in
+    orientation.
+    """
     lost = running & ~right
     closed = lost & (trace.confidence == Confidence.CLOSED)
     at = np.flatnonzero(lost)
