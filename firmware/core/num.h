@@ -16,8 +16,8 @@
 #define NUM_SQRT_1_2 0.70710678118654752440f /* sqrt(1/2) */
 #define NUM_SQRT_2_3 0.81649658092772603273f /* sqrt(2/3): power-invariant Clarke */
 
-/* Every caller has to look at the answer. Whatever may refuse is at work before the drive turns, or in
- * the background: it is compiled for size. */
+/* Every caller has to look at the answer. Whatever may refuse is at work before the drive turns, or
+ * in the background: it is compiled for size. */
 #if defined(__GNUC__) || defined(__clang__)
 #define CHECKED __attribute__((warn_unused_result, cold))
 #else
