@@ -33,6 +33,10 @@ def main() -> int:
     parser.add_argument("--minimum", type=float, default=default.minimum, help="score to reach")
     parser.add_argument("--json", type=Path, help="write the result there")
     given = parser.parse_args()
+    if given.sample < 0:
+        raise UserError(f"--sample: is {given.sample}; give a number of mutants, or 0 for all")
+    if given.jobs < 1:
+        raise UserError(f"--jobs: is {given.jobs}; give 1 or more")
     request = Request(given.folder, given.file, given.sample, given.seed, given.jobs, given.minimum)
     return 0 if run_and_show(request, given.json, sys.stdout)[1] else 1
 

@@ -1,6 +1,7 @@
 #include "app_record.h"
 
 #include "app_signal.h"
+#include "fault_reaction.h"
 
 /* Columns of the fault record. */
 #define FAULT_SIGNALS(COLUMN)                                                                      \
@@ -48,7 +49,7 @@ void app_record_period(app_t *app, const hal_output_t *output)
 {
     app->output = *output;
     fault_recorder_t *fault = &app->fault_recorder;
-    const uint32_t faults = app->machine.faults & ~MONITOR_WARNINGS;
+    const uint32_t faults = fault_stopping(app->machine.faults);
     if (fault_record_watch(fault, faults, output->gates_on, app->period_count)) {
         write_fault_row(app, output, &fault->trace);
     }

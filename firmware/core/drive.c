@@ -337,6 +337,7 @@ static void take_over(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->omega_s_hat_rad_s = omega_rad_s;
     st->steering = (flux_steering_state_t){0};
     st->steer = (flux_steering_out_t){0};
+    st->rs_tracking = (rs_tracking_state_t){0}; /* what a lost angle made of it */
     st->torque_more_pu = 0.0f;
     st->i_d_less_A = 0.0f;
 }
@@ -357,6 +358,7 @@ static void hand_back(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->speed.pi.x = limitf(i_q_A * cfg->inv_lambda_ref_per_Wb / inv_Wb, cfg->speed.i_q_max_A);
     st->speed.omega_ref_rad_s = st->impressed.omega_rad_s;
     st->speed.omega_filtered_rad_s = st->omega_e_hat_rad_s;
+    st->slow_period = st->supervisor.periods; /* it stood still: no part meets another */
     st->impressed = (impressed_current_state_t){0};
 }
 
@@ -368,7 +370,7 @@ static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t
     if (st->impressed.active) {
         const impressed_current_in_t imp_in = {
             .omega_ref_rad_s = in->omega_e_ref_rad_s, .u_dc_V = out->meas.u_dc_V, .lost = lost};
-        if (!lost) {
+        if (!lost && impressed_current_observable(&cfg->impressed, &st->impressed)) {
             hand_back(cfg, st, out);
         } else if (impressed_current_step(&cfg->impressed, &st->impressed, &imp_in)) {
             out->faults |= MONITOR_ORIENTATION_LOST;
@@ -397,6 +399,7 @@ static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_
                                     .i_s_A = out->meas.i_s_A,
                                     .lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
                                     .e1_A = st->observer.e1_A,
+                                    .l2_ohm = {out->gain.l2_re_ohm, out->gain.l2_im_ohm},
                                     .Rs_ohm = drive_rs_ohm(cfg, st),
                                     .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
                                     .omega_s_hat_rad_s = st->omega_s_hat_rad_s};

@@ -1,6 +1,7 @@
 /* Limits and plausibility -> fault bits. Reads everything, decides nothing but the bits.
  *
- * Bits are append-only numbers of the fault log. Latching and reaction are drive_state's.
+ * Bits are append-only numbers of the fault log. Text and reaction of each stand in
+ * service/fault_list.def; latching is drive_state's.
  */
 #ifndef MONITOR_H
 #define MONITOR_H
@@ -25,10 +26,22 @@
 #define MONITOR_PERIOD_OVERRUN    (1u << 11) /* two in a row did */
 #define MONITOR_STATOR_RESISTANCE (1u << 12) /* measured at the start: no value of this motor */
 #define MONITOR_ORIENTATION_LOST  (1u << 13) /* supervisor: the field angle is lost */
-#define MONITOR_STORE             (1u << 26) /* what is stored cannot be read, or is not of here */
-
-/* Faults that are latched and told, but leave the gates on. */
-#define MONITOR_WARNINGS MONITOR_PERIOD_LATE
+#define MONITOR_OVERLOAD          (1u << 14)
+#define MONITOR_CURRENT_SENSOR    (1u << 15)
+#define MONITOR_VOLTAGE_SENSOR    (1u << 16)
+#define MONITOR_OPEN_PHASE        (1u << 17)
+#define MONITOR_EARTH_FAULT       (1u << 18)
+#define MONITOR_STALL             (1u << 19)
+#define MONITOR_OBSERVER          (1u << 20)
+#define MONITOR_COMMAND_TIMEOUT   (1u << 21)
+#define MONITOR_DERATED           (1u << 22)
+#define MONITOR_REGENERATION      (1u << 23)
+#define MONITOR_MAINS_LOST        (1u << 24)
+#define MONITOR_BRAKE_INPUT       (1u << 25) /* the port tells: hardware comparator */
+#define MONITOR_STORE             (1u << 26)
+#define MONITOR_COMMISSIONING     (1u << 27)
+#define MONITOR_FLYING_START      (1u << 28)
+#define MONITOR_UNDERLOAD         (1u << 29) /* reserved */
 
 typedef struct {
     float i_trip_A; /* any phase, instantaneous */

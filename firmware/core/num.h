@@ -16,10 +16,11 @@
 #define NUM_SQRT_1_2 0.70710678118654752440f /* sqrt(1/2) */
 #define NUM_SQRT_2_3 0.81649658092772603273f /* sqrt(2/3): power-invariant Clarke */
 
-/* Every caller has to look at the answer. */
+/* Every caller has to look at the answer. Whatever may refuse is at work before the drive turns, or
+ * in the background: it is compiled for size. */
 #if defined(__GNUC__) || defined(__clang__)
-#define CHECKED __attribute__((warn_unused_result))
-/* Never in a control period: size before speed, for it and all that only it calls. */
+#define CHECKED __attribute__((warn_unused_result, cold))
+/* The same for the rest of what never runs in a control period, and all that only it calls. */
 #define COLD __attribute__((cold))
 #else
 #define CHECKED

@@ -122,9 +122,9 @@ static void decide(const supervisor_config_t *cfg, supervisor_state_t *st)
     }
 }
 
-/* d w lambda = (tau + j w_slip) d lambda - M tau e1, from the flux row of eq. (3) at rest in the
- * turning frame: what error of speed an error of flux may hide. None is stated once the angle
- * itself is in doubt. */
+/* j d w lambda = (tau + j w_slip) d lambda - (M tau + l2) e1, from the flux row of eq. (3) at rest
+ * in the turning frame: what error of speed an error of flux may hide. None is stated once the
+ * angle itself is in doubt. */
 static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_t *st,
                          const supervisor_in_t *in, float lambda_Wb)
 {
@@ -133,9 +133,12 @@ static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_
     }
     const float slip_rad_s = st->omega_s_rad_s - in->omega_e_hat_rad_s;
     const float pole_per_s = sqrtf(cfg->tau_per_s * cfg->tau_per_s + slip_rad_s * slip_rad_s);
-    const float pull_rad_s = cfg->m_tau_ohm * magnitude(in->e1_A) / lambda_Wb;
-    const float bound_rad_s = pole_per_s * st->flux_error_bound_pu + pull_rad_s +
-                              cfg->p.Rr_uncertainty_pu * absf(slip_rad_s) +
+    const ab_t pull_ohm = {cfg->m_tau_ohm + in->l2_ohm.alpha, in->l2_ohm.beta};
+    const float pull_rad_s = sqrtf(ab_norm2(pull_ohm) * ab_norm2(in->e1_A)) / lambda_Wb;
+    /* The true flux may be that much shorter than the estimate; CLOSED: by a quarter at most. */
+    const float estimate_rad_s =
+        (pole_per_s * st->flux_error_bound_pu + pull_rad_s) / (1.0f - st->flux_error_bound_pu);
+    const float bound_rad_s = estimate_rad_s + cfg->p.Rr_uncertainty_pu * absf(slip_rad_s) +
                               cfg->p.i_uncertainty_pu * absf(st->omega_s_rad_s);
     return minf(bound_rad_s, cfg->p.omega_max_rad_s);
 }

@@ -84,6 +84,7 @@ typedef struct {
     ab_t i_s_A;           /* sampled now */
     ab_t lambda_r_hat_Wb; /* of this sample */
     ab_t e1_A;
+    ab_t l2_ohm;  /* flux row of the gain in use */
     float Rs_ohm; /* in use */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;

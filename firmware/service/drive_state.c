@@ -1,5 +1,7 @@
 #include "drive_state.h"
 
+#include "fault_reaction.h"
+
 /* Longest time that fits a period counter with room to spare. */
 #define DRIVE_STATE_MAX_PERIODS 1000000000.0f
 
@@ -137,7 +139,7 @@ static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
         st->faults = 0u;
     }
     st->faults |= in->faults;
-    if (((in->faults & ~MONITOR_WARNINGS) != 0u) && (st->id != DRIVE_STATE_FAULT)) {
+    if ((fault_stopping(in->faults) != 0u) && (st->id != DRIVE_STATE_FAULT)) {
         enter(st, DRIVE_STATE_FAULT);
     }
     if (st->id == DRIVE_STATE_FAULT) {

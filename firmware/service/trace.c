@@ -9,7 +9,8 @@
 
 void trace_init(trace_t *t, uint32_t *word, uint32_t words)
 {
-    *t = (trace_t){.word = word, .words = (word != NULL) ? words : 0u};
+    *t = (trace_t){.words = (word != NULL) ? words : 0u};
+    t->word = word;
 }
 
 static bool setup_good(const trace_setup_t *s)
@@ -89,7 +90,7 @@ bool trace_watch(trace_t *t, uint32_t trigger_word, uint32_t period)
 
 uint32_t *trace_row(const trace_t *t)
 {
-    return &t->word[t->head * t->setup.signals];
+    return &t->word[(size_t)t->head * t->setup.signals];
 }
 
 void trace_row_done(trace_t *t)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from zerohertz.atlas.classes import Confidence, Trace, judge, longest_s
+from zerohertz.atlas.classes import Confidence, Trace, judge
 from zerohertz.drive import State
 
 STEP_S = 1e-3
@@ -175,6 +175,20 @@ def test_silent_is_100_ms_of_lost_orientation_while_closed(lost_s, confidence, s
     assert found.silent == silent
 
 
+@pytest.mark.parametrize(("oriented_s", "silent"), [(0.05, True), (0.15, False)])
+def test_a_slipping_pole_is_one_loss(oriented_s, silent):
+    """Four times 60 ms lost, with what passes for orientation between them."""
+    at_s = T_S % (0.06 + oriented_s)
+    lost = (T_S >= 0.0) & (at_s >= oriented_s) & (T_S < 4 * (0.06 + oriented_s))
+    assert judged(trace(angle_err_deg=where(lost, 120.0))).silent == silent
+
+
+def test_doubt_before_it_does_not_hide_a_silent_loss():
+    lost = (T_S >= 1.0) & (T_S < 2.0)
+    doubt = where((T_S >= 1.0) & (T_S < 1.85), Confidence.DEGRADED, Confidence.CLOSED)
+    assert judged(trace(angle_err_deg=where(lost, 120.0), confidence=doubt)).silent
+
+
 def test_silent_needs_torque_and_counts_from_the_load_on():
     assert not judged(trace(angle_err_deg=where(T_S < 0.0, 120.0))).silent
     assert not judged(stopped(2.0, angle_err_deg=where(T_S >= 2.0, 120.0))).silent
@@ -190,10 +204,3 @@ def test_shares_above_one_hertz():
     assert found.above_1Hz_s == pytest.approx(4.0, abs=2 * STEP_S)
     assert found.closed_above_1Hz_s == pytest.approx(2.0, abs=2 * STEP_S)
     assert found.degraded_share == pytest.approx(0.4, abs=1e-3)
-
-
-def test_longest_stretch():
-    assert longest_s(np.array([True, False, True, True, False]), 0.5) == 1.0
-    assert longest_s(np.array([False, True, True, True]), 1.0) == 3.0
-    assert longest_s(np.zeros(3, bool), 1.0) == 0.0
-    assert longest_s(np.zeros(0, bool), 1.0) == 0.0

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+import typer
 
 from zerohertz import __version__, build, cli
 from zerohertz.errors import UserError
@@ -64,6 +65,21 @@ def test_an_error_of_the_user_shows_no_traceback(monkeypatch, capsys):
     assert ended.value.code == 2
     expected = "error: motor.toml: circuit.Rs_ohm: is negative; give a resistance\n"
     assert capsys.readouterr().err == expected
+
+
+def test_ctrl_c_says_so_and_ends_with_130(monkeypatch, capsys):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    app = typer.Typer()
+    app.command("wait")(interrupted)
+    app.command("other")(lambda: None)  # one command alone would lose its name
+    monkeypatch.setattr(cli, "make_app", lambda: app)
+    monkeypatch.setattr(sys, "argv", ["zh", "wait"])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 130
+    assert capsys.readouterr().err.strip() == "error: interrupted"
 
 
 def test_a_foreign_library_is_taken_and_must_exist(monkeypatch, tmp_path):

@@ -354,6 +354,13 @@ def test_a_motor_of_gain_tables_bears_the_name_of_its_folder(tmp_path, monkeypat
     command._require_own_name(MOTORS[0], tmp_path)  # elsewhere a folder is called as one likes
 
 
+def test_two_folders_of_one_motor_name_are_refused(short_motor: Path, tmp_path) -> None:
+    other = shutil.copytree(short_motor, tmp_path / "other")
+    run = zh("design", short_motor, other, "--out", tmp_path / "out")
+    assert run.returncode == 2
+    assert "motor.name: 'im_4kw_400v' is also that of" in run.stderr
+
+
 def test_a_motor_may_be_named_by_its_file(short_motor: Path) -> None:
     run = zh("design", "--check", short_motor / "motor.toml", "--json")
     assert run.returncode == 0

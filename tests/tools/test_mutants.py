@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 from zerohertz.campaign.mutants import mutants
 from zerohertz.campaign.mutation import Change, Result, all_mutants, draw, read_accepted
 from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
 
 
 def changed(text: str) -> set[str]:
@@ -72,6 +76,14 @@ def test_a_sample_depends_on_the_seed_alone():
     assert draw(population, 3, 1) == draw(population, 3, 1)
     assert draw(population, 0, 1) == population
     assert len(draw(population, 3, 2)) == 3
+
+
+@pytest.mark.parametrize(("option", "value"), [("--sample", "-3"), ("--jobs", "0")])
+def test_a_senseless_number_is_refused(option, value):
+    words = [sys.executable, ROOT / "tools" / "mutate.py", option, value]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {option}: is {value}")
 
 
 def test_the_core_has_mutants_and_an_unknown_file_is_an_error():

@@ -197,6 +197,13 @@ def test_the_observer_finds_the_speed_of_a_known_machine(log_file: Path, gain: s
         assert error["settled_s"] < 0.4
 
 
+def test_the_json_says_table_only_for_a_gain_other_than_zero(log_file: Path) -> None:
+    assert run_json(log_file, "--motor", TABLE_1)["table"] is True
+    assert run_json(log_file, "--motor", TABLE_1, "--gain", "zero")["table"] is False
+    off = ("--set", "observer_gain_enable=0")
+    assert run_json(log_file, "--motor", TABLE_1, *off)["table"] is False
+
+
 def test_the_start_is_wrong_by_a_fifth_unless_told(log_file: Path, recording) -> None:
     found = run_json(log_file, "--motor", TABLE_1)
     assert found["initial_rad_s"] == pytest.approx(0.8 * recording.omega_e_rad_s[0])

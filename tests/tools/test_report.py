@@ -367,6 +367,24 @@ def test_the_demo_fails_when_a_gain_table_is_not_the_designed_one(
     assert ("do not hold" in result.stdout) == bool(code)
 
 
+def test_a_folder_that_cannot_be_is_refused_before_any_work() -> None:
+    app = typer.Typer()
+    command.register(app)
+    for folder in ("/proc/none", "/etc/passwd/none"):
+        result = CliRunner().invoke(app, ["demo", "--out", folder])
+        assert isinstance(result.exception, UserError)
+        assert f"--out: {folder}: " in str(result.exception)
+
+
+def test_the_hold_is_enlarged_where_the_drive_holds() -> None:
+    for wild in (False, True):
+        with figure_plot.draw(signals(wild=wild)) as drawn:
+            insets = [c for c in drawn.axes[0].child_axes if c.get_title("left")]
+            assert len(insets) == (0 if wild else 1)
+            if not wild:
+                assert insets[0].get_ylim() == (-5.0, 5.0)
+
+
 def test_a_picture_is_written_for_a_readme(tmp_path: Path) -> None:
     app = typer.Typer()
     command.register(app)
@@ -386,7 +404,8 @@ def test_a_picture_is_written_for_a_readme(tmp_path: Path) -> None:
         ([], "give one of them"),
         (["--figure", "18", "--situation", "no_load"], "give one of them"),
         (["--situation", "storm"], "there are no_load, load_50"),
-        (["--figure", "6", "--config", "nothing"], "no such file"),
+        (["--figure", "6", "--config", "nothing"], "there are no_gain, paper, recommended"),
+        (["--figure", "6", "--png", "x.jpg"], "only PNG is written"),
     ],
 )
 def test_a_senseless_picture_is_refused(words: list[str], complaint: str, tmp_path: Path) -> None:

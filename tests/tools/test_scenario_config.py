@@ -53,8 +53,10 @@ def test_a_bad_configuration_is_named_with_its_key(tmp_path, text, words):
 
 
 def test_a_missing_configuration_is_named():
-    with pytest.raises(UserError, match="no such file"):
+    with pytest.raises(UserError, match="no 'nothere'; there are no_gain, paper, recommended"):
         setup.load_setup("nothere")
+    with pytest.raises(UserError, match="no such file"):
+        setup.load_setup("nothere.toml")
 
 
 def test_the_current_limit_gives_i_d_priority(tmp_path):

@@ -73,7 +73,7 @@ def test_speed_plane_is_the_atlas_grid(tmp_path):
         (("--set", "adapt_kp"), "--set: 'adapt_kp' is not NAME=VALUE"),
         (("--set", "adapt=1"), "--set: adapt: no such parameter"),
         (("--compare", "none.parquet"), "--compare: none.parquet"),
-        (("--config", "none"), "none.toml: no such file"),
+        (("--config", "none"), "no 'none'; there are no_gain"),
     ],
 )
 def test_complaints_name_the_option(arguments, complaint):

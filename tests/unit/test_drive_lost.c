@@ -80,6 +80,7 @@ static void run_judged(supervisor_confidence_t confidence)
         .current = {.d = {12.0f}, .q = {-30.0f}},
         .steering = {.torque_Nm = 3.0f, .below_Wb = 0.05f, .steering = true},
         .steer = {.below_Wb = 0.05f},
+        .rs_tracking = {.delta_ohm = 0.2f},
         .torque_more_pu = 0.1f,
         .i_d_less_A = 0.3f,
         .supervisor = {.confidence = confidence},
@@ -94,7 +95,8 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
     run_judged(confidence);
     in.sample = sampled(2.0 * NOMINAL_A * axis, 0.0);
     in.omega_e_ref_rad_s = omega_rad_s;
-    st.steering = (flux_steering_state_t){0}; /* as take-over left it */
+    st.rs_tracking = (rs_tracking_state_t){0}; /* as take-over left it */
+    st.steering = (flux_steering_state_t){0};
     st.steer = (flux_steering_out_t){0};
     st.torque_more_pu = 0.0f;
     st.i_d_less_A = 0.0f;
@@ -240,6 +242,7 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
         ASSERT_SAME_FLOAT(0.0f, st.steering.torque_Nm);
         TEST_ASSERT_FALSE(st.steering.steering);
         ASSERT_SAME_FLOAT(0.0f, st.steer.below_Wb);
+        ASSERT_SAME_FLOAT(0.0f, st.rs_tracking.delta_ohm);
         ASSERT_SAME_FLOAT(0.0f, st.torque_more_pu);
         ASSERT_SAME_FLOAT(0.0f, st.i_d_less_A);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
@@ -368,6 +371,27 @@ static void test_hand_back_limits_the_torque_to_what_the_controller_may_ask(void
     ASSERT_SAME_FLOAT(12.0f, st.speed.pi.x);
 }
 
+/* Below the return frequency the estimate is what was imposed, and proves nothing. */
+static void test_no_hand_back_below_the_return_frequency(void)
+{
+    run_impressed(SUPERVISOR_CLOSED, 9.0f, 1.0);
+    step();
+    TEST_ASSERT_TRUE(st.impressed.active);
+    run_impressed(SUPERVISOR_CLOSED, 13.0f, 1.0);
+    step();
+    TEST_ASSERT_FALSE(st.impressed.active);
+}
+
+static void test_after_it_slow_work_and_judgement_share_no_period(void)
+{
+    run_impressed(SUPERVISOR_CLOSED, 30.0f, 1.0);
+    st.supervisor.periods = 5u;
+    st.slow_period = 11u;
+    step();
+    TEST_ASSERT_EQUAL_UINT32(6u, st.supervisor.periods);
+    TEST_ASSERT_EQUAL_UINT32(6u, st.slow_period);
+}
+
 /* Without a flux the frame has no length to divide by. */
 static void test_hand_back_without_flux_leaves_numbers(void)
 {
@@ -465,6 +489,8 @@ int main(void)
     RUN_TEST(test_it_gives_up_above_the_return_frequency_only);
     RUN_TEST(test_hand_back_takes_torque_and_speed_along);
     RUN_TEST(test_hand_back_limits_the_torque_to_what_the_controller_may_ask);
+    RUN_TEST(test_no_hand_back_below_the_return_frequency);
+    RUN_TEST(test_after_it_slow_work_and_judgement_share_no_period);
     RUN_TEST(test_hand_back_without_flux_leaves_numbers);
     RUN_TEST(test_hand_back_does_not_move_the_voltage);
     RUN_TEST(test_nothing_is_impressed_outside_of_run);

@@ -299,13 +299,43 @@ static void test_the_speed_bound_equals_the_double_one_while_closed(void)
         const reference_model_t ref = reference_model(&reference_machine[machine], 0.0);
         st = (supervisor_state_t){0};
         in.e1_A = (ab_t){0.3f, -0.4f};
+        in.l2_ohm = (ab_t){-1.2f, 0.7f};
         in.omega_e_hat_rad_s = 62.0f;
         judge_with(0.05f, 50.0f);
         TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
         const double flux_pu = (double)st.flux_error_bound_pu;
-        const double pull_rad_s = ref.a21 * 0.5 / 0.5; /* M Rr/Lr |e1| over the flux */
-        ASSERT_NEAR(1e-4, hypot(ref.tau, 12.0) * flux_pu + pull_rad_s + 0.3 * 12.0 + 0.02 * 50.0,
-                    st.omega_bound_rad_s);
+        const double pull_rad_s = cabs(ref.a21 + c(in.l2_ohm)) * 0.5 / 0.5; /* |e1| over the flux */
+        const double estimate_rad_s =
+            (hypot(ref.tau, 12.0) * flux_pu + pull_rad_s) / (1.0 - flux_pu);
+        ASSERT_NEAR(1e-4, estimate_rad_s + 0.3 * 12.0 + 0.02 * 50.0, st.omega_bound_rad_s);
+    }
+}
+
+/* Steady states of machine and observer, by the flux rows of eq. (1) and (3): a flux error of 5 %
+ * in any direction and a speed error of 3 rad/s make the e1 that the bound has to cover. */
+static void test_no_steady_speed_error_is_beyond_the_bound(void)
+{
+    supervisor_params_t p = params;
+    p.Rr_uncertainty_pu = 0.0f;
+    p.i_uncertainty_pu = 0.0f;
+    configure(0, &p);
+    const reference_model_t ref = reference_model(&reference_machine[0], 0.0);
+    const double omega_s_rad_s = 50.0;
+    const double omega_hat_rad_s = 45.0;
+    in.omega_e_hat_rad_s = (float)omega_hat_rad_s;
+    in.l2_ohm = (ab_t){0.9f, -1.4f};
+    for (int k = 0; k < 32; k++) {
+        const double err_rad_s = ((k % 2) == 0) ? 3.0 : -3.0;
+        const cplx lambda_hat_Wb = 0.5;
+        const cplx lambda_Wb = lambda_hat_Wb * (1.0 - 0.05 * cexp(0.4 * k * I));
+        const cplx slip = ref.tau + I * (omega_s_rad_s - (omega_hat_rad_s - err_rad_s));
+        const cplx slip_hat = ref.tau + I * (omega_s_rad_s - omega_hat_rad_s);
+        const cplx e1_A = (slip_hat * lambda_hat_Wb - slip * lambda_Wb) / (ref.a21 + c(in.l2_ohm));
+        in.e1_A = ab(e1_A);
+        st = (supervisor_state_t){0};
+        judge_with(0.05f, (float)omega_s_rad_s);
+        TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+        TEST_ASSERT_TRUE((double)st.omega_bound_rad_s >= fabs(err_rad_s));
     }
 }
 
@@ -558,6 +588,7 @@ int main(void)
     RUN_TEST(test_the_second_flux_sees_the_error_above_its_corner_in_full);
     RUN_TEST(test_a_judgement_equals_the_double_one_on_both_machines);
     RUN_TEST(test_the_speed_bound_equals_the_double_one_while_closed);
+    RUN_TEST(test_no_steady_speed_error_is_beyond_the_bound);
     RUN_TEST(test_no_speed_bound_is_stated_without_orientation);
     RUN_TEST(test_a_judgement_knows_no_direction);
     RUN_TEST(test_every_sixteenth_period_judges);

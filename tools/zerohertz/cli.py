@@ -79,10 +79,11 @@ def main() -> None:
         print("error: " + " ".join(text.split()), file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
-        print("error: interrupted", file=sys.stderr)
-        sys.exit(EXIT_INTERRUPTED)
+        code = EXIT_INTERRUPTED
     except BrokenPipeError:
         # The reader (head, less) has seen enough.
         sys.stderr.close()
         sys.exit(0)
+    if code == EXIT_INTERRUPTED:  # typer turns Ctrl-C into this number, without a word
+        print("error: interrupted", file=sys.stderr)
     sys.exit(code if type(code) is int else 0)

@@ -58,21 +58,38 @@ class State(IntEnum):
 
 
 class Fault(IntFlag):
-    """Fault bits, as in sil.h."""
+    """Fault bits, as in fault_list.def."""
 
-    OVER_CURRENT = 1
-    DC_OVER_VOLTAGE = 2
-    DC_UNDER_VOLTAGE = 4
-    NON_FINITE = 8
-    ADC_RANGE = 16
-    CURRENT_SUM = 32
-    OVER_SPEED = 64
-    CONFIG = 128
-    CURRENT_OFFSET = 256
-    TABLE_CRC = 512
-    PERIOD_LATE = 1024  # a warning; only a port can raise this and the next
-    PERIOD_OVERRUN = 2048
-    STORE = 1 << 26  # only where there is a parameter store
+    OVER_CURRENT = 1 << 0
+    DC_OVER_VOLTAGE = 1 << 1
+    DC_UNDER_VOLTAGE = 1 << 2
+    NON_FINITE = 1 << 3
+    ADC_RANGE = 1 << 4
+    CURRENT_SUM = 1 << 5
+    OVER_SPEED = 1 << 6
+    CONFIG = 1 << 7
+    CURRENT_OFFSET = 1 << 8
+    TABLE_CRC = 1 << 9
+    PERIOD_LATE = 1 << 10
+    PERIOD_OVERRUN = 1 << 11
+    STATOR_RESISTANCE = 1 << 12
+    ORIENTATION_LOST = 1 << 13
+    OVERLOAD = 1 << 14
+    CURRENT_SENSOR = 1 << 15
+    VOLTAGE_SENSOR = 1 << 16
+    OPEN_PHASE = 1 << 17
+    EARTH_FAULT = 1 << 18
+    STALL = 1 << 19
+    OBSERVER = 1 << 20
+    COMMAND_TIMEOUT = 1 << 21
+    DERATED = 1 << 22
+    REGENERATION = 1 << 23
+    MAINS_LOST = 1 << 24
+    BRAKE_INPUT = 1 << 25
+    STORE = 1 << 26
+    COMMISSIONING = 1 << 27
+    FLYING_START = 1 << 28
+    UNDERLOAD = 1 << 29
 
 
 class Access(IntEnum):

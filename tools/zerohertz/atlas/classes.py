@@ -83,7 +83,7 @@ class Judgement:
     std_rpm: float
     worst_error_rpm: float  # from SETTLED_S on, in a shorter run from the judged window on
     oriented_share: float  # of the judged window
-    lost_silent_s: float  # longest time on end: orientation lost, CLOSED
+    lost_silent_s: float  # most of it within one loss of orientation: CLOSED
     closed_share: float  # of the time with torque from t = 0 on
     degraded_share: float
     impressed_share: float
@@ -97,10 +97,19 @@ def oriented(trace: Trace) -> Flags:
     return angle & (np.abs(trace.lambda_hat_Wb - trace.lambda_Wb) < FLUX_PU * trace.lambda_Wb)
 
 
-def longest_s(flags: Flags, step_s: float) -> float:
-    """The longest stretch of true flags."""
-    edges = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
-    return float((edges[1::2] - edges[::2]).max(initial=0)) * step_s
+def silent_time_s(trace: Trace, running: Flags, right: Flags) -> float:
+    """The longest time CLOSED within one loss of orientation.
+
+    A pole that slips comes past the right angle every turn: a loss is over only after SILENT_S in
+    orientation.
+    """
+    lost = running & ~right
+    closed = lost & (trace.confidence == Confidence.CLOSED)
+    at = np.flatnonzero(lost)
+    if at.size == 0:
+        return 0.0
+    losses = np.split(at, np.flatnonzero(np.diff(at) * trace.step_s > SILENT_S) + 1)
+    return float(max(np.count_nonzero(closed[loss]) for loss in losses)) * trace.step_s
 
 
 def judge(trace: Trace, loaded_s: float, judged_s: float, i_trip_A: float, trip: bool) -> Judgement:
@@ -113,7 +122,7 @@ def judge(trace: Trace, loaded_s: float, judged_s: float, i_trip_A: float, trip:
     right = oriented(trace)
     share = float(right[window].mean()) if complete else 0.0
     running = loaded & (trace.gates_on > 0)
-    silent_s = longest_s(running & ~right & (trace.confidence == Confidence.CLOSED), trace.step_s)
+    silent_s = silent_time_s(trace, running, right)
     begun = started(trace)
     torque = bool(np.all(trace.gates_on[loaded] > 0)) and complete and not trip and begun
     near = torque and worst_rpm <= FAR_RPM

@@ -23,7 +23,9 @@ def register(app: typer.Typer) -> None:
 
 
 def flash(
-    board: Annotated[str, typer.Option(help="A port with [flash] in its port.toml.")] = "stm32f405",
+    board: Annotated[
+        str, typer.Option(help="A port whose port.toml has a section flash.")
+    ] = "stm32f405",
     tool: Annotated[
         str | None, typer.Option(help="openocd or st-flash; without it, what is installed.")
     ] = None,

@@ -18,7 +18,7 @@ from zerohertz.errors import UserError
 from zerohertz.gain_design.c_source import c_files, read_table_json
 from zerohertz.gain_design.table import Table, design_table, table_json
 from zerohertz.motor import METHODS, Motor, load_motor, motor_toml, with_design
-from zerohertz.paths import ROOT
+from zerohertz.paths import ROOT, make_folder
 
 JSON_NAME = "l_gain.json"
 # Solvers and processors differ in the last digits; a redesign has to agree within this.
@@ -75,13 +75,16 @@ def design(
         raise UserError("--check: compares stored tables; leave out --method and --out")
     if method and not out:
         raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
+    if out:
+        make_folder(out, "--out")
     console = Console(stderr=True)
     # What was found is the answer; with --json that is the object alone.
     answer = Console(stderr=as_json)
     outcomes = []
-    for given in motor_dirs or default_motor_dirs():
-        folder = motor_folder(given)
-        motor = load_motor(folder)
+    folders = [motor_folder(given) for given in motor_dirs or default_motor_dirs()]
+    motors = [load_motor(folder) for folder in folders]
+    _require_different_names(motors, folders)
+    for folder, motor in zip(folders, motors, strict=True):
         _require_own_name(motor, folder)
         if method:
             motor = with_design(motor, method=method)
@@ -112,6 +115,18 @@ def _require_own_name(motor: Motor, folder: Path) -> None:
             f"{folder / 'motor.toml'}: motor.name: is '{motor.name}', the folder is "
             f"'{folder.resolve().name}'; give both one name"
         )
+
+
+def _require_different_names(motors: list[Motor], folders: list[Path]) -> None:
+    """The name says where a table goes and which one is meant."""
+    first: dict[str, Path] = {}
+    for motor, folder in zip(motors, folders, strict=True):
+        other = first.setdefault(motor.name, folder)
+        if other.resolve() != folder.resolve():
+            raise UserError(
+                f"{folder / 'motor.toml'}: motor.name: '{motor.name}' is also that of "
+                f"{other / 'motor.toml'}; give each its own name"
+            )
 
 
 def default_motor_dirs() -> list[Path]:

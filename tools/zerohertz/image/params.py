@@ -19,12 +19,13 @@ from rich.console import Console
 from zerohertz.drive import Drive, Parameter, parameters
 from zerohertz.errors import UserError
 from zerohertz.gain_design.crc32c import crc32c
-from zerohertz.image import param_page
+from zerohertz.image import fault_page, param_page
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import load_setup
 
 BOARDS = ROOT / "host_sim" / "boards"
 HAL = ROOT / "hal"
+_PAGES = (param_page, fault_page)
 
 
 def register(app: typer.Typer) -> None:
@@ -42,10 +43,11 @@ def params(
     ] = None,
     write: Annotated[Path | None, typer.Option(help="File to write; stdout without it.")] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Exit 1 when a header in hal/ or the page is not fresh.")
+        bool, typer.Option("--check", help="Exit 1 when a header in hal/ or a page is not fresh.")
     ] = False,
     page: Annotated[
-        bool, typer.Option("--page", help="Write tools/docs/parameters.md instead.")
+        bool,
+        typer.Option("--page", help="Write parameters.md and faults.md of tools/docs instead."),
     ] = False,
 ) -> None:
     """Write a configuration as the C header that a flash image is built with."""
@@ -53,7 +55,8 @@ def params(
         _check(Console())
         return
     if page:
-        param_page.write()
+        for made in _PAGES:
+            made.write()
         return
     text = header_text(config, board)
     if write is None:
@@ -81,13 +84,12 @@ def _check(console: Console) -> None:
     stale = stale_headers()
     for name in stale:
         console.print(f"{name}: not fresh; its second line says how to make it", highlight=False)
-    page_stale = param_page.stale()
-    if page_stale:
-        name = param_page.PAGE.relative_to(ROOT)
-        console.print(f"{name}: not fresh; run tools/zh params --page", highlight=False)
-    if stale or page_stale:
+    stale_pages = [page.PAGE.relative_to(ROOT) for page in _PAGES if page.stale()]
+    for path in stale_pages:
+        console.print(f"{path}: not fresh; run tools/zh params --page", highlight=False)
+    if stale or stale_pages:
         raise typer.Exit(1)
-    console.print("all parameter headers and the page are fresh", highlight=False)
+    console.print("all parameter headers and the pages are fresh", highlight=False)
 
 
 def header_text(config: str, board: str | None) -> str:

@@ -124,6 +124,7 @@ def register(app: typer.Typer) -> None:
             plot.write_plot(
                 plot_file, title, stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, error
             )
+        settings = dataclasses.replace(settings, table=_uses_table(motor, settings))
         if as_json:
             print(json.dumps(_as_dict(log, motor, settings, error)))
         else:
@@ -151,6 +152,12 @@ def run(log: Log, motor: Motor, motor_dir: Path, settings: Settings) -> tuple[St
     }
     folder = folder_with_table(motor, motor_dir)
     return stream, run_observer(folder, overrides, stream, settings.initial_rad_s)
+
+
+def _uses_table(motor: Motor, settings: Settings) -> bool:
+    """Whether the firmware had an L other than 0: a table may be all zero or be switched off."""
+    enabled = settings.overrides.get("observer_gain_enable", float(settings.table))
+    return enabled != 0.0 and motor.design.method != "zero"
 
 
 def _period_s(period: float | None, own: bool, log: Log, motor: Motor) -> float:

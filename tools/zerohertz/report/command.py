@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from zerohertz.errors import UserError
-from zerohertz.paths import BUILD
+from zerohertz.paths import BUILD, make_folder
 
 if TYPE_CHECKING:
     from zerohertz.report.page import Report
@@ -40,6 +40,7 @@ def demo(
     from zerohertz.report.demo import make_report
     from zerohertz.scenario.setup import load_setup
 
+    make_folder(out, "--out")
     start_s = time.monotonic()
     console = Console(stderr=True)
     report = make_report(
@@ -84,12 +85,14 @@ def picture(
     from zerohertz.scenario.evaluate import Run
     from zerohertz.scenario.setup import load_setup
 
+    if png.suffix.lower() != ".png":
+        raise UserError(f"--png: {png.name}: only PNG is written; give a name that ends in .png")
     scenario, title = _experiment(figure, situation)
     setup = load_setup(config)
     try:
         size = write_png(Run(setup, scenario, seed), png, title, width)
     except OSError as error:
-        raise UserError(f"{png}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{png}: cannot be written: {error.strerror}; name another") from None
     print(f"{png}: {size / 1e3:.0f} kB")
 
 

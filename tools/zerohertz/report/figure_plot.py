@@ -17,6 +17,9 @@ WILD_PU = 0.2  # of the panel, mean jump from one extreme to the next
 SPEED_VIEW_RPM = 600.0  # a drive that runs away is cut here, and said so
 TORQUE_CURRENT_VIEW_A = 20.0
 FREQUENCY_VIEW_HZ = 20.0
+HOLD_S = (8.0, 30.0)  # protocol S: where the ripple is measured; shown once more, enlarged
+HOLD_BELOW = 0.42  # of the panel: what is above is free for the enlargement
+HOLD_SCALES_RPM = (5.0, 10.0, 20.0, 50.0)
 LOST_RPM = 100.0  # protocol R
 LOST_AT_LIMIT_S = 0.3
 
@@ -69,6 +72,8 @@ class _Drawn:
             axes.set_xlim(*window)
             axes.margins(x=0.0)
             axes.axvline(0.0, color=style.MUTED, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=1)
+        if not self.ramp:
+            _hold_enlarged(panels[0], self.signals)
         _mark_end(panels[0], self.signals, self.ramp)
         since = "start of the load ramp" if self.ramp else "speed step t₀"
         panels[-1].set_xlabel(f"time from the {since} [s]")
@@ -147,12 +152,48 @@ def _speed(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     style.legend_above(axes)
 
 
+def _hold_enlarged(axes: Any, s: Signals) -> None:
+    """The speed of the hold on a scale that shows its ripple, in the empty corner of a panel.
+
+    Nothing where the drive does not hold: then the panel itself shows it, and there is no corner.
+    """
+    part = s.window(*HOLD_S)
+    ref, speed, hat = s.speed_ref_rpm[part], s.speed_rpm[part], s.speed_hat_rpm[part]
+    largest = max(float(np.max(np.abs(x - ref), initial=0.0)) for x in (speed, hat))
+    scale_rpm = next((scale for scale in HOLD_SCALES_RPM if largest < scale), None)
+    bottom, top = axes.get_ylim()
+    if (
+        scale_rpm is None
+        or not len(ref)
+        or ref[-1] + largest > bottom + HOLD_BELOW * (top - bottom)
+    ):
+        return
+    t_s = s.t_s[part] - s.event_s
+    low_s, high_s = axes.get_xlim()
+    left, right = ((t - low_s) / (high_s - low_s) for t in HOLD_S)
+    inset = axes.inset_axes((left, 0.47, right - left, 0.48))
+    inset.plot(*extremes(t_s, hat), color=style.ESTIMATE, linewidth=0.6)
+    inset.plot(*extremes(t_s, speed), color=style.TRUE, linewidth=0.9)
+    inset.plot(t_s, ref, color=style.REFERENCE, linewidth=0.8, linestyle=(0, (4, 2)))
+    inset.set_xlim(*HOLD_S)
+    inset.set_ylim(float(ref[-1]) - scale_rpm, float(ref[-1]) + scale_rpm)
+    inset.tick_params(labelsize=6.0, length=2.0, labelbottom=False, bottom=False)
+    inset.set_title("the hold, enlarged", fontsize=6.5, loc="left", pad=1.5, color=style.MUTED)
+
+
 def _torque_current(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     shown = [s.i_q_ref_A[part], s.i_q_A[part]]
     _view(axes, shown, TORQUE_CURRENT_VIEW_A, 8.0)
     _line(axes, t_s, shown[1], color=style.TRUE, label="$i_q$", zorder=3)
     _line(
-        axes, t_s, shown[0], color=style.REFERENCE, label="$i_q^*$ command", linewidth=0.8, zorder=4
+        axes,
+        t_s,
+        shown[0],
+        color=style.REFERENCE,
+        label="$i_q^*$ command",
+        linewidth=0.8,
+        linestyle=(0, (4, 2)),
+        zorder=4,
     )
     low, high = axes.get_ylim()
     for limit_A in (-s.i_q_limit_A, s.i_q_limit_A):

@@ -146,17 +146,23 @@ def _card(report: Report, result: Result) -> str:
 
 def _told(result: Result, wanted: str, verb: str) -> list[tuple[str, str]]:
     """What is said below a picture."""
-    margin = _percent(result.worst.margin)
+    margin = _margin(result)
     told = [
         ("seed 1", escape(observed(result.judgements[0].measured))),
         (wanted, escape(result.predicate)),
-        ("seeds", f"{_seeds(result)} {verb}; least margin {margin}"),
+        ("seeds", f"{_seeds(result)} {verb}{margin}"),
     ]
     if result.reason:
         told.append(
             ("why not", f'<span class="why">{escape(_stays_stable(result) + result.reason)}</span>')
         )
     return told
+
+
+def _margin(result: Result) -> str:
+    """Nothing where the run's end is the threshold: held to the end has no distance to it."""
+    margin = result.worst.margin
+    return f"; least margin {_percent(margin)}" if margin != 0.0 else ""
 
 
 def _percent(margin: float) -> str:

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from zerohertz.errors import UserError
-from zerohertz.paths import BUILD
+from zerohertz.paths import BUILD, make_folder
 
 IDENTIFY_LOG = BUILD / "identify" / "log.jsonl"
 
@@ -139,6 +139,9 @@ def identify(
     from zerohertz.scenario.propose import write_proposal
 
     console = Console(stderr=True)
+    for option, folder in (("--log", log.parent), ("--write", write)):
+        if folder:
+            make_folder(folder, option)
     run = Search(log, seed, {path.stem: read_point(path) for path in start or ()})
     begin = time.monotonic()
 

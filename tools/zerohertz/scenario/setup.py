@@ -71,6 +71,9 @@ def load_setup(name: str | Path) -> Setup:
     path = Path(name)
     if path.suffix != ".toml":
         path = CONFIGS / f"{name}.toml"
+        if not path.is_file():
+            known = ", ".join(sorted(file.stem for file in CONFIGS.glob("*.toml")))
+            raise UserError(f"--config: no '{name}'; there are {known}, or name a TOML file")
     data = _read_toml(path)
     for section in data:
         if section not in ("config", "params"):
@@ -140,5 +143,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
             return tomllib.load(stream)
     except FileNotFoundError:
         raise UserError(f"{path}: no such file; correct the name") from None
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}; name a TOML file") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not valid TOML: {error}; correct the syntax") from None

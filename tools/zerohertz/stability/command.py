@@ -150,7 +150,7 @@ def _map(
             path.parent.mkdir(parents=True, exist_ok=True)
             write(path, shown)
         except OSError as error:
-            raise UserError(f"{path}: cannot be written ({error.strerror})") from None
+            raise UserError(f"{path}: cannot be written: {error.strerror}; name another") from None
         print(f"written: {_shown(path.resolve())}", file=sys.stderr)
     if as_json:
         print(json.dumps(maps.as_json(shown, asked)))

@@ -44,6 +44,8 @@ def read(path: Path) -> dict[str, npt.NDArray[Any]]:
         import pyarrow.parquet
     except ImportError:
         raise UserError("--compare: pyarrow is missing; run tools/zh setup") from None
+    if not path.is_file():
+        raise UserError(f"--compare: {path}: no such file; name an atlas.parquet of zh atlas")
     try:
         table = pyarrow.parquet.read_table(path)
     except (OSError, ValueError) as error:

@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
             bool, typer.Option("--quick", help="Build, unit tests, layout and rules: a minute.")
         ] = False,
         only: Annotated[
-            str, typer.Option(help="These stages and what they need, e.g. unit,tidy.")
+            str, typer.Option(help="These stages and what they need, e.g. unit,tidy-c.")
         ] = "",
         as_json: Annotated[
             bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")

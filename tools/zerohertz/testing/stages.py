@@ -74,7 +74,7 @@ def all_stages() -> list[Stage]:
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
         Stage(
             "generated",
-            "gain tables fresh and proven, image parameters and their page fresh",
+            "gain tables fresh and proven, image parameters and their pages fresh",
             _generated,
         ),
         Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
