@@ -3,7 +3,7 @@
  * The first byte of an input chooses: raw bytes as from a line, or pieces that become frames with a
  * right CRC, some of them in session, so that the requests behind parser and CRC are met too.
  * Claims, checked after every input: parameters in range, protected ones untouched, commands known,
- * the answers are frames, and the gates stay off while nobody posts a command.
+ * nobody unlocks, the answers are frames, and the gates stay off while nobody posts a command.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -16,6 +16,7 @@
 #include "app_record.h"
 #include "fuzz_link.h"
 #include "host_port.h"
+#include "ram_flash.h"
 
 #define TRACE_WORDS  64u
 #define ANSWER_BYTES 8192u
@@ -28,6 +29,15 @@ static fault_memory_t fault_memory;
 static uint8_t answers[ANSWER_BYTES];
 static uint8_t line[LINE_BYTES];
 static command_parser_t answer_parser;
+static ram_flash_t flash_memory;
+static const hal_flash_t flash = RAM_FLASH(&flash_memory);
+static const uint8_t key[SIPHASH_KEY_BYTES] = {1u};
+
+static bool entropy(void *context, uint64_t *bits)
+{
+    *bits = ((const host_port_t *)context)->clock_us;
+    return true;
+}
 
 static void claim(bool holds, const char *what)
 {
@@ -39,11 +49,16 @@ static void claim(bool holds, const char *what)
 
 static void start(void)
 {
-    params_t params;
+    static params_t params; /* the drive keeps them as its defaults */
     params_default(&params);
     params.observer_gain_enable = 0u;
     params.offset_calibration_s = 0.0f;
+    const host_port_store_t store = {&flash, key, entropy};
+    ram_flash_start(&flash_memory);
     claim(host_port_init(&port, &params, NULL), "the drive starts");
+    claim(host_port_start(&port, &params, NULL, &store), "also with a store");
+    port.app.store.access.waited =
+        port.app.store.access_cfg.lockout_ticks; /* challenges from now */
     port.background_every = 1u;
     port.until_background = 1u;
     const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
@@ -131,6 +146,7 @@ static void check_drive(void)
     claim((app->link.command & ~7u) == 0u, "commands are known");
     claim(is_finite(app->link.omega_m_ref_rad_s), "the reference is a number");
     claim(app->configured, "the drive stays configured");
+    claim(!app->store.access.unlocked, "nobody guesses the answer");
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)

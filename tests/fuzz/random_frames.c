@@ -32,9 +32,10 @@ static uint32_t wire_of(command_writer_t *w, uint8_t *wire)
 /* Any op but that which gives a session, with any body: what acts lacks the session's number. */
 static uint32_t stranger(random_frames_t *r, uint8_t *wire)
 {
-    static const uint8_t known[] = {APP_LINK_SET, APP_LINK_COMMAND, APP_LINK_TRACE_ARM,
-                                    APP_LINK_TRACE_STOP, APP_LINK_FAULT_CLEAR};
-    static const uint8_t length[] = {10u, 14u, 25u, 4u, 4u};
+    static const uint8_t known[] = {APP_LINK_SET,        APP_LINK_COMMAND,     APP_LINK_TRACE_ARM,
+                                    APP_LINK_TRACE_STOP, APP_LINK_FAULT_CLEAR, APP_LINK_SAVE,
+                                    APP_LINK_CHALLENGE,  APP_LINK_UNLOCK};
+    static const uint8_t length[] = {10u, 14u, 25u, 4u, 4u, 4u, 4u, 12u};
     const uint32_t pick = next(r) % (2u * sizeof known);
     uint8_t op = (uint8_t)next(r);
     uint32_t n = next(r) % 41u;
@@ -55,7 +56,7 @@ static uint32_t reader(random_frames_t *r, uint8_t *wire)
     static const uint8_t ops[] = {APP_LINK_HELLO,       APP_LINK_STATUS,       APP_LINK_TRACE_STATE,
                                   APP_LINK_FAULT_LOG,   APP_LINK_FAULT_RECORD, APP_LINK_PARAM_INFO,
                                   APP_LINK_SIGNAL_INFO, APP_LINK_GET,          APP_LINK_SAMPLE,
-                                  APP_LINK_TRACE_READ,  APP_LINK_FAULT_READ};
+                                  APP_LINK_TRACE_READ,  APP_LINK_FAULT_READ,   APP_LINK_STORE};
     const uint8_t op = ops[next(r) % sizeof ops];
     command_writer_t w;
     command_begin(&w, r->sequence++, op);

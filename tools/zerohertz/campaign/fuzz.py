@@ -23,7 +23,7 @@ from zerohertz.paths import BUILD, ROOT
 
 # The parser is done with short inputs soon; long ones meet its limits.
 _SHORT_BYTES, _LONG_BYTES, _LONG_SHARE = 48, 600, 0.02
-_PERIODS_PER_FRAME = 11  # of the image, background slices being what they are
+_PERIODS_PER_FRAME = 16  # of the image, background slices being what they are
 _DONE = re.compile(r"Done (\d+) runs")
 
 
