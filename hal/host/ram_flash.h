@@ -6,7 +6,7 @@
 
 #include "hal_devices.h"
 
-#define RAM_FLASH_WORDS 512u /* per slot */
+#define RAM_FLASH_WORDS 320u /* per slot: 140 parameters */
 
 typedef struct {
     uint32_t magic;

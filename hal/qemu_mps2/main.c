@@ -48,7 +48,7 @@ static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
 
 __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
-__attribute__((section(".noinit"))) static ram_flash_t flash_memory;
+__attribute__((section(".device"))) static ram_flash_t flash_memory;
 
 void control_interrupt(void);
 
