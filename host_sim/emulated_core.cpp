@@ -139,7 +139,8 @@ bool EmulatedCore::write(const void *data, std::size_t n)
 void EmulatedCore::ask(hal_sample_t &sample, const app_command_t &command)
 {
     sample.late_periods = late_periods_;
-    const pil_in_t in{command.command, command.omega_m_ref_rad_s, sample};
+    const pil_in_t in{command.command, command.omega_m_ref_rad_s, command.torque_ref_Nm,
+                      command.count, sample};
     (void)write(&in, sizeof in); // a broken pipe shows when the answer is read
 }
 
@@ -197,7 +198,7 @@ bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
 
 void EmulatedCore::finish()
 {
-    const pil_in_t stop{PIL_STOP, 0.0F, {}};
+    const pil_in_t stop{PIL_STOP, 0.0F, 0.0F, 0, {}};
     pil_end_t end{};
     if (!write(&stop, sizeof stop) || !read(&end, sizeof end) || end.magic != PIL_MAGIC) {
         result_.end = ZH_PIL_LEFT;

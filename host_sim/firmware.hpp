@@ -30,11 +30,10 @@ public:
     Firmware(const Firmware &) = delete;
     Firmware &operator=(const Firmware &) = delete;
 
-    hal_output_t step(const hal_sample_t &sample, float speed_ref_rpm, std::uint32_t command)
+    hal_output_t step(const hal_sample_t &sample, const app_command_t &command)
     {
-        const app_command_t posted{command, rad_s_from_rpm(speed_ref_rpm)};
         hal_output_t output;
-        host_port_period(&port_, &posted, &sample, &output);
+        host_port_period(&port_, &command, &sample, &output);
         return output;
     }
     // From here on the host link is served and the drive records, in memory of the caller, whose

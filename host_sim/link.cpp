@@ -107,8 +107,10 @@ struct zh_link {
         const hal_output_t output =
             from_link
                 ? firmware.step_on_link(sample)
-                : firmware.step(sample, static_cast<float>(run.scenario.speed_ref_rpm.value(t_s)),
-                                run.scenario.command(t_s));
+                : firmware.step(sample, zh::command_at(run.scenario, t_s,
+                                                       static_cast<float>(
+                                                           run.scenario.speed_ref_rpm.value(t_s)),
+                                                       static_cast<std::uint32_t>(periods)));
         const zh::Duty acting = timer.exchange({output.duty_u, output.duty_v, output.duty_w});
         plant.advance(acting, output.gates_on);
         for (const float duty : {output.duty_u, output.duty_v, output.duty_w}) {

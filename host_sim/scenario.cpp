@@ -38,14 +38,17 @@ ControllerMotor read_controller_motor(TomlReader &in)
 std::uint32_t Scenario::command(double t_s) const
 {
     std::uint32_t bits = 0;
-    if (t_s >= run_on_s && t_s < run_off_s) {
+    if ((t_s >= run_on_s && t_s < run_off_s) || t_s >= run_again_s) {
         bits |= command_run;
     }
     if (t_s >= fault_reset_s && t_s < fault_reset_s + fault_reset_pulse_s) {
         bits |= command_fault_reset;
     }
-    if (t_s >= torque_off_s) {
+    if (t_s >= torque_off_s && t_s < torque_off_end_s) {
         bits |= command_torque_off;
+    }
+    if (t_s >= torque_mode_on_s && t_s < torque_mode_off_s) {
+        bits |= command_torque_mode;
     }
     return bits;
 }
@@ -69,9 +72,15 @@ Scenario read_scenario(const TomlDocument &document)
         in.integer_or("scenario.noise_seed", 1, 0, std::numeric_limits<int>::max()));
     s.run_on_s = time_or_never(in, "scenario.run_on_s");
     s.run_off_s = time_or_never(in, "scenario.run_off_s");
+    s.run_again_s = time_or_never(in, "scenario.run_again_s");
     s.fault_reset_s = time_or_never(in, "scenario.fault_reset_s");
     s.torque_off_s = time_or_never(in, "scenario.torque_off_s");
+    s.torque_off_end_s = time_or_never(in, "scenario.torque_off_end_s");
+    s.torque_mode_on_s = time_or_never(in, "scenario.torque_mode_on_s");
+    s.torque_mode_off_s = time_or_never(in, "scenario.torque_mode_off_s");
+    s.silent_from_s = time_or_never(in, "scenario.silent_from_s");
     s.speed_ref_rpm = in.profile("profiles.speed_ref_rpm", within(-1e5, 1e5));
+    s.torque_ref_Nm = in.profile_or("profiles.torque_ref_Nm", 0.0, within(-1e5, 1e5));
     read_disturbances(in, s.disturbances);
     s.controller_motor = read_controller_motor(in);
     s.firmware = in.pass_through("firmware");

@@ -21,6 +21,7 @@ inline constexpr double never_s = std::numeric_limits<double>::infinity();
 inline constexpr std::uint32_t command_run = 1U;
 inline constexpr std::uint32_t command_fault_reset = 2U;
 inline constexpr std::uint32_t command_torque_off = 4U;
+inline constexpr std::uint32_t command_torque_mode = 16U;
 
 // What acts on the plant.
 struct Disturbances {
@@ -50,10 +51,16 @@ struct Scenario {
 
     double run_on_s = never_s;  // run command from here ...
     double run_off_s = never_s; // ... to here
+    double run_again_s = never_s;
     double fault_reset_s = never_s;
-    double torque_off_s = never_s;
+    double torque_off_s = never_s;     // from here ...
+    double torque_off_end_s = never_s; // ... to here
+    double torque_mode_on_s = never_s;
+    double torque_mode_off_s = never_s;
+    double silent_from_s = never_s; // the operator says nothing new any more
 
     Profile speed_ref_rpm{0.0};
+    Profile torque_ref_Nm{0.0};
     Disturbances disturbances;
     ControllerMotor controller_motor;
     std::vector<std::pair<std::string, std::string>> firmware; // parameter overrides, name = value

@@ -23,6 +23,8 @@ static_assert(same(ZH_STATE_TORQUE_OFF, DRIVE_STATE_TORQUE_OFF));
 static_assert(same(ZH_SIL_RUN, DRIVE_STATE_CMD_RUN));
 static_assert(same(ZH_SIL_FAULT_RESET, DRIVE_STATE_CMD_FAULT_RESET));
 static_assert(same(ZH_SIL_TORQUE_OFF, DRIVE_STATE_CMD_TORQUE_OFF));
+static_assert(same(ZH_STATE_RAMP_DOWN, DRIVE_STATE_RAMP_DOWN));
+static_assert(same(ZH_STATE_COAST, DRIVE_STATE_COAST));
 static_assert(same(ZH_FAULT_OVER_CURRENT, MONITOR_OVER_CURRENT));
 static_assert(same(ZH_FAULT_NON_FINITE, MONITOR_NON_FINITE));
 static_assert(same(ZH_FAULT_CONFIG, MONITOR_CONFIG));
@@ -30,6 +32,7 @@ static_assert(same(ZH_FAULT_TABLE_CRC, MONITOR_TABLE_CRC));
 
 struct zh_sil {
     zh::Firmware firmware;
+    std::uint32_t steps = 0;
 };
 
 namespace {
@@ -117,7 +120,7 @@ zh_sil *zh_sil_open(const char *motor_dir, const char *board_toml, const char *o
         const zh::MotorDir dir = zh::MotorDir::load(motor_dir);
         params_t params = zh::nominal_params(dir.motor, zh::load_board(board_toml));
         zh::apply_overrides(params, overrides != nullptr ? overrides : "", "overrides");
-        return new zh_sil{zh::Firmware(params, dir.gain)};
+        return new zh_sil{.firmware = zh::Firmware(params, dir.gain)};
     });
 }
 
@@ -137,17 +140,26 @@ int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
         return fail(ZH_BAD_ARGUMENT, "zh_sil_step: handle or in: is NULL or in's struct_size too "
                                      "small; set it to sizeof(zh_sil_in)");
     }
-    const bool mode_known = in->mode == 0U;
+    const bool torque_mode = in->mode == ZH_SIL_TORQUE;
+    const bool mode_known = torque_mode || in->mode == ZH_SIL_SPEED;
     // Nobody knows what an unknown mode means: no torque until it is gone and run was seen low.
-    const std::uint32_t command =
-        mode_known ? (in->command & all_commands) : std::uint32_t{ZH_SIL_TORQUE_OFF};
+    app_command_t command{ZH_SIL_TORQUE_OFF, 0.0F, 0.0F, ++handle->steps};
+    if (mode_known) {
+        // A reference that is no number goes in as well: the firmware itself has to trip on it.
+        command.command =
+            (in->command & all_commands) | (torque_mode ? DRIVE_STATE_CMD_TORQUE_MODE : 0U);
+        command.omega_m_ref_rad_s = zh::rad_s_from_rpm(in->speed_ref_rpm);
+        command.torque_ref_Nm = torque_mode ? in->torque_ref_Nm : 0.0F;
+    }
     const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc, 0};
-    const float speed_ref_rpm = mode_known ? in->speed_ref_rpm : 0.0F;
-    // A reference that is no number goes in as well: the firmware itself has to trip on it.
-    const hal_output_t output = handle->firmware.step(sample, speed_ref_rpm, command);
+    const hal_output_t output = handle->firmware.step(sample, command);
     hand_out(output_of(handle->firmware, output), out);
     if (!mode_known) {
-        return fail(ZH_BAD_INPUT, "zh_sil_step: mode: only 0 (speed) is known; set it to 0");
+        return fail(ZH_BAD_INPUT, "zh_sil_step: mode: only 0 (speed) and 1 (torque) are known");
+    }
+    if (torque_mode && !std::isfinite(in->torque_ref_Nm)) {
+        return fail(ZH_BAD_INPUT, "zh_sil_step: torque_ref_Nm: is not a finite number; the drive "
+                                  "has tripped, give a number and reset the fault");
     }
     if (!std::isfinite(in->speed_ref_rpm)) {
         return fail(ZH_BAD_INPUT, "zh_sil_step: speed_ref_rpm: is not a finite number; the drive "

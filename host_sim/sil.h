@@ -28,6 +28,12 @@ extern "C" {
 #define ZH_SIL_FAULT_RESET (1u << 1) /* rising edge */
 #define ZH_SIL_TORQUE_OFF  (1u << 2) /* level: gates off, wins over run */
 
+/* mode */
+enum {
+    ZH_SIL_SPEED = 0,
+    ZH_SIL_TORQUE = 1 /* between -torque_max_rad_s and torque_max_rad_s */
+};
+
 /* state of the drive; numbers are append-only */
 enum {
     ZH_STATE_BOOT = 0,
@@ -85,8 +91,8 @@ typedef struct {
     uint16_t u_vw;
     uint16_t u_dc;
     float speed_ref_rpm; /* mechanical, min^-1 */
-    float torque_ref_Nm; /* reserved, not read in mode 0 */
-    uint32_t mode;       /* 0: speed; anything else is refused */
+    float torque_ref_Nm; /* not read in speed mode */
+    uint32_t mode;       /* ZH_SIL_SPEED or ZH_SIL_TORQUE; anything else is refused */
     uint32_t command;    /* ZH_SIL_RUN | ZH_SIL_FAULT_RESET | ZH_SIL_TORQUE_OFF */
 } zh_sil_in;
 

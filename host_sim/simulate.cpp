@@ -42,14 +42,19 @@ public:
     {
         return static_cast<float>(scenario_.speed_ref_rpm.value(t_s, cursor_));
     }
-    std::uint32_t command(double t_s) const
+    app_command_t command(double t_s, float speed_ref_rpm)
     {
-        return scenario_.command(t_s);
+        // Who has fallen silent repeats the last word for ever: that is what a mailbox shows.
+        if (t_s < scenario_.silent_from_s) {
+            last_ = command_at(scenario_, t_s, speed_ref_rpm, last_.count + 1);
+        }
+        return last_;
     }
 
 private:
     const Scenario &scenario_;
     std::size_t cursor_ = 0;
+    app_command_t last_{};
 };
 
 // Frequency of the true rotor flux: how far it turned since the last crest, low-passed.
@@ -89,6 +94,7 @@ struct Row {
     app_telemetry_t t;
     hal_output_t duty;
     double speed_ref_rpm = 0.0;
+    double omega_ref_rad_s = 0.0;
     double f_s_Hz = 0.0;
     double lambda_Wb = 0.0;
     double flux_angle_rad = 0.0;
@@ -131,7 +137,8 @@ public:
             const double t_s = plant_.time_s();
             speed_ref_rpm_ = operator_.speed_ref_rpm(t_s);
             hal_output_t output{};
-            if (!period(sample_of(plant_.sample()), operator_.command(t_s), output)) {
+            if (!period(sample_of(plant_.sample()), operator_.command(t_s, speed_ref_rpm_),
+                        output)) {
                 break;
             }
             ++out_.steps;
@@ -155,14 +162,14 @@ public:
 
 private:
     // False when a witness ends the run.
-    bool period(hal_sample_t sample, std::uint32_t command, hal_output_t &output)
+    bool period(hal_sample_t sample, const app_command_t &command, hal_output_t &output)
     {
         if (witness_ == nullptr) {
-            output = firmware_.step(sample, speed_ref_rpm_, command);
+            output = firmware_.step(sample, command);
             return true;
         }
-        witness_->ask(sample, {command, rad_s_from_rpm(speed_ref_rpm_)});
-        output = firmware_.step(sample, speed_ref_rpm_, command);
+        witness_->ask(sample, command);
+        output = firmware_.step(sample, command);
         return witness_->answer(firmware_.app(), output);
     }
 
@@ -172,6 +179,8 @@ private:
         Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
         const Vec flux_Wb = r.truth.psi_r_Wb;
         r.speed_ref_rpm = static_cast<double>(speed_ref_rpm_);
+        r.omega_ref_rad_s = static_cast<double>(app.drive.speed.omega_ref_rad_s) /
+                            static_cast<double>(firmware_.params().pole_pairs);
         r.f_s_Hz = f_s_.f_Hz();
         r.lambda_Wb = magnitude(flux_Wb);
         r.flux_angle_rad = std::atan2(flux_Wb.beta, flux_Wb.alpha);
@@ -232,8 +241,7 @@ private:
 // One period as firmware and plant saw it, for timing them one at a time.
 struct Exchange {
     hal_sample_t sample;
-    float speed_ref_rpm;
-    std::uint32_t command;
+    app_command_t command;
     hal_output_t output;
     Duty acting;
 };
@@ -250,9 +258,8 @@ std::vector<Exchange> exchanges(const Run &run, std::uint64_t steps)
         const double t_s = plant.time_s();
         Exchange e{};
         e.sample = sample_of(plant.sample());
-        e.speed_ref_rpm = op.speed_ref_rpm(t_s);
-        e.command = op.command(t_s);
-        e.output = firmware.step(e.sample, e.speed_ref_rpm, e.command);
+        e.command = op.command(t_s, op.speed_ref_rpm(t_s));
+        e.output = firmware.step(e.sample, e.command);
         e.acting = timer.exchange({e.output.duty_u, e.output.duty_v, e.output.duty_w});
         plant.advance(e.acting, e.output.gates_on);
         log.push_back(e);
@@ -277,7 +284,7 @@ void time_split(const Run &run, Outcome &out)
     bool repeated = true;
     const double controller_s = cpu_time_s();
     for (const Exchange &e : log) {
-        repeated &= same(firmware.step(e.sample, e.speed_ref_rpm, e.command), e.output);
+        repeated &= same(firmware.step(e.sample, e.command), e.output);
     }
     out.controller_ns_per_step = per_step * (cpu_time_s() - controller_s);
 

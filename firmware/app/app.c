@@ -25,9 +25,16 @@ COLD static bool build(app_config_t *cfg, const params_t *params, const gain_tab
     const drive_state_params_t state = {
         .offset_s = params->offset_calibration_s,
         .premagnetise_s = params->premagnetise_s,
+        .ramp_down_s = params->ramp_down_s,
+        .coast_s = params->coast_s,
+        .coast_max_V = params->coast_V,
+        .stop = (drive_state_stop_t)params->stop_mode,
         .offset_max_A = APP_OFFSET_MAX_PU * params->current_full_scale_A,
         .offset_max_V = APP_OFFSET_MAX_PU * params->line_voltage_full_scale_V,
         .period_s = params->period_s};
+    cfg->direction = (params->direction == 1u) ? 1.0f : ((params->direction == 2u) ? -1.0f : 0.0f);
+    cfg->stop_speed_rad_s = params->stop_speed_rad_s;
+    cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
     return drive_init(&cfg->drive, &drive, table) && drive_state_init(&cfg->state, &state);
 }
 
@@ -125,6 +132,38 @@ static uint32_t late_faults(app_t *app, uint16_t late_periods)
     return MONITOR_PERIOD_LATE | (again ? MONITOR_PERIOD_OVERRUN : 0u);
 }
 
+/* Whoever commands has to be alive while the gates are on. */
+COLD static uint32_t silence_faults(app_t *app, uint32_t count)
+{
+    if ((count != app->command_count) || (app->mode == DRIVE_OFF)) {
+        app->command_count = count;
+        app->silent_periods = 0u;
+    } else if (app->silent_periods < app->config.command_timeout_periods) {
+        app->silent_periods++;
+    } else {
+        return MONITOR_COMMAND_TIMEOUT;
+    }
+    return 0u;
+}
+
+static uint32_t command_faults(app_t *app, const app_command_t *command)
+{
+    const bool numbers = is_finite(command->omega_m_ref_rad_s + command->torque_ref_Nm);
+    const bool watched = app->config.command_timeout_periods > 0u;
+    return (numbers ? 0u : MONITOR_NON_FINITE) |
+           (watched ? silence_faults(app, command->count) : 0u);
+}
+
+/* Electrical; none against the direction that is allowed, none in a stop. */
+static float speed_reference(const app_t *app, float omega_m_ref_rad_s)
+{
+    const bool against = app->config.direction * omega_m_ref_rad_s < 0.0f;
+    if (against || (app->aim == DRIVE_AIM_STOP)) {
+        return 0.0f;
+    }
+    return app->config.drive.motor.pole_pairs * omega_m_ref_rad_s;
+}
+
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
 {
     const app_config_t *cfg = &app->config;
@@ -136,32 +175,35 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
     uint32_t faults = app->mailbox.faults | late_faults(app, sample->late_periods);
 
     if (app->configured) {
-        const drive_in_t in = {
-            .sample = {sample->i_u_counts, sample->i_v_counts, sample->i_w_counts,
-                       sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts},
-            .mode = app->mode,
-            .omega_e_ref_rad_s = cfg->drive.motor.pole_pairs * command.omega_m_ref_rad_s};
+        const drive_in_t in = {.sample = {sample->i_u_counts, sample->i_v_counts,
+                                          sample->i_w_counts, sample->u_uv_counts,
+                                          sample->u_vw_counts, sample->u_dc_counts},
+                               .mode = app->mode,
+                               .aim = app->aim,
+                               .omega_e_ref_rad_s = speed_reference(app, command.omega_m_ref_rad_s),
+                               .torque_ref_Nm = command.torque_ref_Nm};
         drive_step(&cfg->drive, &app->drive, &in, &app->last);
-        faults |= app->last.faults;
-        if (!is_finite(command.omega_m_ref_rad_s)) {
-            faults |= MONITOR_NON_FINITE;
-        }
+        faults |= app->last.faults | command_faults(app, &command);
     } else {
         app->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
 
-    const drive_state_in_t state_in = {.command = command.command,
-                                       .faults = faults,
-                                       .i_raw_A = app->last.meas.i_raw_A,
-                                       .u_raw_V = app->last.meas.u_raw_V,
-                                       .premagnetising =
-                                           (app->last.rs_measurement == RS_MEASUREMENT_BUSY)};
+    const drive_state_in_t state_in = {
+        .command = command.command,
+        .faults = faults,
+        .i_raw_A = app->last.meas.i_raw_A,
+        .u_raw_V = app->last.meas.u_raw_V,
+        .premagnetising = (app->last.rs_measurement == RS_MEASUREMENT_BUSY),
+        .standing =
+            (app->aim == DRIVE_AIM_STOP) && drive_standing(&app->drive, cfg->stop_speed_rad_s),
+        .commissioned = true}; /* nobody here who could */
     const drive_state_out_t state = drive_state_step(&cfg->state, &app->machine, &state_in);
     if (state.offsets_ready) {
         app->drive.measurement.offset_A = app->machine.offset_A;
         app->drive.measurement.offset_V = app->machine.offset_V;
     }
     app->mode = state.mode;
+    app->aim = state.aim;
     write_output(app, state.gates_on, output);
     app->period_count++;
 }

@@ -24,6 +24,8 @@
 typedef struct {
     uint32_t command; /* DRIVE_STATE_CMD_* */
     float omega_m_ref_rad_s;
+    float torque_ref_Nm; /* with DRIVE_STATE_CMD_TORQUE_MODE */
+    uint32_t count;      /* any other number than before: whoever commands is alive */
 } app_command_t;
 
 /* Double buffer: the background fills the slot that is not published, then flips the index. All of
@@ -38,6 +40,9 @@ typedef struct {
 typedef struct {
     drive_config_t drive;
     drive_state_config_t state;
+    uint32_t command_timeout_periods; /* 0: not watched */
+    float direction;                  /* of the references allowed; 0: both */
+    float stop_speed_rad_s;           /* electrical */
 } app_config_t;
 
 /* Where a port lets the drive record; no start-up code may clear `fault`. */
@@ -55,6 +60,9 @@ typedef struct {
     drive_out_t last; /* of the last period, for telemetry and trace */
     drive_machine_t machine;
     drive_mode_t mode;
+    drive_aim_t aim;
+    uint32_t command_count;   /* as it came last */
+    uint32_t silent_periods;  /* since it changed, with the gates on */
     bool configured;          /* false: some parameter, motor datum or the table was refused */
     bool late;                /* late_periods had changed in the last period */
     uint16_t late_periods;    /* the port's count then */

@@ -68,7 +68,20 @@ static void config_control(drive_params_t *d, const params_t *p)
                                         .slew_rad_s2 = p->speed_slew_rad_s2,
                                         .fast_bandwidth_rad_s = p->speed_fast_bandwidth_rad_s,
                                         .slow_rad_s = p->speed_slow_rad_s,
-                                        .fast_rad_s = p->speed_fast_rad_s};
+                                        .fast_rad_s = p->speed_fast_rad_s,
+                                        .torque_max_rad_s = p->torque_max_rad_s,
+                                        .torque_min_rad_s = -p->torque_max_rad_s,
+                                        .torque_slew_Nm_per_s = p->torque_slew_Nm_s};
+    if (p->direction == 1u) {
+        d->speed.torque_min_rad_s = 0.0f;
+    } else if (p->direction == 2u) {
+        d->speed.torque_max_rad_s = 0.0f;
+    } else {
+        /* both */
+    }
+    d->ramp = (speed_ramp_params_t){.acceleration_rad_s2 = p->speed_slew_rad_s2,
+                                    .jerk_rad_s3 = p->speed_jerk_rad_s3,
+                                    .stop_rad_s2 = p->ramp_down_rad_s2};
     d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
                                       .i_d_A = p->i_d_A,
                                       .bandwidth_rad_s = p->flux_bandwidth_rad_s,

@@ -28,7 +28,10 @@ app_command_t app_link_command(app_t *app)
         link->command &= ~DRIVE_STATE_CMD_RUN;
         link->expired = true;
     }
-    return (app_command_t){.command = link->command, .omega_m_ref_rad_s = link->omega_m_ref_rad_s};
+    return (app_command_t){.command = link->command,
+                           .omega_m_ref_rad_s = link->omega_m_ref_rad_s,
+                           .torque_ref_Nm = link->torque_ref_Nm,
+                           .count = link->commands};
 }
 
 /* Whether the line has taken all of the answer. */

@@ -68,6 +68,8 @@ typedef struct {
     uint32_t session; /* 0: nobody's */
     uint32_t command; /* DRIVE_STATE_CMD_* */
     float omega_m_ref_rad_s;
+    float torque_ref_Nm;
+    uint32_t commands;      /* so many came */
     uint32_t valid_periods; /* 0: the command stands without further notice */
     uint32_t commanded_at;  /* period of the last command */
     uint32_t reset_at;      /* period in which a reset was fetched */

@@ -9,7 +9,8 @@
 #include <stddef.h>
 
 #define KNOWN_COMMANDS                                                                             \
-    (DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_FAULT_RESET | DRIVE_STATE_CMD_TORQUE_OFF)
+    (DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_FAULT_RESET | DRIVE_STATE_CMD_TORQUE_OFF |              \
+     DRIVE_STATE_CMD_TORQUE_MODE)
 
 /* A consistent sample is one that no control period fell into; the second look nearly always is. */
 #define SAMPLE_TRIES 4u
@@ -182,15 +183,18 @@ static app_link_status_t do_command(app_t *app, command_reader_t *body)
     const uint32_t bits = command_take_u32(body);
     const float omega_m_ref_rad_s = command_take_float(body);
     const uint32_t valid_ms = command_take_u16(body);
+    const float torque_ref_Nm = (body->left > 0u) ? command_take_float(body) : 0.0f;
     if ((bits & ~KNOWN_COMMANDS) != 0u) {
         return APP_LINK_OUT_OF_RANGE;
     }
-    if (!is_finite(omega_m_ref_rad_s)) {
+    if (!is_finite(omega_m_ref_rad_s) || !is_finite(torque_ref_Nm)) {
         return APP_LINK_NOT_FINITE;
     }
     app_link_t *link = &app->link;
     link->command = bits;
     link->omega_m_ref_rad_s = omega_m_ref_rad_s;
+    link->torque_ref_Nm = torque_ref_Nm;
+    link->commands++;
     link->reset = (bits & DRIVE_STATE_CMD_FAULT_RESET) != 0u;
     link->expired = false;
     link->commanded_at = app->period_count;
@@ -281,7 +285,7 @@ static bool length_good(uint8_t op, uint32_t n)
     case APP_LINK_SET:
         return n == 10u;
     case APP_LINK_COMMAND:
-        return n == 14u;
+        return (n == 14u) || (n == 18u);
     case APP_LINK_SAMPLE:
         return n <= TRACE_SIGNALS_MAX;
     case APP_LINK_TRACE_ARM:

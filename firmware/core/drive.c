@@ -27,6 +27,7 @@ static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
 static bool init_control(drive_config_t *cfg, const drive_params_t *params)
 {
     return speed_control_init(&cfg->speed, &params->speed, &cfg->motor, params->period_s) &&
+           speed_ramp_init(&cfg->ramp, &params->ramp, params->period_s) &&
            flux_control_init(&cfg->flux, &params->flux, &cfg->motor, params->period_s) &&
            current_control_init(&cfg->current, &params->current, &cfg->motor, params->period_s) &&
            svpwm_init(&cfg->svpwm, &params->svpwm, params->period_s) &&
@@ -104,6 +105,15 @@ static observer_gain_t gain_at(const drive_config_t *cfg, float omega_e_rad_s)
 float drive_rs_ohm(const drive_config_t *cfg, const drive_state_t *st)
 {
     return cfg->motor.Rs_ohm + st->rs_start_delta_ohm + st->rs_tracking.delta_ohm;
+}
+
+COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
+{
+    /* Impressed current does not go by the speed controller's reference. */
+    const float reference_rad_s =
+        st->impressed.active ? st->impressed.omega_rad_s : st->speed.omega_ref_rad_s;
+    return (absf(reference_rad_s) <= omega_e_max_rad_s) &&
+           (absf(st->omega_e_hat_rad_s) <= omega_e_max_rad_s);
 }
 
 /* Mean voltage over the interval that ended at this sample. */
@@ -260,6 +270,21 @@ static void slow_turn(const drive_config_t *cfg, drive_state_t *st, float lambda
     }
 }
 
+/* Usually the target itself: jerk limit and stop are what makes a difference. */
+static float next_reference(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in)
+{
+    const bool stop = in->aim == DRIVE_AIM_STOP;
+    if (!cfg->ramp.on && !stop) {
+        return in->omega_e_ref_rad_s;
+    }
+    if (in->aim == DRIVE_AIM_TORQUE) {
+        st->ramp = (speed_ramp_state_t){0};
+        return st->speed.omega_ref_rad_s;
+    }
+    return speed_ramp_step(&cfg->ramp, &st->ramp, st->speed.omega_ref_rad_s, in->omega_e_ref_rad_s,
+                           stop);
+}
+
 /* Flux control and speed control: the current that is wanted. */
 static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                            float lambda_Wb)
@@ -267,12 +292,15 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
     const flux_control_in_t flux_in = {
         .lambda_hat_Wb = lambda_Wb, .below_Wb = st->steer.below_Wb, .less_A = st->i_d_less_A};
     const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
-    const speed_control_in_t speed_in = {.omega_ref_rad_s = in->omega_e_ref_rad_s,
-                                         .omega_hat_rad_s = st->omega_e_hat_rad_s,
-                                         .i_d_ref_A = i_d_A,
-                                         .flux_pu =
-                                             1.0f - st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb,
-                                         .inv_flux_pu = 1.0f + st->torque_more_pu};
+    const bool torque = in->aim == DRIVE_AIM_TORQUE;
+    const speed_control_in_t speed_in = {
+        .omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
+        .omega_hat_rad_s = st->omega_e_hat_rad_s,
+        .i_d_ref_A = i_d_A,
+        .flux_pu = 1.0f - st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb,
+        .inv_flux_pu = 1.0f + st->torque_more_pu,
+        .torque = in->aim == DRIVE_AIM_TORQUE,
+        .torque_ref_Nm = in->torque_ref_Nm};
     return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
 }
 
@@ -356,7 +384,9 @@ static void hand_back(const drive_config_t *cfg, drive_state_t *st, const drive_
     /* Torque, as current at nominal flux. */
     const float i_q_A = dq_from_ab(out->meas.i_s_A, axis).q;
     st->speed.pi.x = limitf(i_q_A * cfg->inv_lambda_ref_per_Wb / inv_Wb, cfg->speed.i_q_max_A);
+    st->speed.i_q_A = st->speed.pi.x;
     st->speed.omega_ref_rad_s = st->impressed.omega_rad_s;
+    st->ramp = (speed_ramp_state_t){0};
     st->speed.omega_filtered_rad_s = st->omega_e_hat_rad_s;
     st->slow_period = st->supervisor.periods; /* it stood still: no part meets another */
     st->impressed = (impressed_current_state_t){0};
@@ -368,8 +398,11 @@ static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t
 {
     const bool lost = st->supervisor.confidence == SUPERVISOR_IMPRESSED;
     if (st->impressed.active) {
+        /* A torque cannot be held by it: the speed of then can. */
+        const float target_rad_s =
+            (in->aim == DRIVE_AIM_TORQUE) ? st->speed.omega_ref_rad_s : in->omega_e_ref_rad_s;
         const impressed_current_in_t imp_in = {
-            .omega_ref_rad_s = in->omega_e_ref_rad_s, .u_dc_V = out->meas.u_dc_V, .lost = lost};
+            .omega_ref_rad_s = target_rad_s, .u_dc_V = out->meas.u_dc_V, .lost = lost};
         if (!lost && impressed_current_observable(&cfg->impressed, &st->impressed)) {
             hand_back(cfg, st, out);
         } else if (impressed_current_step(&cfg->impressed, &st->impressed, &imp_in)) {

@@ -30,6 +30,7 @@
 #include "rs_tracking.h"
 #include "speed_adaptation.h"
 #include "speed_control.h"
+#include "speed_ramp.h"
 #include "supervisor.h"
 #include "svpwm.h"
 
@@ -40,8 +41,16 @@
 typedef enum {
     DRIVE_OFF = 0, /* gates off: estimator and controllers at rest, currents still watched */
     DRIVE_PREMAGNETISE = 1, /* i_d along a fixed axis, no torque, speed taken as 0 */
-    DRIVE_RUN = 2           /* flux-oriented speed control */
+    DRIVE_RUN = 2,          /* flux-oriented control of what the aim says */
+    DRIVE_COMMISSION = 3    /* the commissioning says which current */
 } drive_mode_t;
+
+/* What DRIVE_RUN is to reach. */
+typedef enum {
+    DRIVE_AIM_SPEED = 0,
+    DRIVE_AIM_TORQUE = 1, /* between two speeds */
+    DRIVE_AIM_STOP = 2    /* speed 0, on the ramp of a stop */
+} drive_aim_t;
 
 typedef enum {
     DRIVE_VOLTAGE_SENSORS = 0, /* filtered line-voltage sensors (the paper) */
@@ -67,6 +76,7 @@ typedef struct {
     float lambda_max_Wb;
     speed_adaptation_params_t adaptation;
     speed_control_params_t speed;
+    speed_ramp_params_t ramp;
     flux_control_params_t flux;
     current_control_params_t current;
     svpwm_params_t svpwm;
@@ -93,6 +103,7 @@ typedef struct {
     observer_config_t observer;
     speed_adaptation_config_t adaptation;
     speed_control_config_t speed;
+    speed_ramp_config_t ramp;
     flux_control_config_t flux;
     current_control_config_t current;
     svpwm_config_t svpwm;
@@ -113,6 +124,7 @@ typedef struct {
     observer_state_t observer;
     speed_adaptation_state_t adaptation;
     speed_control_state_t speed;
+    speed_ramp_state_t ramp;
     flux_control_state_t flux;
     current_control_state_t current;
     rs_measurement_state_t rs_measurement;
@@ -138,7 +150,9 @@ typedef struct {
 typedef struct {
     measurement_in_t sample;
     drive_mode_t mode;
-    float omega_e_ref_rad_s;
+    drive_aim_t aim;
+    float omega_e_ref_rad_s; /* 0 with DRIVE_AIM_STOP */
+    float torque_ref_Nm;
 } drive_in_t;
 
 /* What happened in one period and is not kept in the state: duties for the port, the rest for
@@ -164,6 +178,9 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
 
 /* Everything but the sensors' offsets back to rest. */
 void drive_reset(drive_state_t *st);
+
+/* A stop has come to its end: reference and estimate are within this of standstill. */
+bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s);
 
 /* Stator resistance in use. */
 float drive_rs_ohm(const drive_config_t *cfg, const drive_state_t *st);

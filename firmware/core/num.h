@@ -20,7 +20,7 @@
  * in the background: it is compiled for size. */
 #if defined(__GNUC__) || defined(__clang__)
 #define CHECKED __attribute__((warn_unused_result, cold))
-/* The same for the rest of what never runs in a control period, and all that only it calls. */
+/* The same for what seldom or never runs in a control period, and all that only it calls. */
 #define COLD __attribute__((cold))
 #else
 #define CHECKED

@@ -15,6 +15,15 @@ static bool init_schedule(speed_control_config_t *cfg, const speed_control_param
     return true;
 }
 
+static bool init_torque(speed_control_config_t *cfg, const speed_control_params_t *params,
+                        const motor_model_t *motor, float period_s)
+{
+    cfg->A_per_Nm = 1.0f / motor_torque_Nm(motor, params->lambda_Wb, 1.0f);
+    cfg->torque_step_A = params->torque_slew_Nm_per_s * period_s * cfg->A_per_Nm;
+    return nonnegativef(params->torque_max_rad_s) && nonnegativef(-params->torque_min_rad_s) &&
+           positivef(cfg->torque_step_A);
+}
+
 bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                         const motor_model_t *motor, float period_s)
 {
@@ -30,6 +39,8 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         .filter_gain = period_s / (period_s + params->filter_s),
         .slew_step_rad_s = params->slew_rad_s2 * period_s,
         .slow_rad_s = params->slow_rad_s,
+        .torque_max_rad_s = params->torque_max_rad_s,
+        .torque_min_rad_s = params->torque_min_rad_s,
     };
 
     /* Two negative factors would make a positive product: each is looked at. */
@@ -41,7 +52,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         !pi_init(&c.pi, kp, ki_per_s, params->i_q_max_A, period_s)) {
         return false;
     }
-    if (!init_schedule(&c, params)) {
+    if (!init_schedule(&c, params) || !init_torque(&c, params, motor, period_s)) {
         return false;
     }
     *cfg = c;
@@ -66,6 +77,43 @@ static inline float i_q_limit_A(const speed_control_config_t *cfg, float i_d_ref
     return (room2_A2 >= cfg->i_q_max2_A2) ? cfg->i_q_max_A : sqrtf(maxf(room2_A2, 0.0f));
 }
 
+/* Torque mode: the torque on its slew, unless the speed controller at the limit of this direction
+ * wants less. That one waits at the current of now, so that it takes over where the error changes
+ * its sign, and speed mode goes on from it. */
+COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st,
+                                const speed_control_in_t *in, float limit_A)
+{
+    const float omega_rad_s = st->omega_filtered_rad_s;
+    const bool forward = omega_rad_s >= 0.0f;
+    const float limit_rad_s = forward ? cfg->torque_max_rad_s : cfg->torque_min_rad_s;
+    const float faster = 1.0f + st->more;
+    const float faster_err_rad_s = faster * (limit_rad_s - omega_rad_s);
+    const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
+    const float change_A = cfg->A_per_Nm * in->torque_ref_Nm - st->i_q_A;
+    const float torque_A = limitf(st->i_q_A + slewed(change_A, cfg->torque_step_A), limit_A);
+    st->omega_ref_rad_s = omega_rad_s;
+    if (forward ? (torque_A <= asked_A) : (torque_A >= asked_A)) {
+        st->pi.x = torque_A;
+        return torque_A;
+    }
+    const float allowed_A = limitf(asked_A, limit_A);
+    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
+    return allowed_A;
+}
+
+/* Speed mode. */
+static inline float speed_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st,
+                                 float limit_A)
+{
+    const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
+    const float faster = 1.0f + st->more;
+    const float faster_err_rad_s = faster * omega_err_rad_s;
+    const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
+    const float allowed_A = limitf(asked_A, limit_A);
+    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
+    return allowed_A;
+}
+
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
                          const speed_control_in_t *in)
 {
@@ -74,13 +122,8 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
     if (is_finite(behind_rad_s)) {
         st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
     }
-    const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
-    const float faster = 1.0f + st->more;
-    const float faster_err_rad_s = faster * omega_err_rad_s;
-    const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
     /* At nominal flux; less flux takes more current for the same torque. */
     const float limit_A = i_q_limit_A(cfg, in->i_d_ref_A) * in->flux_pu;
-    const float allowed_A = limitf(asked_A, limit_A);
-    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
-    return allowed_A * in->inv_flux_pu;
+    st->i_q_A = in->torque ? torque_mode_A(cfg, st, in, limit_A) : speed_mode_A(cfg, st, limit_A);
+    return st->i_q_A * in->inv_flux_pu;
 }

@@ -25,6 +25,9 @@ typedef struct {
     float fast_bandwidth_rad_s; /* above fast_rad_s; 0: the same everywhere */
     float slow_rad_s;           /* |speed| up to which bandwidth_rad_s holds ... */
     float fast_rad_s;           /* ... and from which fast_bandwidth_rad_s does */
+    float torque_max_rad_s;     /* torque mode: highest speed, >= 0 ... */
+    float torque_min_rad_s;     /* ... and lowest, <= 0 */
+    float torque_slew_Nm_per_s;
 } speed_control_params_t;
 
 typedef struct {
@@ -37,6 +40,10 @@ typedef struct {
     float more_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float more_max;       /* ... up to 1 + this */
     float slow_rad_s;
+    float A_per_Nm; /* torque to current at nominal flux */
+    float torque_step_A;
+    float torque_max_rad_s;
+    float torque_min_rad_s;
 } speed_control_config_t;
 
 typedef struct {
@@ -44,6 +51,7 @@ typedef struct {
     float omega_filtered_rad_s;
     float omega_ref_rad_s; /* after the slew limit */
     float more;            /* bandwidth over that of slow speed is 1 + this */
+    float i_q_A;           /* allowed last, at nominal flux: where torque mode begins */
 } speed_control_state_t;
 
 typedef struct {
@@ -52,6 +60,8 @@ typedef struct {
     float i_d_ref_A;   /* has priority in the current limit */
     float flux_pu;     /* flux reference over the one the gains are meant for, > 0 */
     float inv_flux_pu; /* 1 over that: a division the caller makes seldom */
+    bool torque;       /* instead of a speed */
+    float torque_ref_Nm;
 } speed_control_in_t;
 
 /* False, and *cfg untouched, for a number that is not finite, of the wrong sign, or zero where it
@@ -67,7 +77,10 @@ static inline void speed_control_schedule(const speed_control_config_t *cfg,
     st->more = clampf(cfg->more_per_rad_s * above_rad_s, 0.0f, cfg->more_max);
 }
 
-/* i_q reference in A. A reference or estimate that is not finite leaves the last one in force. */
+/* i_q reference in A. With a torque for reference that is i_q on its slew from what it was, and the
+ * speed controller takes over where the speed would pass a limit, whoever drives it there; the
+ * speed reference follows the speed, so that speed mode goes on from it. A reference or estimate
+ * that is not finite leaves the last one in force. */
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
                          const speed_control_in_t *in);
 

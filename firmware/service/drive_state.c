@@ -5,7 +5,7 @@
 /* Longest time that fits a period counter with room to spare. */
 #define DRIVE_STATE_MAX_PERIODS 1000000000.0f
 
-static bool whole_periods(uint32_t *periods, float time_s, float period_s)
+COLD static bool whole_periods(uint32_t *periods, float time_s, float period_s)
 {
     if (!nonnegativef(time_s) || !positivef(period_s)) {
         return false;
@@ -22,15 +22,50 @@ bool drive_state_init(drive_state_config_t *cfg, const drive_state_params_t *par
 {
     cfg->offset_max_A = params->offset_max_A;
     cfg->offset_max_V = params->offset_max_V;
+    cfg->coast_max_V2 = params->coast_max_V * params->coast_max_V;
+    cfg->stop = params->stop;
+    if ((params->stop != DRIVE_STATE_STOP_COAST) && (params->stop != DRIVE_STATE_STOP_RAMP)) {
+        return false;
+    }
     return whole_periods(&cfg->offset_periods, params->offset_s, params->period_s) &&
            whole_periods(&cfg->premagnetise_periods, params->premagnetise_s, params->period_s) &&
+           whole_periods(&cfg->ramp_down_periods, params->ramp_down_s, params->period_s) &&
+           whole_periods(&cfg->coast_periods, params->coast_s, params->period_s) &&
+           nonnegativef(params->coast_max_V) && is_finite(cfg->coast_max_V2) &&
            positivef(params->offset_max_A) && positivef(params->offset_max_V);
+}
+
+/* Only in these may the gates be on. */
+static bool powered(drive_state_id_t id)
+{
+    return (id == DRIVE_STATE_PREMAGNETISE) || (id == DRIVE_STATE_RUN) ||
+           (id == DRIVE_STATE_RAMP_DOWN) || (id == DRIVE_STATE_COMMISSIONING);
 }
 
 static void enter(drive_machine_t *st, drive_state_id_t id)
 {
     st->id = id;
     st->periods = 0u;
+    if (!powered(id)) {
+        st->energised = 0u;
+    }
+}
+
+/* A start command: the one transition that turns the gates on. */
+static void energise(drive_machine_t *st, drive_state_id_t id)
+{
+    st->energised = DRIVE_STATE_ENERGISED;
+    enter(st, id);
+}
+
+/* Gates off, and what comes next. */
+static void let_go(const drive_state_config_t *cfg, drive_machine_t *st)
+{
+    if (fault_stopping(st->faults) != 0u) {
+        enter(st, DRIVE_STATE_FAULT);
+    } else {
+        enter(st, (cfg->coast_periods > 0u) ? DRIVE_STATE_COAST : DRIVE_STATE_READY);
+    }
 }
 
 /* SELF_TEST: the mean of the currents with the gates off is the sensors' offset. */
@@ -62,26 +97,77 @@ static void self_test(const drive_state_config_t *cfg, drive_machine_t *st,
         st->offset_A = offset;
         st->offset_V = still ? offset_V : (ab_t){0.0f, 0.0f};
     }
-    enter(st, DRIVE_STATE_READY);
+    let_go(cfg, st); /* the motor may still turn */
 }
 
 static void fault_state(drive_machine_t *st, const drive_state_in_t *in, uint32_t rising)
 {
     /* Reset is an explicit command, and only once the cause is gone. */
-    if (((rising & DRIVE_STATE_CMD_FAULT_RESET) != 0u) && (in->faults == 0u) &&
+    if (((rising & DRIVE_STATE_CMD_FAULT_RESET) != 0u) && (fault_stopping(in->faults) == 0u) &&
         ((st->faults & MONITOR_CONFIG) == 0u)) {
-        st->faults = 0u;
+        st->faults = in->faults;
         st->offset_sum_A = (uvw_t){0.0f, 0.0f, 0.0f};
         st->offset_sum_V = (ab_t){0.0f, 0.0f};
         enter(st, DRIVE_STATE_SELF_TEST);
     }
 }
 
-/* Transitions of the states in which nothing is wrong. */
+static void premagnetise(const drive_state_config_t *cfg, drive_machine_t *st,
+                         const drive_state_in_t *in, bool run)
+{
+    if (!run) {
+        let_go(cfg, st);
+    } else if (in->premagnetising) {
+        st->periods = 0u; /* the flux level of RUN is built up after the measurement */
+    } else if (st->periods >= cfg->premagnetise_periods) {
+        enter(st, DRIVE_STATE_RUN);
+    } else {
+        st->periods++;
+    }
+}
+
+/* RUN and RAMP_DOWN: a stop on the ramp may be taken back, a fault's may not. */
+static void running(const drive_state_config_t *cfg, drive_machine_t *st,
+                    const drive_state_in_t *in, bool run)
+{
+    const bool fault = fault_stopping(st->faults) != 0u;
+    if (st->id == DRIVE_STATE_RUN) {
+        if (fault || (!run && (cfg->stop == DRIVE_STATE_STOP_RAMP))) {
+            enter(st, DRIVE_STATE_RAMP_DOWN);
+        } else if (!run) {
+            let_go(cfg, st);
+        } else {
+            /* goes on */
+        }
+    } else if (run && !fault) {
+        enter(st, DRIVE_STATE_RUN);
+    } else if (in->standing || (st->periods >= cfg->ramp_down_periods)) {
+        let_go(cfg, st);
+    } else {
+        st->periods++;
+    }
+}
+
+/* What a motor without a supply still induces would drive a current through the diodes. */
+static void coast(const drive_state_config_t *cfg, drive_machine_t *st, const drive_state_in_t *in)
+{
+    const bool quiet = !(cfg->coast_max_V2 > 0.0f) || (ab_norm2(in->u_raw_V) <= cfg->coast_max_V2);
+    if (st->periods < cfg->coast_periods) {
+        st->periods++;
+    } else if (quiet) {
+        enter(st, DRIVE_STATE_READY);
+    } else {
+        /* still turning with flux */
+    }
+}
+
+/* Transitions of the states that no fault has ended. */
 static void normal_states(const drive_state_config_t *cfg, drive_machine_t *st,
                           const drive_state_in_t *in, drive_state_out_t *out)
 {
-    const bool run = !st->run_blocked && ((in->command & DRIVE_STATE_CMD_RUN) != 0u);
+    const uint32_t start = st->run_blocked ? 0u : in->command;
+    const bool run = (start & DRIVE_STATE_CMD_RUN) != 0u;
+    const bool commission = (start & DRIVE_STATE_CMD_COMMISSION) != 0u;
 
     switch (st->id) {
     case DRIVE_STATE_BOOT:
@@ -91,55 +177,60 @@ static void normal_states(const drive_state_config_t *cfg, drive_machine_t *st,
         self_test(cfg, st, in, out);
         break;
     case DRIVE_STATE_READY:
-        if (run) {
-            enter(st, DRIVE_STATE_PREMAGNETISE); /* the one transition that turns the gates on */
+        if (run || commission) {
+            energise(st, run ? DRIVE_STATE_PREMAGNETISE : DRIVE_STATE_COMMISSIONING);
         }
         break;
     case DRIVE_STATE_PREMAGNETISE:
-        if (!run) {
-            enter(st, DRIVE_STATE_READY);
-        } else if (in->premagnetising) {
-            st->periods = 0u; /* the flux level of RUN is built up after the measurement */
-        } else if (st->periods >= cfg->premagnetise_periods) {
-            enter(st, DRIVE_STATE_RUN);
-        } else {
-            st->periods++;
-        }
+        premagnetise(cfg, st, in, run);
         break;
     case DRIVE_STATE_RUN:
-        if (!run) {
-            enter(st, DRIVE_STATE_READY);
+    case DRIVE_STATE_RAMP_DOWN:
+        running(cfg, st, in, run);
+        break;
+    case DRIVE_STATE_COAST:
+        coast(cfg, st, in);
+        break;
+    case DRIVE_STATE_COMMISSIONING:
+        if (!commission || in->commissioned) {
+            st->run_blocked = true; /* a command still standing does not begin it again */
+            let_go(cfg, st);
         }
         break;
     case DRIVE_STATE_TORQUE_OFF:
-        enter(st, DRIVE_STATE_READY);
+        let_go(cfg, st);
         break;
-    case DRIVE_STATE_RAMP_DOWN:
-    case DRIVE_STATE_COAST:
-    case DRIVE_STATE_COMMISSIONING:
-    case DRIVE_STATE_FAULT:
+    case DRIVE_STATE_FAULT: /* not from here */
     default:
-        /* Not entered by this version, or a corrupted number: stop and say so. */
         st->faults |= MONITOR_CONFIG;
         enter(st, DRIVE_STATE_FAULT);
         break;
     }
 }
 
+/* Whether a fault, or a memory that contradicts itself, ends this state now. */
+static bool must_end(drive_machine_t *st)
+{
+    if (st->energised != (powered(st->id) ? DRIVE_STATE_ENERGISED : 0u)) {
+        st->faults |= MONITOR_CONFIG;
+    }
+    const bool ramps = (st->id == DRIVE_STATE_RUN) || (st->id == DRIVE_STATE_RAMP_DOWN);
+    return (ramps ? fault_opening(st->faults) : fault_stopping(st->faults)) != 0u;
+}
+
 /* Faults, commands and transitions of one period. */
-static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
-                        const drive_state_in_t *in, drive_state_out_t *out)
+COLD static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
+                             const drive_state_in_t *in, drive_state_out_t *out)
 {
     const uint32_t rising = in->command & ~st->last_command;
     st->last_command = in->command;
     const bool torque_off = (in->command & DRIVE_STATE_CMD_TORQUE_OFF) != 0u;
 
-    /* Outside FAULT only warnings can be latched; those a reset clears at any time. */
-    if ((st->id != DRIVE_STATE_FAULT) && ((rising & DRIVE_STATE_CMD_FAULT_RESET) != 0u)) {
-        st->faults = 0u;
+    /* Outside FAULT only what does not end a run is cleared. */
+    if ((rising & DRIVE_STATE_CMD_FAULT_RESET) != 0u) {
+        st->faults = fault_stopping(st->faults) | in->faults;
     }
-    st->faults |= in->faults;
-    if ((fault_stopping(in->faults) != 0u) && (st->id != DRIVE_STATE_FAULT)) {
+    if (must_end(st)) {
         enter(st, DRIVE_STATE_FAULT);
     }
     if (st->id == DRIVE_STATE_FAULT) {
@@ -150,39 +241,63 @@ static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
         normal_states(cfg, st, in, out);
     }
 
-    /* A run command still standing after a fault or torque-off must not restart the drive. */
+    /* A start command still standing after a fault or torque-off must not restart the drive. */
     if ((st->id == DRIVE_STATE_FAULT) || (st->id == DRIVE_STATE_TORQUE_OFF)) {
         st->run_blocked = true;
-    } else if ((in->command & DRIVE_STATE_CMD_RUN) == 0u) {
+    } else if ((in->command & (DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_COMMISSION)) == 0u) {
         st->run_blocked = false;
     } else {
         /* blocked stays as it is */
     }
 }
 
-/* Running, told to run as before, and no fault: no transition has anything to do. Only saves time,
- * in the state in which time is short. */
+/* Running, told to run as before, and nothing that ends it: no transition has anything to do. Only
+ * saves time, in the state in which time is short. */
 static bool goes_on(const drive_machine_t *st, const drive_state_in_t *in)
 {
-    return (st->id == DRIVE_STATE_RUN) && (in->faults == 0u) &&
-           (in->command == DRIVE_STATE_CMD_RUN) && (st->last_command == DRIVE_STATE_CMD_RUN) &&
+    return (st->id == DRIVE_STATE_RUN) && (st->energised == DRIVE_STATE_ENERGISED) &&
+           (fault_stopping(st->faults) == 0u) && (in->command == st->last_command) &&
+           ((in->command & ~DRIVE_STATE_CMD_TORQUE_MODE) == DRIVE_STATE_CMD_RUN) &&
            !st->run_blocked;
+}
+
+static drive_mode_t mode_of(drive_state_id_t id)
+{
+    switch (id) {
+    case DRIVE_STATE_PREMAGNETISE:
+        return DRIVE_PREMAGNETISE;
+    case DRIVE_STATE_RUN:
+    case DRIVE_STATE_RAMP_DOWN:
+        return DRIVE_RUN;
+    case DRIVE_STATE_COMMISSIONING:
+        return DRIVE_COMMISSION;
+    case DRIVE_STATE_BOOT:
+    case DRIVE_STATE_SELF_TEST:
+    case DRIVE_STATE_READY:
+    case DRIVE_STATE_COAST:
+    case DRIVE_STATE_FAULT:
+    case DRIVE_STATE_TORQUE_OFF:
+    default:
+        return DRIVE_OFF;
+    }
 }
 
 drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machine_t *st,
                                    const drive_state_in_t *in)
 {
-    drive_state_out_t out = {.mode = DRIVE_OFF};
+    drive_state_out_t out = {.mode = DRIVE_RUN, .aim = DRIVE_AIM_SPEED, .gates_on = true};
+    st->faults |= in->faults;
     if (!goes_on(st, in)) {
         transitions(cfg, st, in, &out);
+        out.mode = mode_of(st->id);
+        out.gates_on = out.mode != DRIVE_OFF;
     }
-    if (st->id == DRIVE_STATE_RUN) {
-        out.mode = DRIVE_RUN;
-    } else if (st->id == DRIVE_STATE_PREMAGNETISE) {
-        out.mode = DRIVE_PREMAGNETISE;
+    if (st->id == DRIVE_STATE_RAMP_DOWN) {
+        out.aim = DRIVE_AIM_STOP;
+    } else if ((in->command & DRIVE_STATE_CMD_TORQUE_MODE) != 0u) {
+        out.aim = DRIVE_AIM_TORQUE;
     } else {
-        out.mode = DRIVE_OFF;
+        /* speed */
     }
-    out.gates_on = out.mode != DRIVE_OFF;
     return out;
 }

@@ -203,7 +203,10 @@ void control_interrupt(void)
         inject(inject_what, &app);
     }
     in.sample.late_periods = (uint16_t)late_periods;
-    const app_command_t command = {in.command, in.omega_m_ref_rad_s};
+    const app_command_t command = {.command = in.command,
+                                   .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
+                                   .torque_ref_Nm = in.torque_ref_Nm,
+                                   .count = in.command_count};
     app_post_command(&app, &command);
 
     hal_output_t output;

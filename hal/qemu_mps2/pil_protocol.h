@@ -72,6 +72,8 @@ typedef enum {
 typedef struct {
     uint32_t command; /* DRIVE_STATE_CMD_*, PIL_STOP */
     float omega_m_ref_rad_s;
+    float torque_ref_Nm;
+    uint32_t command_count;
     hal_sample_t sample; /* late_periods is the image's own */
 } pil_in_t;
 

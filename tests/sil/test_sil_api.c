@@ -226,7 +226,7 @@ static void test_unknown_mode_is_an_error_without_torque(void)
     zh_sil_in in = quiet_input();
     zh_sil_out out = fresh_output();
     in.command = ZH_SIL_RUN;
-    in.mode = 1u;
+    in.mode = 2u;
     in.torque_ref_Nm = 1.0f;
     TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_sil_step(drive, &in, &out));
     TEST_ASSERT_EQUAL_UINT32(0u, out.gates_on);
@@ -235,13 +235,29 @@ static void test_unknown_mode_is_an_error_without_torque(void)
     zh_sil_close(drive);
 }
 
-/* Reserved in mode 0: not even looked at. */
 static void test_torque_reference_is_not_read_in_mode_0(void)
 {
     zh_sil *drive = open_drive(NULL);
     zh_sil_in in = quiet_input();
     in.torque_ref_Nm = NAN;
     TEST_ASSERT_EQUAL_UINT32(ZH_STATE_READY, step_n(drive, &in, 600u).state);
+    zh_sil_close(drive);
+}
+
+static void test_torque_mode_trips_on_a_torque_that_is_no_number(void)
+{
+    zh_sil *drive = open_drive(NULL);
+    to_premagnetise(drive);
+    zh_sil_in in = quiet_input();
+    zh_sil_out out = fresh_output();
+    in.command = ZH_SIL_RUN;
+    in.mode = ZH_SIL_TORQUE;
+    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_sil_step(drive, &in, &out));
+    TEST_ASSERT_EQUAL_UINT32(1u, out.gates_on);
+    in.torque_ref_Nm = INFINITY;
+    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_sil_step(drive, &in, &out));
+    TEST_ASSERT_NOT_NULL(strstr(zh_sil_error(), "torque_ref_Nm"));
+    TEST_ASSERT_EQUAL_UINT32(0u, out.gates_on);
     zh_sil_close(drive);
 }
 
@@ -497,6 +513,7 @@ int main(void)
     RUN_TEST(test_nan_reference_is_an_error_and_trips_the_drive);
     RUN_TEST(test_unknown_mode_is_an_error_without_torque);
     RUN_TEST(test_torque_reference_is_not_read_in_mode_0);
+    RUN_TEST(test_torque_mode_trips_on_a_torque_that_is_no_number);
     RUN_TEST(test_set_takes_run_parameters_live);
     RUN_TEST(test_set_says_why_not);
     RUN_TEST(test_two_drives_in_one_process_do_not_meet);

@@ -2,12 +2,17 @@
 #include "drive_state.h"
 
 #include <math.h>
+#include <stdio.h>
 
+#include "fault_reaction.h"
 #include "unity.h"
 
 #define RUN   DRIVE_STATE_CMD_RUN
 #define RESET DRIVE_STATE_CMD_FAULT_RESET
 #define OFF   DRIVE_STATE_CMD_TORQUE_OFF
+#define FIND  DRIVE_STATE_CMD_COMMISSION
+#define NM    DRIVE_STATE_CMD_TORQUE_MODE
+#define RAMPS MONITOR_COMMAND_TIMEOUT /* of those that allow a ramp */
 
 static drive_state_config_t cfg;
 static drive_machine_t st;
@@ -236,36 +241,314 @@ static void test_a_blocked_run_ends(void)
     TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
 }
 
-/* Closure: from every number a state can hold, no event but run in READY turns the gates on. */
-static void test_only_ready_with_run_turns_the_gates_on(void)
+static bool powered(uint32_t id)
 {
-    for (uint32_t id = 0u; id < 16u; id++) {
-        for (uint32_t command = 0u; command < 8u; command++) {
-            for (uint32_t faults = 0u; faults < 2u; faults++) {
-                for (int armed = 0; armed < 2; armed++) {
-                    st = (drive_machine_t){.id = (drive_state_id_t)id, .run_blocked = armed == 0};
-                    const bool was_on = (id == 3u) || (id == 4u);
-                    const drive_state_out_t out = step(command, faults);
-                    const bool may = (id == 2u) && (armed != 0) &&
-                                     ((command & (RUN | OFF)) == RUN) && (faults == 0u);
-                    if (!was_on) {
-                        TEST_ASSERT_EQUAL(may, out.gates_on);
-                    }
-                    if (((command & OFF) != 0u) || (faults != 0u)) {
-                        TEST_ASSERT_FALSE(out.gates_on);
-                    }
-                    TEST_ASSERT_EQUAL(out.gates_on, out.mode != DRIVE_OFF);
-                    if (((id >= 5u) && (id != 8u) && (id != 9u)) && ((command & OFF) == 0u)) {
-                        TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
-                    }
-                }
-            }
-        }
+    return (id == DRIVE_STATE_PREMAGNETISE) || (id == DRIVE_STATE_RUN) ||
+           (id == DRIVE_STATE_RAMP_DOWN) || (id == DRIVE_STATE_COMMISSIONING);
+}
+
+/* One of each reaction, none, and a bit that nobody knows. */
+static const uint32_t fault_class[] = {0u,    MONITOR_PERIOD_LATE,  MONITOR_DERATED,
+                                       RAMPS, MONITOR_OVER_CURRENT, 1u << 31};
+
+/* What has to hold after any step from any memory whatever, reachable or not. */
+static void assert_step_is_safe(const drive_machine_t *before, const drive_state_in_t *in)
+{
+    const drive_state_out_t out = drive_state_step(&cfg, &st, in);
+    const uint32_t faults = before->faults | in->faults;
+    const bool was_on = powered((uint32_t)before->id) && (before->energised != 0u);
+    TEST_ASSERT_EQUAL(out.gates_on, out.mode != DRIVE_OFF);
+    TEST_ASSERT_EQUAL(out.gates_on, powered((uint32_t)st.id));
+    TEST_ASSERT_EQUAL(out.gates_on, st.energised == DRIVE_STATE_ENERGISED);
+    TEST_ASSERT_EQUAL(!out.gates_on, st.energised == 0u);
+    TEST_ASSERT_EQUAL(st.id == DRIVE_STATE_RAMP_DOWN, out.aim == DRIVE_AIM_STOP);
+    if (!out.gates_on) {
+        return;
     }
+    TEST_ASSERT_EQUAL_HEX32(0u, in->command & OFF);
+    TEST_ASSERT_EQUAL_HEX32(0u, fault_opening(faults));
+    if (was_on) {
+        TEST_ASSERT_EQUAL_HEX32(DRIVE_STATE_ENERGISED, before->energised);
+        TEST_ASSERT_TRUE((fault_stopping(faults) == 0u) || (st.id == DRIVE_STATE_RAMP_DOWN));
+        return;
+    }
+    /* They went on in this step: out of READY, on a start command, with nothing in the way. */
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, before->id);
+    TEST_ASSERT_EQUAL_HEX32(0u, before->energised);
+    TEST_ASSERT_EQUAL_HEX32(0u, fault_stopping(faults));
+    TEST_ASSERT_FALSE(before->run_blocked);
+    TEST_ASSERT_TRUE((in->command & (RUN | FIND)) != 0u);
+    TEST_ASSERT_EQUAL(
+        ((in->command & RUN) != 0u) ? DRIVE_STATE_PREMAGNETISE : DRIVE_STATE_COMMISSIONING, st.id);
+}
+
+/* All flags, commands and faults against one memory. */
+static uint32_t all_events(const drive_machine_t *before)
+{
+    uint32_t n = 0u;
+    for (uint32_t event = 0u; event < 8u * 32u * 6u; event++) {
+        const drive_state_in_t in = {.premagnetising = (event & 1u) != 0u,
+                                     .standing = (event & 2u) != 0u,
+                                     .commissioned = (event & 4u) != 0u,
+                                     .command = (event / 8u) % 32u,
+                                     .faults = fault_class[event / 256u]};
+        st = *before;
+        assert_step_is_safe(before, &in);
+        n++;
+    }
+    return n;
+}
+
+/* Every number a memory could hold, upset ones included: 0..15 and a wild state, the word whole,
+ * absent, one bit off and all ones, each class of fault latched, each way to be configured. */
+static void test_nothing_but_the_one_transition_turns_the_gates_on(void)
+{
+    static const uint32_t words[] = {0u, DRIVE_STATE_ENERGISED, DRIVE_STATE_ENERGISED ^ 0x100u,
+                                     0xFFFFFFFFu};
+    uint32_t n = 0u;
+    for (uint32_t k = 0u; k < 17u * 4u * 6u * 2u * 2u * 2u * 4u; k++) {
+        uint32_t left = k;
+        const uint32_t id = left % 17u;
+        left /= 17u;
+        const uint32_t word = words[left % 4u];
+        left /= 4u;
+        const uint32_t latched = fault_class[left % 6u];
+        left /= 6u;
+        cfg.stop = ((left & 8u) != 0u) ? DRIVE_STATE_STOP_RAMP : DRIVE_STATE_STOP_COAST;
+        cfg.coast_periods = ((left & 16u) != 0u) ? 2u : 0u;
+        const drive_machine_t before = {.id = (drive_state_id_t)((id < 16u) ? id : 0x1000003u),
+                                        .energised = word,
+                                        .faults = latched,
+                                        .run_blocked = (left & 1u) != 0u,
+                                        .periods = ((left & 2u) != 0u) ? 9u : 0u,
+                                        .last_command = ((left & 4u) != 0u) ? RUN : 0u};
+        n += all_events(&before);
+    }
+    printf("%u combinations of memory and event\n", (unsigned)n);
+}
+
+/* What the machine can really be in: closed under all events, from the zeroed memory on. Times are
+ * 2 periods. Every state is met, and out of each the drive can be made ready again. */
+#define MET_MAX (10u * 4u * 16u * 16u * 2u)
+static drive_machine_t met[MET_MAX];
+static uint32_t met_n;
+static bool known[MET_MAX];
+
+/* One number for each memory; a memory that has none is one nobody thought of. */
+static uint32_t number_of(const drive_machine_t *m)
+{
+    uint32_t classes = 0u;
+    uint32_t rest = m->faults;
+    for (uint32_t k = 1u; k < 5u; k++) {
+        classes |= ((rest & fault_class[k]) != 0u) ? (1u << (k - 1u)) : 0u;
+        rest &= ~fault_class[k];
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, rest);
+    TEST_ASSERT_TRUE(((uint32_t)m->id < 10u) && (m->periods < 4u) && (m->last_command < 16u));
+    return ((((uint32_t)m->id * 4u + m->periods) * 16u + classes) * 16u + m->last_command) * 2u +
+           (m->run_blocked ? 1u : 0u);
+}
+
+static void meet(const drive_machine_t *m)
+{
+    const uint32_t number = number_of(m);
+    if (!known[number]) {
+        known[number] = true;
+        met[met_n] = *m;
+        met_n++;
+    }
+}
+
+static void assert_can_become_ready(const drive_machine_t *from)
+{
+    st = *from;
+    const drive_state_in_t quiet = {.standing = true};
+    const drive_state_in_t reset = {.standing = true, .command = RESET};
+    for (int k = 0; (k < 40) && (st.id != DRIVE_STATE_READY); k++) {
+        (void)drive_state_step(&cfg, &st, (k == 10) ? &reset : &quiet);
+    }
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+    TEST_ASSERT_TRUE(step(0u, 0u).mode == DRIVE_OFF);
+    TEST_ASSERT_TRUE(step(RUN, 0u).gates_on);
+}
+
+static void test_what_can_be_reached_is_closed_and_has_a_way_back(void)
+{
+    cfg.offset_periods = 1u;
+    cfg.stop = DRIVE_STATE_STOP_RAMP;
+    cfg.coast_periods = 2u;
+    cfg.ramp_down_periods = 2u;
+    met_n = 0u;
+    meet(&(drive_machine_t){0});
+    uint32_t transitions = 0u;
+    uint32_t states = 0u;
+    for (uint32_t k = 0u; k < met_n; k++) {
+        states |= 1u << met[k].id;
+        for (uint32_t event = 0u; event < 8u * 16u * 5u; event++) {
+            const drive_state_in_t in = {.premagnetising = (event & 1u) != 0u,
+                                         .standing = (event & 2u) != 0u,
+                                         .commissioned = (event & 4u) != 0u,
+                                         .command = (event / 8u) % 16u,
+                                         .faults = fault_class[event / 128u]};
+            st = met[k];
+            assert_step_is_safe(&met[k], &in);
+            transitions++;
+            meet(&st);
+        }
+        assert_can_become_ready(&met[k]);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0x3FFu, states);
+    printf("%u memories, %u transitions\n", (unsigned)met_n, (unsigned)transitions);
+}
+
+static void test_a_stop_by_ramp_waits_for_standstill_and_can_be_taken_back(void)
+{
+    cfg.stop = DRIVE_STATE_STOP_RAMP;
+    cfg.ramp_down_periods = 100u;
+    go_run();
+    drive_state_out_t out = step(0u, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RAMP_DOWN, st.id);
+    TEST_ASSERT_TRUE(out.gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_RUN, out.mode);
+    TEST_ASSERT_EQUAL(DRIVE_AIM_STOP, out.aim);
+    out = step(RUN, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, st.id);
+    TEST_ASSERT_EQUAL(DRIVE_AIM_SPEED, out.aim);
+    (void)step(0u, 0u);
+    const drive_state_in_t standing = {.standing = true};
+    TEST_ASSERT_FALSE(drive_state_step(&cfg, &st, &standing).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+}
+
+static void test_a_stop_that_does_not_end_is_cut_off(void)
+{
+    cfg.stop = DRIVE_STATE_STOP_RAMP;
+    cfg.ramp_down_periods = 5u;
+    go_run();
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_TRUE(step(0u, 0u).gates_on);
+    }
+    TEST_ASSERT_FALSE(step(0u, 0u).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+}
+
+static void test_a_ramp_fault_ends_in_fault_and_nobody_takes_it_back(void)
+{
+    cfg.ramp_down_periods = 5u;
+    go_run();
+    for (int k = 0; k < 6; k++) {
+        const drive_state_out_t out = step(RUN | ((k == 2) ? RESET : 0u), (k == 0) ? RAMPS : 0u);
+        TEST_ASSERT_TRUE(out.gates_on);
+        TEST_ASSERT_EQUAL(DRIVE_AIM_STOP, out.aim);
+        TEST_ASSERT_EQUAL_HEX32(RAMPS, st.faults);
+    }
+    TEST_ASSERT_FALSE(step(RUN, 0u).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
+    TEST_ASSERT_EQUAL_HEX32(RAMPS, st.faults);
+}
+
+static void test_a_hard_fault_cuts_a_ramp_short(void)
+{
+    cfg.ramp_down_periods = 50u;
+    go_run();
+    (void)step(RUN, RAMPS);
+    TEST_ASSERT_FALSE(step(RUN, MONITOR_OVER_CURRENT).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
+}
+
+/* Torque-off in the middle of it keeps the fault: it shows once torque may come back. */
+static void test_torque_off_does_not_wipe_out_a_ramp_fault(void)
+{
+    cfg.ramp_down_periods = 50u;
+    go_run();
+    (void)step(RUN, RAMPS);
+    TEST_ASSERT_FALSE(step(RUN | OFF, 0u).gates_on);
+    (void)step(0u, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
+    TEST_ASSERT_EQUAL_HEX32(RAMPS, st.faults);
+}
+
+static void test_a_ramp_fault_without_speed_opens_the_gates(void)
+{
+    cfg.ramp_down_periods = 50u;
+    go_ready();
+    (void)step(RUN, 0u);
+    TEST_ASSERT_FALSE(step(RUN, RAMPS).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
+}
+
+static void test_warnings_do_not_keep_a_fault_from_being_reset(void)
+{
+    go_run();
+    (void)step(RUN, MONITOR_OVER_CURRENT);
+    (void)step(0u, MONITOR_REGENERATION);
+    (void)step(RESET, MONITOR_REGENERATION);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_SELF_TEST, st.id);
+    TEST_ASSERT_EQUAL_HEX32(MONITOR_REGENERATION, st.faults);
+}
+
+static void test_coast_waits_for_time_and_voltage(void)
+{
+    cfg.coast_periods = 3u;
+    cfg.coast_max_V2 = 100.0f;
+    st = (drive_machine_t){.id = DRIVE_STATE_RUN, .energised = DRIVE_STATE_ENERGISED};
+    const drive_state_in_t loud = {.command = 0u, .u_raw_V = {8.0f, 6.1f}};
+    const drive_state_in_t quiet = {.command = RUN, .u_raw_V = {8.0f, 6.0f}};
+    TEST_ASSERT_FALSE(drive_state_step(&cfg, &st, &loud).gates_on);
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL(DRIVE_STATE_COAST, st.id);
+        (void)drive_state_step(&cfg, &st, &quiet); /* the time */
+    }
+    const drive_state_in_t restart = {.command = RUN, .u_raw_V = {8.0f, 6.1f}};
+    for (int k = 0; k < 10; k++) {
+        TEST_ASSERT_FALSE(drive_state_step(&cfg, &st, &restart).gates_on); /* and the voltage */
+        TEST_ASSERT_EQUAL(DRIVE_STATE_COAST, st.id);
+    }
+    (void)drive_state_step(&cfg, &st, &quiet);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+    TEST_ASSERT_TRUE(drive_state_step(&cfg, &st, &quiet).gates_on);
+}
+
+static void test_commissioning_ends_when_done_or_when_the_command_drops(void)
+{
+    go_ready();
+    drive_state_out_t out = step(FIND, 0u);
+    TEST_ASSERT_EQUAL(DRIVE_COMMISSION, out.mode);
+    TEST_ASSERT_TRUE(out.gates_on);
+    TEST_ASSERT_TRUE(step(FIND, 0u).gates_on);
+    const drive_state_in_t done = {.command = FIND, .commissioned = true};
+    TEST_ASSERT_FALSE(drive_state_step(&cfg, &st, &done).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+    TEST_ASSERT_FALSE(step(FIND, 0u).gates_on); /* once per command */
+    TEST_ASSERT_FALSE(step(FIND | RUN, 0u).gates_on);
+    (void)step(0u, 0u);
+    TEST_ASSERT_TRUE(step(FIND, 0u).gates_on);
+    TEST_ASSERT_FALSE(step(0u, 0u).gates_on);
+}
+
+static void test_a_commissioning_that_fails_is_a_fault(void)
+{
+    go_ready();
+    (void)step(FIND, 0u);
+    TEST_ASSERT_FALSE(step(FIND, MONITOR_COMMISSIONING).gates_on);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, st.id);
+}
+
+static void test_the_aim_of_run_is_a_matter_of_the_command(void)
+{
+    go_run();
+    TEST_ASSERT_EQUAL(DRIVE_AIM_TORQUE, step(RUN | NM, 0u).aim);
+    TEST_ASSERT_EQUAL(DRIVE_AIM_TORQUE, step(RUN | NM, 0u).aim);
+    TEST_ASSERT_EQUAL(DRIVE_AIM_SPEED, step(RUN, 0u).aim);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, st.id);
 }
 
 static const drive_state_params_t good = {.offset_s = 0.1f,
                                           .premagnetise_s = 1.0f,
+                                          .ramp_down_s = 2.0f,
+                                          .coast_s = 0.5f,
+                                          .coast_max_V = 10.0f,
+                                          .stop = DRIVE_STATE_STOP_RAMP,
                                           .offset_max_A = 0.5f,
                                           .offset_max_V = 8.0f,
                                           .period_s = 200e-6f};
@@ -283,11 +566,20 @@ static void test_init_counts_periods_and_refuses_senseless_times(void)
     TEST_ASSERT_TRUE(drive_state_init(&c, &good));
     TEST_ASSERT_EQUAL_UINT32(500u, c.offset_periods);
     TEST_ASSERT_EQUAL_UINT32(5000u, c.premagnetise_periods);
+    TEST_ASSERT_EQUAL_UINT32(10000u, c.ramp_down_periods);
+    TEST_ASSERT_EQUAL_UINT32(2500u, c.coast_periods);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, c.coast_max_V2);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_STOP_RAMP, c.stop);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, c.offset_max_A);
     TEST_ASSERT_EQUAL_FLOAT(8.0f, c.offset_max_V);
     ASSERT_REFUSED(offset_s, -0.1f);
     ASSERT_REFUSED(premagnetise_s, NAN);
     ASSERT_REFUSED(premagnetise_s, 1e9f);
+    ASSERT_REFUSED(ramp_down_s, -1.0f);
+    ASSERT_REFUSED(coast_s, INFINITY);
+    ASSERT_REFUSED(coast_max_V, -1.0f);
+    ASSERT_REFUSED(coast_max_V, 1e30f); /* its square is none */
+    ASSERT_REFUSED(stop, (drive_state_stop_t)2);
     ASSERT_REFUSED(offset_max_A, 0.0f);
     ASSERT_REFUSED(offset_max_V, NAN);
     ASSERT_REFUSED(period_s, 0.0f);
@@ -356,7 +648,19 @@ int main(void)
     RUN_TEST(test_torque_off_does_not_skip_the_self_test);
     RUN_TEST(test_a_steady_run_changes_nothing);
     RUN_TEST(test_a_blocked_run_ends);
-    RUN_TEST(test_only_ready_with_run_turns_the_gates_on);
+    RUN_TEST(test_nothing_but_the_one_transition_turns_the_gates_on);
+    RUN_TEST(test_what_can_be_reached_is_closed_and_has_a_way_back);
+    RUN_TEST(test_a_stop_by_ramp_waits_for_standstill_and_can_be_taken_back);
+    RUN_TEST(test_a_stop_that_does_not_end_is_cut_off);
+    RUN_TEST(test_a_ramp_fault_ends_in_fault_and_nobody_takes_it_back);
+    RUN_TEST(test_a_hard_fault_cuts_a_ramp_short);
+    RUN_TEST(test_torque_off_does_not_wipe_out_a_ramp_fault);
+    RUN_TEST(test_a_ramp_fault_without_speed_opens_the_gates);
+    RUN_TEST(test_warnings_do_not_keep_a_fault_from_being_reset);
+    RUN_TEST(test_coast_waits_for_time_and_voltage);
+    RUN_TEST(test_commissioning_ends_when_done_or_when_the_command_drops);
+    RUN_TEST(test_a_commissioning_that_fails_is_a_fault);
+    RUN_TEST(test_the_aim_of_run_is_a_matter_of_the_command);
     RUN_TEST(test_init_counts_periods_and_refuses_senseless_times);
     RUN_TEST(test_voltage_offsets_are_averaged_too);
     RUN_TEST(test_the_voltage_of_a_turning_motor_is_no_offset);

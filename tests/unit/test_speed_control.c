@@ -16,7 +16,10 @@ static const speed_control_params_t good = {.bandwidth_rad_s = 31.0f,
                                             .i_q_max_A = 15.0f,
                                             .i_max_A = 15.8f,
                                             .filter_s = 0.003f,
-                                            .slew_rad_s2 = 1000.0f};
+                                            .slew_rad_s2 = 1000.0f,
+                                            .torque_max_rad_s = 300.0f,
+                                            .torque_min_rad_s = -200.0f,
+                                            .torque_slew_Nm_per_s = 100.0f};
 
 /* Coefficients of short binary fractions: expected results are exact. */
 static const speed_control_config_t simple = {
@@ -241,8 +244,10 @@ static void test_step_holds_the_load_at_the_reference(void)
                                    .omega_ref_rad_s = 60.0f,
                                    .omega_hat_rad_s = 60.0f,
                                    .i_d_ref_A = 5.0f};
-    speed_control_state_t st = {
-        .pi = {.x = 7.25f}, .omega_filtered_rad_s = 60.0f, .omega_ref_rad_s = 60.0f};
+    speed_control_state_t st = {.pi = {.x = 7.25f},
+                                .omega_filtered_rad_s = 60.0f,
+                                .omega_ref_rad_s = 60.0f,
+                                .i_q_A = 7.25f};
     const speed_control_state_t before = st;
     ASSERT_SAME_FLOAT(7.25f, speed_control_step(&simple, &st, &in));
     TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
@@ -478,6 +483,116 @@ static void test_two_controllers_share_a_config_and_nothing_else(void)
     ASSERT_SAME_FLOAT(first_A, speed_control_step(&simple, &b, &in));
 }
 
+/* 1 A a period, 2 A per Nm, between -20 and 10 rad/s. */
+static speed_control_config_t torque_config(void)
+{
+    speed_control_config_t cfg = simple;
+    cfg.A_per_Nm = 2.0f;
+    cfg.torque_step_A = 1.0f;
+    cfg.torque_max_rad_s = 10.0f;
+    cfg.torque_min_rad_s = -20.0f;
+    return cfg;
+}
+
+static float torque_after(speed_control_state_t *st, float speed_rad_s, float torque_Nm, int n)
+{
+    const speed_control_config_t cfg = torque_config();
+    const speed_control_in_t in = {.omega_hat_rad_s = speed_rad_s,
+                                   .i_d_ref_A = 5.0f,
+                                   .flux_pu = 1.0f,
+                                   .inv_flux_pu = 1.0f,
+                                   .torque = true,
+                                   .torque_ref_Nm = torque_Nm};
+    float i_q_A = 0.0f;
+    for (int k = 0; k < n; k++) {
+        i_q_A = speed_control_step(&cfg, st, &in);
+    }
+    return i_q_A;
+}
+
+static void test_torque_becomes_current_on_its_slew(void)
+{
+    speed_control_state_t st = {0};
+    ASSERT_SAME_FLOAT(1.0f, torque_after(&st, 1.0f, 3.0f, 1));
+    ASSERT_SAME_FLOAT(4.0f, torque_after(&st, 1.0f, 3.0f, 3));
+    ASSERT_SAME_FLOAT(6.0f, torque_after(&st, 1.0f, 3.0f, 9));
+    ASSERT_SAME_FLOAT(5.0f, torque_after(&st, 1.0f, -3.0f, 1));
+    ASSERT_SAME_FLOAT(-6.0f, torque_after(&st, 1.0f, -3.0f, 20));
+    ASSERT_SAME_FLOAT(15.0f, torque_after(&st, 1.0f, 300.0f, 99)); /* the current limit */
+}
+
+static void test_torque_gives_way_at_either_speed_limit(void)
+{
+    /* Filtered speed far beyond: the controller brakes with all there is, whatever was asked. */
+    speed_control_state_t st = {0};
+    ASSERT_SAME_FLOAT(-15.0f, torque_after(&st, 100.0f, 3.0f, 60));
+    st = (speed_control_state_t){0};
+    ASSERT_SAME_FLOAT(15.0f, torque_after(&st, -100.0f, -3.0f, 60));
+    /* Between the limits it does not act, beyond the other's either. */
+    st = (speed_control_state_t){0};
+    ASSERT_SAME_FLOAT(6.0f, torque_after(&st, -15.0f, 3.0f, 60));
+    /* At the limit and on: what is asked against it stays what is asked. */
+    st = (speed_control_state_t){0};
+    ASSERT_SAME_FLOAT(-6.0f, torque_after(&st, 9.0f, -3.0f, 60));
+}
+
+/* Torque and back: neither way does the current jump. */
+static void test_take_over_is_smooth_both_ways(void)
+{
+    const speed_control_config_t cfg = torque_config();
+    speed_control_state_t st = {.omega_ref_rad_s = 4.0f, .omega_filtered_rad_s = 4.0f};
+    st.pi.x = 5.0f;
+    const speed_control_in_t in = {.omega_ref_rad_s = 4.0f,
+                                   .omega_hat_rad_s = 4.0f,
+                                   .i_d_ref_A = 5.0f,
+                                   .flux_pu = 1.0f,
+                                   .inv_flux_pu = 1.0f};
+    ASSERT_SAME_FLOAT(5.0f, speed_control_step(&cfg, &st, &in));
+    ASSERT_SAME_FLOAT(6.0f, torque_after(&st, 4.0f, 4.0f, 1));
+    (void)torque_after(&st, 4.0f, 4.0f, 200);
+    ASSERT_SAME_FLOAT(4.0f, st.omega_ref_rad_s);
+    ASSERT_NEAR(1e-4, 8.0, speed_control_step(&cfg, &st, &in));
+}
+
+static void test_torque_that_is_no_number_moves_nothing(void)
+{
+    speed_control_state_t st = {0};
+    ASSERT_SAME_FLOAT(6.0f, torque_after(&st, 1.0f, 3.0f, 9));
+    ASSERT_SAME_FLOAT(6.0f, torque_after(&st, 1.0f, NAN, 3));
+    ASSERT_SAME_FLOAT(6.0f, torque_after(&st, NAN, 3.0f, 3));
+}
+
+static void test_less_flux_takes_more_current_for_the_torque(void)
+{
+    const speed_control_config_t cfg = torque_config();
+    speed_control_state_t st = {.i_q_A = 4.0f};
+    const speed_control_in_t in = {.i_d_ref_A = 2.0f,
+                                   .flux_pu = 0.5f,
+                                   .inv_flux_pu = 2.0f,
+                                   .torque = true,
+                                   .torque_ref_Nm = 2.0f};
+    ASSERT_SAME_FLOAT(8.0f, speed_control_step(&cfg, &st, &in));
+}
+
+static void test_init_derives_and_refuses_torque_mode(void)
+{
+    speed_control_config_t cfg = {0};
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &table1, PERIOD_S));
+    const double Nm_per_A = (double)table1.pole_pairs * (double)table1.kr * (double)good.lambda_Wb;
+    ASSERT_NEAR(1e-6, 1.0 / Nm_per_A, cfg.A_per_Nm);
+    ASSERT_NEAR(1e-6, 100.0 * 2e-4 / Nm_per_A, cfg.torque_step_A);
+    ASSERT_SAME_FLOAT(300.0f, cfg.torque_max_rad_s);
+    ASSERT_SAME_FLOAT(-200.0f, cfg.torque_min_rad_s);
+    const float bad[3][3] = {{-1.0f, -1.0f, 1.0f}, {1.0f, 1.0f, 1.0f}, {1.0f, -1.0f, 0.0f}};
+    for (int n = 0; n < 3; n++) {
+        speed_control_params_t p = good;
+        p.torque_max_rad_s = bad[n][0];
+        p.torque_min_rad_s = bad[n][1];
+        p.torque_slew_Nm_per_s = bad[n][2];
+        TEST_ASSERT_FALSE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -505,5 +620,11 @@ int main(void)
     RUN_TEST(test_a_limited_run_up_overshoots_less_when_told);
     RUN_TEST(test_an_input_that_is_no_number_leaves_the_last_one_in_force);
     RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
+    RUN_TEST(test_torque_becomes_current_on_its_slew);
+    RUN_TEST(test_torque_gives_way_at_either_speed_limit);
+    RUN_TEST(test_take_over_is_smooth_both_ways);
+    RUN_TEST(test_torque_that_is_no_number_moves_nothing);
+    RUN_TEST(test_less_flux_takes_more_current_for_the_torque);
+    RUN_TEST(test_init_derives_and_refuses_torque_mode);
     return UNITY_END();
 }
