@@ -30,12 +30,13 @@ const char *app_signal_name(uint32_t number)
 #undef SIGNAL_U
     };
     const char *at = names;
-    const uint32_t n = (number < (uint32_t)APP_SIGNALS) ? number : (uint32_t)APP_SIGNALS;
-    for (uint32_t k = 0u; k < n; k++) {
+    uint32_t left = (number < (uint32_t)APP_SIGNALS) ? number : (uint32_t)APP_SIGNALS;
+    while (left > 0u) {
         while (*at != '\0') {
             at++;
         }
         at++;
+        left--;
     }
     return at; /* behind the last name stands an empty one */
 }

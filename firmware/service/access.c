@@ -118,10 +118,10 @@ params_status_t access_write(const access_t *st, params_t *params, size_t index,
     if (info == NULL) {
         return PARAMS_NO_SUCH;
     }
-    if ((info->access == PARAM_ACCESS_PROTECTED) && !st->unlocked) {
+    if (((param_access_t)info->access == PARAM_ACCESS_PROTECTED) && !st->unlocked) {
         return PARAMS_LOCKED;
     }
-    if ((info->access != PARAM_ACCESS_RUN) && gates_on) {
+    if (((param_access_t)info->access != PARAM_ACCESS_RUN) && gates_on) {
         return PARAMS_GATES_ON;
     }
     return params_set(params, index, value);

@@ -92,7 +92,7 @@ float params_get(const params_t *params, size_t index)
         return 0.0f;
     }
     const unsigned char *field = (const unsigned char *)params + param_table[index].offset;
-    if (param_table[index].type == PARAM_UINT) {
+    if ((param_type_t)param_table[index].type == PARAM_UINT) {
         return (float)*(const uint32_t *)(const void *)field;
     }
     return *(const float *)(const void *)field;
@@ -111,7 +111,7 @@ params_status_t params_set(params_t *params, size_t index, float value)
         return PARAMS_OUT_OF_RANGE;
     }
     unsigned char *field = (unsigned char *)params + info->offset;
-    if (info->type == PARAM_UINT) {
+    if ((param_type_t)info->type == PARAM_UINT) {
         const uint32_t whole = (uint32_t)value;
         if (((float)whole < value) || ((float)whole > value)) {
             return PARAMS_NOT_WHOLE;
