@@ -230,11 +230,12 @@ COLD static void transitions(const drive_state_config_t *cfg, drive_machine_t *s
     if ((rising & DRIVE_STATE_CMD_FAULT_RESET) != 0u) {
         st->faults = fault_stopping(st->faults) | in->faults;
     }
-    if (must_end(st)) {
-        enter(st, DRIVE_STATE_FAULT);
-    }
+    const bool ends = must_end(st);
     if (st->id == DRIVE_STATE_FAULT) {
+        st->energised = 0u;
         fault_state(st, in, rising);
+    } else if (ends) {
+        enter(st, DRIVE_STATE_FAULT);
     } else if (torque_off && (st->id != DRIVE_STATE_BOOT) && (st->id != DRIVE_STATE_SELF_TEST)) {
         enter(st, DRIVE_STATE_TORQUE_OFF);
     } else {

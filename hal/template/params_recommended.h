@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x1a2990d3u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0x7b39a36du
+#define PARAMS_CRC32C 0x75fa8367u
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -53,6 +53,10 @@
         .speed_fast_rad_s = 95.0f, \
         .i_q_max_A = 15.0f, \
         .i_max_A = 15.8f, \
+        .speed_jerk_rad_s3 = 0.0f, \
+        .direction = 0u, \
+        .torque_max_rad_s = 314.0f, \
+        .torque_slew_Nm_s = 1000.0f, \
         .flux_mode = 0u, \
         .i_d_A = 5.1f, \
         .i_d_max_A = 8.0f, \
@@ -110,5 +114,12 @@
         .over_speed_rad_s = 700.0f, \
         .current_sum_max_A = 3.0f, \
         .plausibility_periods = 50u, \
+        .stop_mode = 0u, \
+        .ramp_down_rad_s2 = 200.0f, \
+        .ramp_down_s = 5.0f, \
+        .stop_speed_rad_s = 6.0f, \
+        .coast_s = 0.0f, \
+        .coast_V = 0.0f, \
+        .command_timeout_s = 0.0f, \
     }
 /* clang-format on */

@@ -91,6 +91,101 @@ static void test_speed_reference_is_mechanical(void)
     TEST_ASSERT_EQUAL_FLOAT(20.0f, app.drive.speed.omega_ref_rad_s); /* 2 pole pairs */
 }
 
+/* To RUN, with the number of a command that stands from then on. */
+static void run_up(float omega_m_rad_s)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(DRIVE_STATE_CMD_RUN, omega_m_rad_s, 110);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_RUN, telemetry().state);
+}
+
+static void test_silence_is_counted_with_the_gates_on_only(void)
+{
+    params.command_timeout_s = 0.1f; /* 500 periods */
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 2000);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_READY, telemetry().state);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 501);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_RUN, telemetry().state);
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 1);
+    TEST_ASSERT_EQUAL_HEX32(MONITOR_COMMAND_TIMEOUT, telemetry().faults);
+    /* Standing already: nothing to bring down. */
+    (void)periods(DRIVE_STATE_CMD_RUN, 0.0f, 2);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_FAULT, telemetry().state);
+    (void)periods(DRIVE_STATE_CMD_FAULT_RESET, 0.0f, 60);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_READY, telemetry().state);
+}
+
+static void test_a_command_that_counts_keeps_the_drive_running(void)
+{
+    params.command_timeout_s = 0.1f;
+    run_up(0.0f);
+    hal_output_t out = {0};
+    const hal_sample_t sample = rest();
+    for (uint32_t k = 0u; k < 3000u; k++) {
+        const app_command_t c = {.command = DRIVE_STATE_CMD_RUN, .count = 1u + k / 400u};
+        app_post_command(&app, &c);
+        app_control_period(&app, &sample, &out);
+    }
+    TEST_ASSERT_TRUE(out.gates_on);
+    TEST_ASSERT_EQUAL_HEX32(0u, telemetry().faults);
+}
+
+static void test_a_direction_forbidden_makes_zero_of_the_reference(void)
+{
+    const float given[3][2] = {{10.0f, 10.0f}, {-10.0f, 0.0f}, {0.0f, 0.0f}};
+    for (uint32_t direction = 1u; direction <= 2u; direction++) {
+        const float way = (direction == 1u) ? 1.0f : -1.0f;
+        for (int n = 0; n < 3; n++) {
+            params.direction = direction;
+            run_up(way * given[n][0]);
+            TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1], app.drive.speed.omega_ref_rad_s);
+        }
+    }
+}
+
+static void test_a_stop_ramp_ignores_the_reference(void)
+{
+    params.stop_mode = 1u;
+    params.ramp_down_rad_s2 = 100.0f; /* .02 rad/s a period */
+    run_up(10.0f);
+    (void)periods(0u, 10.0f, 1);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_STATE_RAMP_DOWN, telemetry().state);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, app.drive.speed.omega_ref_rad_s);
+    (void)periods(0u, 10.0f, 50);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 19.0f, app.drive.speed.omega_ref_rad_s);
+}
+
+static void test_torque_mode_asks_for_its_current(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    const app_command_t c = {.command = DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_TORQUE_MODE,
+                             .torque_ref_Nm = 1.0f};
+    const hal_sample_t sample = rest();
+    hal_output_t out;
+    for (int k = 0; k < 120; k++) {
+        app_post_command(&app, &c);
+        app_control_period(&app, &sample, &out);
+    }
+    /* T = p (M/Lr) lambda i_q with M = Lr. */
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.0f / (2.0f * params.M_H * params.i_d_A),
+                             app.drive.speed.i_q_A);
+}
+
+static void test_a_torque_that_is_no_number_opens_the_gates(void)
+{
+    run_up(0.0f);
+    const app_command_t c = {.command = DRIVE_STATE_CMD_RUN, .torque_ref_Nm = NAN};
+    const hal_sample_t sample = rest();
+    hal_output_t out;
+    app_post_command(&app, &c);
+    app_control_period(&app, &sample, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_HEX32(MONITOR_NON_FINITE, telemetry().faults);
+}
+
 static void test_measured_offsets_are_removed(void)
 {
     TEST_ASSERT_TRUE(app_init(&app, &params, &table));
@@ -358,6 +453,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_starts_from_boot_to_run_by_itself);
     RUN_TEST(test_speed_reference_is_mechanical);
+    RUN_TEST(test_silence_is_counted_with_the_gates_on_only);
+    RUN_TEST(test_a_command_that_counts_keeps_the_drive_running);
+    RUN_TEST(test_a_direction_forbidden_makes_zero_of_the_reference);
+    RUN_TEST(test_a_stop_ramp_ignores_the_reference);
+    RUN_TEST(test_torque_mode_asks_for_its_current);
+    RUN_TEST(test_a_torque_that_is_no_number_opens_the_gates);
     RUN_TEST(test_measured_offsets_are_removed);
     RUN_TEST(test_refused_configuration_stands_in_fault_with_gates_off);
     RUN_TEST(test_parameters_of_another_table_are_refused);

@@ -265,6 +265,33 @@ static void test_a_command_runs_and_stops_the_drive(void)
     TEST_ASSERT_EQUAL(DRIVE_STATE_TORQUE_OFF, app()->machine.id);
 }
 
+static void test_a_torque_may_come_with_the_command(void)
+{
+    command_writer_t w = ask(APP_LINK_COMMAND);
+    command_put_u32(&w, session);
+    command_put_u32(&w, DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_TORQUE_MODE);
+    command_put_float(&w, 3.5f);
+    command_put_u16(&w, 0u);
+    command_put_float(&w, -1.25f);
+    const uint32_t before = app_link_command(app()).count;
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, send_only(&w));
+    const app_command_t c = app_link_command(app());
+    TEST_ASSERT_EQUAL_FLOAT(-1.25f, c.torque_ref_Nm);
+    TEST_ASSERT_EQUAL_UINT32(before + 1u, c.count);
+    rounds(200u);
+    TEST_ASSERT_EQUAL(DRIVE_AIM_TORQUE, app()->aim);
+    /* One that says nothing of it asks for none. */
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 3.5f, 0u));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, app_link_command(app()).torque_ref_Nm);
+    w = ask(APP_LINK_COMMAND);
+    command_put_u32(&w, session);
+    command_put_u32(&w, DRIVE_STATE_CMD_RUN);
+    command_put_float(&w, 3.5f);
+    command_put_u16(&w, 0u);
+    command_put_float(&w, NAN);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_FINITE, send_only(&w));
+}
+
 static void test_a_command_that_is_none_is_refused_and_the_old_one_stands(void)
 {
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 3.5f, 0u));
@@ -819,6 +846,7 @@ int main(void)
     RUN_TEST(test_a_ready_parameter_waits_for_the_gates_to_be_off);
     RUN_TEST(test_a_standing_run_command_counts_as_gates_on);
     RUN_TEST(test_a_command_runs_and_stops_the_drive);
+    RUN_TEST(test_a_torque_may_come_with_the_command);
     RUN_TEST(test_a_command_that_is_none_is_refused_and_the_old_one_stands);
     RUN_TEST(test_a_silent_host_stops_the_drive_when_it_said_so);
     RUN_TEST(test_a_reset_is_a_pulse_and_can_be_given_again);

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "fault_reaction.h"
 #include "unity.h"
@@ -372,18 +373,15 @@ static void assert_can_become_ready(const drive_machine_t *from)
     TEST_ASSERT_TRUE(step(RUN, 0u).gates_on);
 }
 
-static void test_what_can_be_reached_is_closed_and_has_a_way_back(void)
+static bool leads[10][10]; /* from, to */
+
+static uint32_t explore(void)
 {
-    cfg.offset_periods = 1u;
-    cfg.stop = DRIVE_STATE_STOP_RAMP;
-    cfg.coast_periods = 2u;
-    cfg.ramp_down_periods = 2u;
-    met_n = 0u;
-    meet(&(drive_machine_t){0});
     uint32_t transitions = 0u;
-    uint32_t states = 0u;
+    met_n = 0u;
+    memset(known, 0, sizeof known);
+    meet(&(drive_machine_t){0});
     for (uint32_t k = 0u; k < met_n; k++) {
-        states |= 1u << met[k].id;
         for (uint32_t event = 0u; event < 8u * 16u * 5u; event++) {
             const drive_state_in_t in = {.premagnetising = (event & 1u) != 0u,
                                          .standing = (event & 2u) != 0u,
@@ -392,13 +390,91 @@ static void test_what_can_be_reached_is_closed_and_has_a_way_back(void)
                                          .faults = fault_class[event / 128u]};
             st = met[k];
             assert_step_is_safe(&met[k], &in);
+            leads[met[k].id][st.id] = true;
             transitions++;
             meet(&st);
         }
         assert_can_become_ready(&met[k]);
     }
-    TEST_ASSERT_EQUAL_HEX32(0x3FFu, states);
-    printf("%u memories, %u transitions\n", (unsigned)met_n, (unsigned)transitions);
+    return transitions;
+}
+
+static void explore_all(void)
+{
+    uint32_t memories = 0u;
+    uint32_t transitions = 0u;
+    memset(leads, 0, sizeof leads);
+    for (uint32_t k = 0u; k < 4u; k++) {
+        cfg.offset_periods = 1u;
+        cfg.ramp_down_periods = 2u;
+        cfg.stop = ((k & 1u) != 0u) ? DRIVE_STATE_STOP_RAMP : DRIVE_STATE_STOP_COAST;
+        cfg.coast_periods = ((k & 2u) != 0u) ? 2u : 0u;
+        transitions += explore();
+        memories += met_n;
+    }
+    printf("%u memories, %u transitions\n", (unsigned)memories, (unsigned)transitions);
+}
+
+static void test_what_can_be_reached_is_closed_and_has_a_way_back(void)
+{
+    explore_all();
+    for (int id = 0; id < 10; id++) {
+        bool met_once = id == DRIVE_STATE_BOOT;
+        for (int from = 0; from < 10; from++) {
+            met_once = met_once || leads[from][id];
+        }
+        TEST_ASSERT_TRUE(met_once);
+    }
+}
+
+static const char *const names[10] = {"BOOT",  "SELF_TEST", "READY", "PREMAGNETISE",
+                                      "RUN",   "RAMP_DOWN", "COAST", "COMMISSIONING",
+                                      "FAULT", "TORQUE_OFF"};
+
+static int named(const char *name)
+{
+    for (int id = 0; id < 10; id++) {
+        if (strcmp(names[id], name) == 0) {
+            return id;
+        }
+    }
+    return -1;
+}
+
+/* The ways into FAULT and TORQUE_OFF are a sentence beside the diagram, not forty arrows. */
+static bool said_in_words(int from, int to)
+{
+    const bool early = (from == DRIVE_STATE_BOOT) || (from == DRIVE_STATE_SELF_TEST);
+    return (to == DRIVE_STATE_FAULT) ||
+           ((to == DRIVE_STATE_TORQUE_OFF) && !early && (from != DRIVE_STATE_FAULT));
+}
+
+static void test_the_diagram_has_every_transition_and_no_other(void)
+{
+    bool drawn[10][10] = {{false}};
+    char line[256];
+    FILE *readme = fopen(ZH_STATE_DIAGRAM, "r");
+    TEST_ASSERT_NOT_NULL(readme);
+    while (fgets(line, sizeof line, readme) != NULL) {
+        char from[32];
+        char to[32];
+        if (sscanf(line, " %31[A-Z_] --> %31[A-Z_]", from, to) == 2) {
+            TEST_ASSERT_TRUE_MESSAGE((named(from) >= 0) && (named(to) >= 0), line);
+            drawn[named(from)][named(to)] = true;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(0, fclose(readme));
+    explore_all();
+    for (int from = 0; from < 10; from++) {
+        for (int to = 0; to < 10; to++) {
+            char way[64];
+            (void)snprintf(way, sizeof way, "%s --> %s", names[from], names[to]);
+            const bool told = drawn[from][to] || said_in_words(from, to);
+            if (from != to) {
+                TEST_ASSERT_EQUAL_MESSAGE(leads[from][to], told, way);
+            }
+        }
+    }
 }
 
 static void test_a_stop_by_ramp_waits_for_standstill_and_can_be_taken_back(void)
@@ -650,6 +726,7 @@ int main(void)
     RUN_TEST(test_a_blocked_run_ends);
     RUN_TEST(test_nothing_but_the_one_transition_turns_the_gates_on);
     RUN_TEST(test_what_can_be_reached_is_closed_and_has_a_way_back);
+    RUN_TEST(test_the_diagram_has_every_transition_and_no_other);
     RUN_TEST(test_a_stop_by_ramp_waits_for_standstill_and_can_be_taken_back);
     RUN_TEST(test_a_stop_that_does_not_end_is_cut_off);
     RUN_TEST(test_a_ramp_fault_ends_in_fault_and_nobody_takes_it_back);
