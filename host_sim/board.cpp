@@ -21,6 +21,7 @@ Board read_board(const TomlDocument &document)
     if (board.u_dc_V > board.dc_link_full_scale_V) {
         in.reject("inverter.u_dc_V", "is above full_scale.dc_link_V", "raise the full scale");
     }
+    board.comparator_A = in.number_or("protection.comparator_A", 0.0, not_negative(1e4));
     in.finish();
     return board;
 }

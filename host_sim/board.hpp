@@ -21,6 +21,8 @@ struct Board {
     double period_s = 200e-6;
     int delay_periods = 1; // from the sample to the crest at which its duties begin to act
     double u_dc_V = 283.0; // nominal
+    // Comparators on the phase currents open the gates without the firmware inside 2 us; 0: none.
+    double comparator_A = 0.0;
 };
 
 Board read_board(const TomlDocument &document);

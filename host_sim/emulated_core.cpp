@@ -175,7 +175,7 @@ bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
     output = {std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_u]),
               std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_v]),
               std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_w]),
-              out.signal[PIL_SIGNAL_gates_on] != 0};
+              out.signal[PIL_SIGNAL_gates_on] != 0, out.signal[PIL_SIGNAL_brake_on] != 0};
     result_.gates_on = out.signal[PIL_SIGNAL_gates_on];
     result_.faults = out.signal[PIL_SIGNAL_faults];
     result_.warned |= result_.faults;

@@ -14,10 +14,10 @@ ExperimentFiles ExperimentFiles::load(const std::string &rig_path, const std::st
 
 void ExperimentFiles::set(std::string_view assignment)
 {
-    constexpr std::array<std::string_view, 6> rig_sections{"rig",      "motor",   "mechanics",
-                                                           "inverter", "sensors", "integration"};
-    constexpr std::array<std::string_view, 4> scenario_sections{"scenario", "profiles", "firmware",
-                                                                "controller_motor"};
+    constexpr std::array<std::string_view, 7> rig_sections{
+        "rig", "motor", "mechanics", "inverter", "dc_link", "sensors", "integration"};
+    constexpr std::array<std::string_view, 5> scenario_sections{"scenario", "profiles", "faults",
+                                                                "firmware", "controller_motor"};
     const auto in = [](const auto &sections, std::string_view word) {
         return std::find(sections.begin(), sections.end(), word) != sections.end();
     };
@@ -31,8 +31,9 @@ void ExperimentFiles::set(std::string_view assignment)
         scenario.set(assignment);
     } else {
         throw ConfigError("override: '" + std::string(assignment) +
-                          "': belongs to no file; start with motor, mechanics, inverter, sensors, "
-                          "integration, scenario, profiles, firmware, controller_motor or board");
+                          "': belongs to no file; start with motor, mechanics, inverter, dc_link, "
+                          "sensors, integration, scenario, profiles, faults, firmware, "
+                          "controller_motor or board");
     }
 }
 

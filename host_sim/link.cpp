@@ -103,7 +103,7 @@ struct zh_link {
     void period()
     {
         const double t_s = plant.time_s();
-        const hal_sample_t sample = zh::sample_of(plant.sample());
+        const hal_sample_t sample = zh::sample_of(plant.sample(), plant.broken());
         const hal_output_t output =
             from_link
                 ? firmware.step_on_link(sample)
@@ -112,7 +112,7 @@ struct zh_link {
                                                            run.scenario.speed_ref_rpm.value(t_s)),
                                                        static_cast<std::uint32_t>(periods)));
         const zh::Duty acting = timer.exchange({output.duty_u, output.duty_v, output.duty_w});
-        plant.advance(acting, output.gates_on);
+        plant.advance(acting, output.gates_on, output.brake_on);
         for (const float duty : {output.duty_u, output.duty_v, output.duty_w}) {
             digest.add(std::bit_cast<std::uint32_t>(duty));
         }

@@ -24,6 +24,11 @@ void check_threshold(const InverterParameters &inverter, double slope_V, double 
     }
 }
 
+double transient_H(const MotorParameters &m)
+{
+    return m.Ls_H - m.M_H * m.M_H / m.Lr_H;
+}
+
 void check_fit(const Rig &rig, const Board &board)
 {
     const InverterParameters &inverter = rig.inverter;
@@ -32,16 +37,15 @@ void check_fit(const Rig &rig, const Board &board)
             "rig: inverter.carrier_Hz: one carrier period must be one control period; "
             "make it 1 / control.period_s of the board");
     }
-    const MotorParameters &m = rig.motor;
-    const double transient_H = m.Ls_H - m.M_H * m.M_H / m.Lr_H;
     const double step_s =
         board.period_s / (rig.integration.substeps > 0 ? rig.integration.substeps : 2);
     const double dead_V = inverter.dead_time_s * inverter.carrier_Hz * inverter.u_dc_V;
     if (inverter.model == InverterModel::averaged) {
-        check_threshold(inverter, dead_V + inverter.drop_V, step_s, transient_H);
+        check_threshold(inverter, dead_V + inverter.drop_V, step_s, transient_H(rig.motor));
     } else {
-        check_threshold(inverter, 0.5 * inverter.u_dc_V, inverter.dead_time_s, transient_H);
-        check_threshold(inverter, inverter.drop_V, step_s, transient_H);
+        check_threshold(inverter, 0.5 * inverter.u_dc_V, inverter.dead_time_s,
+                        transient_H(rig.motor));
+        check_threshold(inverter, inverter.drop_V, step_s, transient_H(rig.motor));
     }
 }
 
@@ -52,17 +56,9 @@ constexpr double whole_step_share = 0.6;
 bool whole_step_fits(const Rig &rig, double period_s)
 {
     const InverterParameters &inverter = rig.inverter;
-    const MotorParameters &m = rig.motor;
     const double slope_V =
         inverter.dead_time_s * inverter.carrier_Hz * inverter.u_dc_V + inverter.drop_V;
-    const double transient_H = m.Ls_H - m.M_H * m.M_H / m.Lr_H;
-    return slope_V * period_s < whole_step_share * transient_H * inverter.i_threshold_A;
-}
-
-Phases without_common_mode(const Phases &v)
-{
-    const double mean = (v[0] + v[1] + v[2]) / 3.0;
-    return {v[0] - mean, v[1] - mean, v[2] - mean};
+    return slope_V * period_s < whole_step_share * transient_H(rig.motor) * inverter.i_threshold_A;
 }
 
 } // namespace
@@ -75,10 +71,15 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
       whole_period_(filter_.transition(board.period_s)),
       half_period_(filter_.transition(0.5 * board.period_s)),
       blocked_step_(filter_.transition(board.period_s / blocked_steps)),
-      disturbances_(disturbances), drop_V_(rig.inverter.drop_V),
-      substeps_(rig.integration.substeps),
+      part_step_(filter_.transition(board.period_s / fine_parts)), disturbances_(disturbances),
+      drop_V_(rig.inverter.drop_V), substeps_(rig.integration.substeps),
       substep_(filter_.transition(board.period_s / std::max(substeps_, 1))),
-      whole_steps_(whole_step_fits(rig, board.period_s)), u_dc_V_(rig.inverter.u_dc_V)
+      whole_steps_(whole_step_fits(rig, board.period_s)), link_(rig.dc_link, rig.inverter.u_dc_V),
+      u_dc_V_(rig.inverter.u_dc_V),
+      faulty_sensor_(disturbances.faults.sensor, board.adc_bits, seed),
+      comparator_A_(board.comparator_A),
+      comparator_near_A_(board.comparator_A -
+                         rig.inverter.u_dc_V * board.period_s / transient_H(rig.motor))
 {
     check_fit(rig, board);
     inverter_.block();
@@ -95,8 +96,9 @@ void Plant::set_state(const MotorState &state)
 
 Words Plant::sample()
 {
-    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
-    return sensors_.sample(i_A, filter_.u_uv_V(), filter_.u_vw_V(), u_dc_V_);
+    const Words words =
+        sensors_.sample(leg_currents(), filter_.u_uv_V(), filter_.u_vw_V(), u_dc_V_);
+    return faulty_sensor_.apply(words, time_s());
 }
 
 // Profiles are read in the middle of the interval, which is the mean of a straight line over it.
@@ -105,24 +107,33 @@ void Plant::follow_disturbances()
     const double t_s = time_s() + 0.5 * period_s_;
     load_torque_Nm_ = disturbances_.load_torque_Nm.value(t_s, load_cursor_);
     motor_.set_stator_resistance_factor(disturbances_.rs_factor.value(t_s, rs_cursor_));
-    if (disturbances_.u_dc_V) {
-        u_dc_V_ = disturbances_.u_dc_V->value(t_s, u_dc_cursor_);
-    }
+    link_.follow(disturbances_.u_dc_V ? disturbances_.u_dc_V->value(t_s, u_dc_cursor_)
+                                      : inverter_.parameters().u_dc_V);
+    u_dc_V_ = link_.u_dc_V();
 }
 
-void Plant::advance(const Duty &duty, bool gates_on)
+void Plant::advance(const Duty &duty, bool gates_on, bool brake_on)
 {
     if (!diverged_) {
         follow_disturbances();
         u_s_V_s_ = {};
-        if (!gates_on) {
+        energy_J_ = 0.0;
+        i_peak_A_ = 0.0;
+        broken_ = broken_ && gates_on;
+        if (!gates_on || broken_) {
+            short_A_ = 0.0;
+            earth_A_ = 0.0;
             advance_blocked();
+        } else if (needs_parts()) {
+            advance_in_parts(duty);
         } else if (inverter_.parameters().model == InverterModel::averaged) {
             advance_averaged(duty);
         } else {
             blocked_ = false;
             advance_switched(duty);
         }
+        link_.advance(energy_J_ / period_s_, brake_on, period_s_);
+        u_dc_V_ = link_.u_dc_V();
         // Generous bounds in Wb and rad/s; the comparison is false for NaN as well.
         const double size = dot(x_.psi_s_Wb, x_.psi_s_Wb) + dot(x_.psi_r_Wb, x_.psi_r_Wb) +
                             1e-6 * x_.omega_m_rad_s * x_.omega_m_rad_s;
@@ -194,6 +205,7 @@ void Plant::apply(Vec u_s_V, Vec i_s_A, double h_s)
     motor_.step(x_, u_s_V, shaft, h_s);
     settle_shaft(omega_before, h_s);
     u_s_V_s_ = u_s_V_s_ + h_s * u_s_V;
+    energy_J_ += h_s * dot(u_s_V, i_s_A);
 }
 
 void Plant::settle_shaft(double omega_before_rad_s, double h_s)
@@ -217,7 +229,7 @@ void Plant::advance_blocked()
         return;
     }
     for (int n = 0; n < blocked_steps; ++n) {
-        step_blocked(period_s_ / blocked_steps);
+        step_blocked(period_s_ / blocked_steps, blocked_step_);
     }
 }
 
@@ -283,13 +295,13 @@ Phases Plant::blocked_voltages(const Phases &i_A, Phases &sign) const
     return {v[0] - neutral_V, v[1] - neutral_V, v[2] - neutral_V};
 }
 
-void Plant::step_blocked(double h_s)
+void Plant::step_blocked(double h_s, const Transition &transition)
 {
     Phases sign{};
     const Vec i_before = motor_.stator_current(x_);
     const Phases u = blocked_voltages(phases_from_vec(i_before), sign);
     apply(vec_from_phases(u), i_before, h_s);
-    filter_.advance(blocked_step_, u[0] - u[1], u[1] - u[2]);
+    filter_.advance(transition, u[0] - u[1], u[1] - u[2]);
     const Phases i_A = phases_from_vec(motor_.stator_current(x_));
     for (std::size_t x = 0; x < 3; ++x) {
         open_[x] = !(i_A[x] * sign[x] > 0.0);
@@ -341,6 +353,7 @@ Truth Plant::truth() const
             x_.psi_s_Wb,
             x_.psi_r_Wb,
             phases_from_vec(i_s),
+            std::max(i_peak_A_, largest(leg_currents())),
             (1.0 / period_s_) * u_s_V_s_,
             u_dc_V_};
 }

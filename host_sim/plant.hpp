@@ -12,6 +12,8 @@
 #include <cstdint>
 
 #include "board.hpp"
+#include "dc_link.hpp"
+#include "faults.hpp"
 #include "induction_motor.hpp"
 #include "inverter.hpp"
 #include "load.hpp"
@@ -53,20 +55,29 @@ struct Truth {
     Vec i_s_A;
     Vec psi_s_Wb;
     Vec psi_r_Wb;
-    Phases i_A;
-    Vec u_s_V; // mean over the last interval
+    Phases i_A;      // of the motor
+    double i_peak_A; // largest leg current over the last interval, whatever it flows into
+    Vec u_s_V;       // mean over the last interval
     double u_dc_V;
 };
 
 class Plant {
 public:
+    // Of a period that is looked at closely: 2 us each at 5 kHz, as long as the comparator takes.
+    static constexpr int fine_parts = 100;
+
     // Throws ConfigError when rig and board do not fit (carrier and control period, stiffness of
     // the dead-time curve).
     Plant(const Rig &rig, const Board &board, const Disturbances &disturbances, std::uint64_t seed);
 
     Words sample();
     // To the next crest. The duties are those that act now (see PreloadedTimer).
-    void advance(const Duty &duty, bool gates_on);
+    void advance(const Duty &duty, bool gates_on, bool brake_on = false);
+    // The board's comparator has opened the gates; until the firmware opens them as well.
+    bool broken() const
+    {
+        return broken_;
+    }
 
     double time_s() const
     {
@@ -101,11 +112,17 @@ private:
     void advance_switched(const Duty &duty);
     int parts_of(double segment_s) const;
     void advance_blocked();
+    void advance_in_parts(const Duty &duty);
+    bool needs_parts() const;
+    void step_open_phase(const Segment &half, double h_s);
+    void follow_leaks(const Duty &duty, int part);
+    bool over_comparator(const Phases &i_A) const;
+    Phases leg_currents() const;
     void integrate(const Segment &segment, double h_s, const Transition &transition);
     void apply(Vec u_s_V, Vec i_s_A, double h_s);
     void settle_shaft(double omega_before_rad_s, double h_s);
     void enter_blocked();
-    void step_blocked(double h_s);
+    void step_blocked(double h_s, const Transition &transition);
     void step_open(double h_s);
     void extinguish(const Phases &i_A);
     Phases blocked_voltages(const Phases &i_A, Phases &sign) const;
@@ -119,6 +136,7 @@ private:
     Transition whole_period_;
     Transition half_period_;
     Transition blocked_step_;
+    Transition part_step_;
     Disturbances disturbances_;
     double drop_V_;
     int substeps_;       // 0: as whole_steps_ says
@@ -127,7 +145,16 @@ private:
 
     std::uint64_t steps_ = 0;
     MotorState x_;
+    DcLink link_;
     double u_dc_V_;
+    double energy_J_ = 0.0; // from the legs to the motor over the interval
+    FaultySensor faulty_sensor_;
+    double comparator_A_;
+    double comparator_near_A_; // out of whose reach it is for a period
+    bool broken_ = false;
+    double short_A_ = 0.0; // out of leg u, into leg v
+    double earth_A_ = 0.0; // out of the earthed leg
+    double i_peak_A_ = 0.0;
     double load_torque_Nm_ = 0.0;
     Vec u_s_V_s_;      // integral of u_s over the interval
     Vec i_s_before_A_; // at the start of the last averaged interval

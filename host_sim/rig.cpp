@@ -65,6 +65,15 @@ InverterParameters read_inverter(TomlReader &in)
     return inverter;
 }
 
+DcLinkParameters read_dc_link(TomlReader &in)
+{
+    DcLinkParameters link;
+    link.capacitance_F = in.number_or("dc_link.capacitance_F", 0.0, not_negative(1.0));
+    link.source_ohm = in.number_or("dc_link.source_ohm", link.source_ohm, positive(1e3));
+    link.chopper_ohm = in.number_or("dc_link.chopper_ohm", 0.0, not_negative(1e5));
+    return link;
+}
+
 Integration read_integration(TomlReader &in)
 {
     Integration integration;
@@ -105,6 +114,7 @@ Rig read_rig(const TomlDocument &document)
     rig.motor = read_motor(in);
     rig.mechanics = read_mechanics(in);
     rig.inverter = read_inverter(in);
+    rig.dc_link = read_dc_link(in);
     rig.sensors = read_sensors(in);
     rig.integration = read_integration(in);
     in.finish();

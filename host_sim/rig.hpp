@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "dc_link.hpp"
 #include "induction_motor.hpp"
 #include "inverter.hpp"
 #include "load.hpp"
@@ -25,6 +26,7 @@ struct Rig {
     MotorParameters motor;
     Mechanics mechanics;
     InverterParameters inverter;
+    DcLinkParameters dc_link;
     SensorParameters sensors;
     Integration integration;
 };

@@ -1,5 +1,7 @@
 #include "scenario.hpp"
 
+#include <limits>
+
 namespace zh {
 namespace {
 
@@ -19,6 +21,7 @@ void read_disturbances(TomlReader &in, Disturbances &disturbances)
     if (in.has("profiles.u_dc_V")) {
         disturbances.u_dc_V = in.profile("profiles.u_dc_V", not_negative(1e5));
     }
+    disturbances.faults = read_faults(in);
 }
 
 ControllerMotor read_controller_motor(TomlReader &in)

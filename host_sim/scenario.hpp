@@ -4,18 +4,16 @@
 #define ZH_SCENARIO_HPP
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "faults.hpp"
 #include "profile.hpp"
 #include "toml_reader.hpp"
 
 namespace zh {
-
-inline constexpr double never_s = std::numeric_limits<double>::infinity();
 
 // Command bits of the firmware (host_sim/sil.h).
 inline constexpr std::uint32_t command_run = 1U;
@@ -27,7 +25,8 @@ inline constexpr std::uint32_t command_torque_mode = 16U;
 struct Disturbances {
     Profile load_torque_Nm{0.0};   // > 0 opposes positive rotation, independent of speed
     Profile rs_factor{1.0};        // true Rs over the rig's
-    std::optional<Profile> u_dc_V; // dc link instead of the rig's constant
+    std::optional<Profile> u_dc_V; // what feeds the dc link, instead of the rig's constant
+    Faults faults;
 };
 
 // Nominal motor data handed to the controller, times these.

@@ -151,7 +151,7 @@ int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
         command.omega_m_ref_rad_s = zh::rad_s_from_rpm(in->speed_ref_rpm);
         command.torque_ref_Nm = torque_mode ? in->torque_ref_Nm : 0.0F;
     }
-    const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc, 0};
+    const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc, 0, 0};
     const hal_output_t output = handle->firmware.step(sample, command);
     hand_out(output_of(handle->firmware, output), out);
     if (!mode_known) {

@@ -137,8 +137,8 @@ public:
             const double t_s = plant_.time_s();
             speed_ref_rpm_ = operator_.speed_ref_rpm(t_s);
             hal_output_t output{};
-            if (!period(sample_of(plant_.sample()), operator_.command(t_s, speed_ref_rpm_),
-                        output)) {
+            if (!period(sample_of(plant_.sample(), plant_.broken()),
+                        operator_.command(t_s, speed_ref_rpm_), output)) {
                 break;
             }
             ++out_.steps;
@@ -148,7 +148,7 @@ public:
             }
             watch(t_s);
             const Duty acting = timer_.exchange({output.duty_u, output.duty_v, output.duty_w});
-            plant_.advance(acting, output.gates_on);
+            plant_.advance(acting, output.gates_on, output.brake_on);
             f_s_.follow(plant_.state().psi_r_Wb);
             if (plant_.diverged() || (run_.stop_at_trip && out_.trip != 0)) {
                 watch(plant_.time_s());
@@ -257,11 +257,11 @@ std::vector<Exchange> exchanges(const Run &run, std::uint64_t steps)
     for (std::uint64_t k = 0; k < steps; ++k) {
         const double t_s = plant.time_s();
         Exchange e{};
-        e.sample = sample_of(plant.sample());
+        e.sample = sample_of(plant.sample(), plant.broken());
         e.command = op.command(t_s, op.speed_ref_rpm(t_s));
         e.output = firmware.step(e.sample, e.command);
         e.acting = timer.exchange({e.output.duty_u, e.output.duty_v, e.output.duty_w});
-        plant.advance(e.acting, e.output.gates_on);
+        plant.advance(e.acting, e.output.gates_on, e.output.brake_on);
         log.push_back(e);
     }
     return log;
@@ -294,7 +294,7 @@ void time_split(const Run &run, Outcome &out)
         const Words w = plant.sample();
         repeated &= w.i_u == e.sample.i_u_counts && w.i_v == e.sample.i_v_counts &&
                     w.u_uv == e.sample.u_uv_counts;
-        plant.advance(e.acting, e.output.gates_on);
+        plant.advance(e.acting, e.output.gates_on, e.output.brake_on);
     }
     out.plant_ns_per_step = per_step * (cpu_time_s() - plant_s);
     if (!repeated) {

@@ -17,9 +17,10 @@
 namespace zh {
 
 // What a port hands over; no period is late here.
-constexpr hal_sample_t sample_of(const Words &w)
+constexpr hal_sample_t sample_of(const Words &w, bool broken)
 {
-    return {w.i_u, w.i_v, w.i_w, w.u_uv, w.u_vw, w.u_dc, 0};
+    const std::uint16_t inputs = broken ? HAL_INPUT_BREAK : 0U;
+    return {w.i_u, w.i_v, w.i_w, w.u_uv, w.u_vw, w.u_dc, 0, inputs};
 }
 
 // What a scenario's operator asks for at this time, as the mailbox carries it.

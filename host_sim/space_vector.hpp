@@ -2,6 +2,7 @@
 #ifndef ZH_SPACE_VECTOR_HPP
 #define ZH_SPACE_VECTOR_HPP
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -44,6 +45,16 @@ constexpr double cross(Vec a, Vec b)
 inline double magnitude(Vec a)
 {
     return std::sqrt(dot(a, a));
+}
+
+constexpr Phases without_common_mode(const Phases &v)
+{
+    const double mean = (v[0] + v[1] + v[2]) / 3.0;
+    return {v[0] - mean, v[1] - mean, v[2] - mean};
+}
+inline double largest(const Phases &x)
+{
+    return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
 }
 
 inline constexpr double sqrt_2_3 = 0.816496580927726032732428; // sqrt(2/3)

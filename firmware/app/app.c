@@ -113,8 +113,11 @@ static void write_output(const app_t *app, bool gates_on, hal_output_t *output)
     const uvw_t d = app->last.duty;
     const bool valid = is_duty(d.u) && is_duty(d.v) && is_duty(d.w);
     const uvw_t duty = valid ? d : (uvw_t){0.5f, 0.5f, 0.5f};
-    *output = (hal_output_t){
-        .duty_u = duty.u, .duty_v = duty.v, .duty_w = duty.w, .gates_on = gates_on && valid};
+    *output = (hal_output_t){.duty_u = duty.u,
+                             .duty_v = duty.v,
+                             .duty_w = duty.w,
+                             .gates_on = gates_on && valid,
+                             .brake_on = app->drive.link.brake_on};
 }
 
 /* The port counts the crests that a period missed; one is told, two in a row end the drive: in two
@@ -173,6 +176,9 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
         app->next_ready = false;
     }
     uint32_t faults = app->mailbox.faults | late_faults(app, sample->late_periods);
+    if ((sample->inputs & HAL_INPUT_BREAK) != 0u) {
+        faults |= MONITOR_BRAKE_INPUT;
+    }
 
     if (app->configured) {
         const drive_in_t in = {.sample = {sample->i_u_counts, sample->i_v_counts,

@@ -117,6 +117,22 @@ static void config_control(drive_params_t *d, const params_t *p)
                                         .i_threshold_A = p->dead_time_i_threshold_A};
 }
 
+/* What protects motor, inverter and dc link, and what judges the sensors. */
+static void config_protection(drive_params_t *d, const params_t *p)
+{
+    d->link = (link_limit_params_t){.chopper_on_V = p->chopper_on_V,
+                                    .regen_start_V = p->regen_start_V,
+                                    .hold_V = p->link_hold_V,
+                                    .u_dc_max_V = p->u_dc_max_V};
+    d->overload = (overload_params_t){.cont_A = {p->overload_motor_A, p->overload_inverter_A},
+                                      .tau_s = {p->overload_motor_s, p->overload_inverter_s},
+                                      .i_max_A = p->i_max_A};
+    d->plausibility = (plausibility_params_t){.u_V = p->voltage_check_V,
+                                              .open_A = p->open_phase_A,
+                                              .e1_A = p->observer_e1_A,
+                                              .stall_s = p->stall_s};
+}
+
 /* What goes beyond the paper. */
 static void config_means(drive_params_t *d, const params_t *p)
 {
@@ -151,5 +167,6 @@ void app_config_drive(drive_params_t *drive, const params_t *params)
     config_board(drive, params);
     config_estimator(drive, params);
     config_control(drive, params);
+    config_protection(drive, params);
     config_means(drive, params);
 }

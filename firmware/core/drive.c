@@ -14,6 +14,14 @@
 #define DRIVE_TURN_TRACKING 8u
 #define DRIVE_TURN_SCHEDULE 12u
 
+/* Likewise of the supervisor's turn, which goes on in impressed current. */
+#define DRIVE_CHECK_VOLTAGE 2u
+#define DRIVE_CHECK_PHASES  6u
+#define DRIVE_CHECK_REST    10u
+
+/* Torque current from this share of its limit on is all there is (square of .95). */
+#define DRIVE_AT_LIMIT_PU2 0.9f
+
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
 {
     return measurement_init(&cfg->measurement, &params->measurement) &&
@@ -32,7 +40,11 @@ static bool init_control(drive_config_t *cfg, const drive_params_t *params)
            current_control_init(&cfg->current, &params->current, &cfg->motor, params->period_s) &&
            svpwm_init(&cfg->svpwm, &params->svpwm, params->period_s) &&
            dead_time_init(&cfg->dead_time, &params->dead_time, params->period_s) &&
-           monitor_init(&params->monitor) &&
+           monitor_init(&params->monitor) && link_limit_init(&cfg->link, &params->link) &&
+           overload_init(&cfg->overload, &params->overload,
+                         (float)DRIVE_SLOW_PERIODS * params->period_s) &&
+           plausibility_init(&cfg->plausibility, &params->plausibility,
+                             (float)DRIVE_SLOW_PERIODS * params->period_s) &&
            supervisor_init(&cfg->supervisor, &params->supervisor, &cfg->motor, params->period_s);
 }
 
@@ -117,14 +129,20 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
 }
 
 /* Mean voltage over the interval that ended at this sample. */
-static ab_t ended_voltage(const drive_config_t *cfg, const drive_state_t *st, ab_t u_from_duty,
-                          const measurement_out_t *meas)
+static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st, ab_t u_from_duty,
+                          drive_out_t *out)
 {
     if (cfg->voltage_source == DRIVE_VOLTAGE_DUTY) {
         return u_from_duty;
     }
     /* The 800 Hz filter delays the reading: at w_s that is an angle (THEORY 4). */
-    return ab_mul(turn_ahead(st->omega_s_hat_rad_s, cfg->voltage_filter_comp_s), meas->u_line_V);
+    const ab_t u_V =
+        ab_mul(turn_ahead(st->omega_s_hat_rad_s, cfg->voltage_filter_comp_s), out->meas.u_line_V);
+    if ((st->supervisor.periods == DRIVE_CHECK_VOLTAGE) &&
+        plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, u_V, u_from_duty)) {
+        out->faults |= MONITOR_VOLTAGE_SENSOR;
+    }
+    return u_V;
 }
 
 /* Premagnetisation: the dc measurement, as far as it is wanted. */
@@ -156,7 +174,7 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
 {
     const ab_t u_from_duty = st->u_acting_V;
     st->u_acting_V = st->u_pending_V;
-    out->u_s_V = ended_voltage(cfg, st, u_from_duty, &out->meas);
+    out->u_s_V = ended_voltage(cfg, st, u_from_duty, out);
     out->gain = gain_at(cfg, st->omega_e_hat_rad_s);
     const float rs_more_ohm = st->rs_start_delta_ohm + st->rs_tracking.delta_ohm;
     const ab_t u_V = ab_sub(out->u_s_V, ab_scale(out->meas.i_s_A, rs_more_ohm));
@@ -285,6 +303,25 @@ static float next_reference(const drive_config_t *cfg, drive_state_t *st, const 
                            stop);
 }
 
+/* What the dc link and the temperatures leave of the torque current. */
+COLD static torque_window_t torque_window(const drive_config_t *cfg, const drive_state_t *st,
+                                          float i_d_A)
+{
+    float most_A = cfg->speed.i_q_max_A;
+    if (st->overload.derating) {
+        const float i_A = st->overload.i_max_A;
+        most_A = minf(most_A, sqrtf(maxf(i_A * i_A - i_d_A * i_d_A, 0.0f)));
+    }
+    torque_window_t w = {-most_A, most_A};
+    if (st->link.limiting) {
+        const float braking_A = st->link.braking_pu * most_A;
+        const float motoring_A = st->link.motoring_pu * most_A;
+        w = (st->omega_e_hat_rad_s < 0.0f) ? (torque_window_t){-motoring_A, braking_A}
+                                           : (torque_window_t){-braking_A, motoring_A};
+    }
+    return w;
+}
+
 /* Flux control and speed control: the current that is wanted. */
 static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                            float lambda_Wb)
@@ -292,6 +329,11 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
     const flux_control_in_t flux_in = {
         .lambda_hat_Wb = lambda_Wb, .below_Wb = st->steer.below_Wb, .less_A = st->i_d_less_A};
     const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
+    torque_window_t window;
+    const bool limited = st->link.limiting || st->overload.derating;
+    if (limited) {
+        window = torque_window(cfg, st, i_d_A);
+    }
     const bool torque = in->aim == DRIVE_AIM_TORQUE;
     const speed_control_in_t speed_in = {
         .omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
@@ -300,7 +342,8 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
         .flux_pu = 1.0f - st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb,
         .inv_flux_pu = 1.0f + st->torque_more_pu,
         .torque = in->aim == DRIVE_AIM_TORQUE,
-        .torque_ref_Nm = in->torque_ref_Nm};
+        .torque_ref_Nm = in->torque_ref_Nm,
+        .window = limited ? &window : NULL};
     return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
 }
 
@@ -336,6 +379,11 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
         /* the measurement has said which current it wants */
     }
 
+    if ((st->supervisor.periods == DRIVE_CHECK_PHASES) && (in->mode == DRIVE_RUN) &&
+        plausibility_phase_open(&cfg->plausibility, &st->plausibility, out->meas.i_A,
+                                ab_from_dq(out->i_ref_A, axis))) {
+        out->faults |= MONITOR_OPEN_PHASE;
+    }
     const current_control_in_t cc_in = {.i_ref_A = out->i_ref_A,
                                         .i_A = out->i_A,
                                         .omega_s_rad_s = st->omega_s_hat_rad_s,
@@ -419,6 +467,29 @@ static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t
     }
 }
 
+/* Temperatures, estimate and stall, once per turn. */
+COLD static void look_after(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                            drive_out_t *out)
+{
+    const speed_control_config_t *limit = &cfg->speed;
+    if (overload_step(&cfg->overload, &st->overload, ab_norm2(out->meas.i_s_A))) {
+        out->faults |= MONITOR_OVERLOAD;
+    }
+    if (st->impressed.active) {
+        return; /* the estimate is known to be wrong, and the speed is what is impressed */
+    }
+    if (plausibility_estimate_wrong(&cfg->plausibility, &st->plausibility, st->observer.e1_A)) {
+        out->faults |= MONITOR_OBSERVER;
+    }
+    const dq_t i_ref_A = out->i_ref_A;
+    const float room_A2 = minf(limit->i_q_max2_A2, limit->i_max2_A2 - i_ref_A.d * i_ref_A.d);
+    const bool at_limit = (i_ref_A.q * i_ref_A.q) >= (DRIVE_AT_LIMIT_PU2 * room_A2);
+    if (plausibility_stalled(&cfg->plausibility, &st->plausibility, at_limit, st->omega_e_hat_rad_s,
+                             in->omega_e_ref_rad_s)) {
+        out->faults |= MONITOR_STALL;
+    }
+}
+
 /* How far all that is to be believed. */
 static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                       drive_out_t *out)
@@ -437,6 +508,9 @@ static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_
                                     .omega_e_hat_rad_s = st->omega_e_hat_rad_s,
                                     .omega_s_hat_rad_s = st->omega_s_hat_rad_s};
     supervisor_step(&cfg->supervisor, &st->supervisor, &sup_in);
+    if (st->supervisor.periods == DRIVE_CHECK_REST) {
+        look_after(cfg, st, in, out);
+    }
     if ((st->supervisor.confidence == SUPERVISOR_IMPRESSED) || st->impressed.active) {
         react(cfg, st, in, out);
     }
@@ -446,8 +520,13 @@ static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_
 static void rest(drive_state_t *st, drive_out_t *out)
 {
     const monitor_state_t monitor = st->monitor;
+    const link_limit_state_t link = st->link;
+    overload_state_t overload;
+    overload = st->overload;
     drive_reset(st);
     st->monitor = monitor;
+    st->link = link;
+    st->overload = overload;
     out->duty = (uvw_t){0.5f, 0.5f, 0.5f};
     out->u_s_V = (ab_t){0.0f, 0.0f};
     out->i_ref_A = (dq_t){0.0f, 0.0f};
@@ -459,6 +538,7 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
                 drive_out_t *out)
 {
     measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
+    link_limit_step(&cfg->link, &st->link, out->meas.u_dc_V);
     out->faults = 0u;
     out->rs_measurement = RS_MEASUREMENT_IDLE;
     if (in->mode == DRIVE_OFF) {
@@ -474,4 +554,10 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
                                  .lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
                                  .omega_e_hat_rad_s = st->omega_e_hat_rad_s};
     out->faults |= monitor_step(&cfg->monitor, &st->monitor, &mon_in);
+    if (st->link.limiting && (in->mode == DRIVE_RUN)) {
+        out->faults |= MONITOR_REGENERATION;
+    }
+    if (st->overload.derating) {
+        out->faults |= MONITOR_DERATED;
+    }
 }

@@ -22,10 +22,13 @@
 #include "frames.h"
 #include "gain_table.h"
 #include "impressed_current.h"
+#include "link_limit.h"
 #include "measurement.h"
 #include "monitor.h"
 #include "motor.h"
 #include "observer.h"
+#include "overload.h"
+#include "plausibility.h"
 #include "rs_measurement.h"
 #include "rs_tracking.h"
 #include "speed_adaptation.h"
@@ -86,6 +89,9 @@ typedef struct {
     rs_tracking_params_t rs_tracking;
     flux_steering_params_t steering;
     monitor_config_t monitor;
+    link_limit_params_t link;
+    overload_params_t overload;
+    plausibility_params_t plausibility;
     supervisor_params_t supervisor;
     drive_lost_action_t lost_action;
     impressed_current_params_t impressed;
@@ -114,6 +120,9 @@ typedef struct {
     rs_tracking_config_t rs_tracking;
     flux_steering_config_t steering;
     monitor_config_t monitor;
+    link_limit_config_t link;
+    overload_config_t overload;
+    plausibility_config_t plausibility;
     supervisor_config_t supervisor;
     drive_lost_action_t lost_action;
     impressed_current_config_t impressed;
@@ -136,6 +145,9 @@ typedef struct {
     float omega_ref_before_rad_s; /* at the last turn of Rs tracking */
     uint32_t slow_period;
     monitor_state_t monitor;
+    link_limit_state_t link;
+    overload_state_t overload;
+    plausibility_state_t plausibility;
     supervisor_state_t supervisor;
     impressed_current_state_t impressed;
     float rs_start_delta_ohm; /* Rs found at the start minus the parameter; 0: none found */

@@ -1,10 +1,18 @@
 #include "monitor.h"
 
+#include "lasting.h"
+
+/* Current into earth rises until something gives: no longer than a sample may be disturbed. */
+#define MONITOR_EARTH_PERIODS 3u
+#define MONITOR_EARTH_PU      0.3f /* of the trip: what no gain or offset of a sensor amounts to */
+#define MONITOR_PERIODS_MAX   1000000u
+
 bool monitor_init(const monitor_config_t *cfg)
 {
     return positivef(cfg->i_trip_A) && nonnegativef(cfg->u_dc_min_V) &&
            (cfg->u_dc_min_V < cfg->u_dc_max_V) && is_finite(cfg->u_dc_max_V) &&
-           positivef(cfg->omega_max_rad_s) && (cfg->plausibility_periods > 0u);
+           positivef(cfg->omega_max_rad_s) && (cfg->plausibility_periods > 0u) &&
+           (cfg->plausibility_periods <= MONITOR_PERIODS_MAX);
 }
 
 /* All limits are written as x <= limit, so that a NaN trips and does not pass. */
@@ -45,25 +53,22 @@ static bool all_finite(const monitor_in_t *in)
     return is_finite(measured + estimated) && duties;
 }
 
-/* Consecutive periods with the flag, up to the limit: the count cannot wrap. */
-static uint32_t periods_with(bool flag, uint32_t periods, uint32_t limit)
-{
-    if (!flag) {
-        return 0u;
-    }
-    return (periods < limit) ? (periods + 1u) : limit;
-}
-
 /* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */
-static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t *st, uint32_t flags)
+COLD static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t *st,
+                                    const measurement_out_t *meas)
 {
+    const uint32_t flags = meas->flags;
     const uint32_t limit = cfg->plausibility_periods;
     const bool range = (flags & (MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE)) != 0u;
     const bool sum = (flags & MEASUREMENT_CURRENT_SUM) != 0u;
-    st->adc_periods = periods_with(range, st->adc_periods, limit);
-    st->sum_periods = periods_with(sum, st->sum_periods, limit);
-    return ((st->adc_periods >= limit) ? MONITOR_ADC_RANGE : 0u) |
-           ((st->sum_periods >= limit) ? MONITOR_CURRENT_SUM : 0u);
+    const float sum_A = meas->i_A.u + meas->i_A.v + meas->i_A.w;
+    st->adc_periods = lasting_count(st->adc_periods, range, limit);
+    st->sum_periods = lasting_count(st->sum_periods, sum, limit);
+    st->earth_periods = lasting_count(
+        st->earth_periods, !within(sum_A, MONITOR_EARTH_PU * cfg->i_trip_A), MONITOR_EARTH_PERIODS);
+    return (lasting(st->adc_periods, limit) ? MONITOR_ADC_RANGE : 0u) |
+           (lasting(st->sum_periods, limit) ? MONITOR_CURRENT_SUM : 0u) |
+           (lasting(st->earth_periods, MONITOR_EARTH_PERIODS) ? MONITOR_EARTH_FAULT : 0u);
 }
 
 uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in)
@@ -75,8 +80,8 @@ uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const mo
         faults |= MONITOR_NON_FINITE;
     }
     /* Nothing odd now nor before: nothing to count. */
-    if ((flags | st->adc_periods | st->sum_periods) != 0u) {
-        faults |= lasting_faults(cfg, st, flags);
+    if ((flags | st->adc_periods | st->sum_periods | st->earth_periods) != 0u) {
+        faults |= lasting_faults(cfg, st, in->meas);
     }
     return faults;
 }

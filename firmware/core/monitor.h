@@ -52,8 +52,9 @@ typedef struct {
 } monitor_config_t;
 
 typedef struct {
-    uint32_t adc_periods;
+    uint32_t adc_periods; /* counts of lasting.h */
     uint32_t sum_periods;
+    uint32_t earth_periods;
 } monitor_state_t;
 
 typedef struct {
@@ -65,7 +66,7 @@ typedef struct {
 } monitor_in_t;
 
 /* False unless every limit is finite and positive, 0 <= u_dc_min < u_dc_max, and
- * plausibility_periods >= 1. */
+ * 1 <= plausibility_periods <= 1e6. */
 CHECKED bool monitor_init(const monitor_config_t *cfg);
 
 /* Fault bits of this period; 0 when all is well. */

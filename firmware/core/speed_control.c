@@ -1,6 +1,7 @@
 #include "speed_control.h"
 
 #include <math.h>
+#include <stddef.h>
 
 static bool init_schedule(speed_control_config_t *cfg, const speed_control_params_t *params)
 {
@@ -77,6 +78,16 @@ static inline float i_q_limit_A(const speed_control_config_t *cfg, float i_d_ref
     return (room2_A2 >= cfg->i_q_max2_A2) ? cfg->i_q_max_A : sqrtf(maxf(room2_A2, 0.0f));
 }
 
+/* What of a current is allowed: within the limit, and within the window where there is one. */
+static inline float allowed_A(const speed_control_in_t *in, float asked_A, float limit_A)
+{
+    float i_A = limitf(asked_A, limit_A);
+    if (in->window != NULL) {
+        i_A = clampf(i_A, in->window->low_A * in->flux_pu, in->window->high_A * in->flux_pu);
+    }
+    return i_A;
+}
+
 /* Torque mode: the torque on its slew, unless the speed controller at the limit of this direction
  * wants less. That one waits at the current of now, so that it takes over where the error changes
  * its sign, and speed mode goes on from it. */
@@ -90,28 +101,28 @@ COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control
     const float faster_err_rad_s = faster * (limit_rad_s - omega_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
     const float change_A = cfg->A_per_Nm * in->torque_ref_Nm - st->i_q_A;
-    const float torque_A = limitf(st->i_q_A + slewed(change_A, cfg->torque_step_A), limit_A);
+    const float torque_A = allowed_A(in, st->i_q_A + slewed(change_A, cfg->torque_step_A), limit_A);
     st->omega_ref_rad_s = omega_rad_s;
     if (forward ? (torque_A <= asked_A) : (torque_A >= asked_A)) {
         st->pi.x = torque_A;
         return torque_A;
     }
-    const float allowed_A = limitf(asked_A, limit_A);
-    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
-    return allowed_A;
+    const float i_q_A = allowed_A(in, asked_A, limit_A);
+    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, i_q_A - asked_A);
+    return i_q_A;
 }
 
 /* Speed mode. */
 static inline float speed_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st,
-                                 float limit_A)
+                                 const speed_control_in_t *in, float limit_A)
 {
     const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
     const float faster = 1.0f + st->more;
     const float faster_err_rad_s = faster * omega_err_rad_s;
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
-    const float allowed_A = limitf(asked_A, limit_A);
-    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, allowed_A - asked_A);
-    return allowed_A;
+    const float i_q_A = allowed_A(in, asked_A, limit_A);
+    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, i_q_A - asked_A);
+    return i_q_A;
 }
 
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
@@ -124,6 +135,7 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
     }
     /* At nominal flux; less flux takes more current for the same torque. */
     const float limit_A = i_q_limit_A(cfg, in->i_d_ref_A) * in->flux_pu;
-    st->i_q_A = in->torque ? torque_mode_A(cfg, st, in, limit_A) : speed_mode_A(cfg, st, limit_A);
+    st->i_q_A =
+        in->torque ? torque_mode_A(cfg, st, in, limit_A) : speed_mode_A(cfg, st, in, limit_A);
     return st->i_q_A * in->inv_flux_pu;
 }

@@ -54,6 +54,12 @@ typedef struct {
     float i_q_A;           /* allowed last, at nominal flux: where torque mode begins */
 } speed_control_state_t;
 
+/* Limits of the torque current beyond the configured ones, low <= high. */
+typedef struct {
+    float low_A;
+    float high_A;
+} torque_window_t;
+
 typedef struct {
     float omega_ref_rad_s;
     float omega_hat_rad_s;
@@ -62,6 +68,7 @@ typedef struct {
     float inv_flux_pu; /* 1 over that: a division the caller makes seldom */
     bool torque;       /* instead of a speed */
     float torque_ref_Nm;
+    const torque_window_t *window; /* NULL: none */
 } speed_control_in_t;
 
 /* False, and *cfg untouched, for a number that is not finite, of the wrong sign, or zero where it

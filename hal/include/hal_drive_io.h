@@ -10,6 +10,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Bits of hal_sample_t.inputs. */
+#define HAL_INPUT_BREAK 1u /* hardware has opened the gates: comparator, driver fault */
+
 typedef struct {
     uint16_t i_u_counts;
     uint16_t i_v_counts;
@@ -18,6 +21,7 @@ typedef struct {
     uint16_t u_vw_counts;
     uint16_t u_dc_counts;
     uint16_t late_periods; /* running count of crests missed: a period ended after the next one */
+    uint16_t inputs;       /* HAL_INPUT_*; 0 on a board without them */
 } hal_sample_t;
 
 typedef struct {
@@ -25,6 +29,7 @@ typedef struct {
     float duty_v;
     float duty_w;
     bool gates_on;
+    bool brake_on; /* switch of the brake resistor across the dc link */
 } hal_output_t;
 
 #endif

@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x7dcdde69u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0xa42e0259u
+#define PARAMS_CRC32C 0x50a43a4du
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -114,6 +114,17 @@
         .over_speed_rad_s = 700.0f, \
         .current_sum_max_A = 3.0f, \
         .plausibility_periods = 50u, \
+        .overload_motor_A = 0.0f, \
+        .overload_motor_s = 120.0f, \
+        .overload_inverter_A = 0.0f, \
+        .overload_inverter_s = 10.0f, \
+        .chopper_on_V = 0.0f, \
+        .regen_start_V = 0.0f, \
+        .link_hold_V = 0.0f, \
+        .voltage_check_V = 0.0f, \
+        .open_phase_A = 0.0f, \
+        .observer_e1_A = 0.0f, \
+        .stall_s = 0.0f, \
         .stop_mode = 0u, \
         .ramp_down_rad_s2 = 200.0f, \
         .ramp_down_s = 5.0f, \

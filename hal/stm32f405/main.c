@@ -117,6 +117,7 @@ void control_interrupt(void)
     hal_sample_t sample;
     stm32_adc_read(&adcs, &sample);
     sample.late_periods = late_periods;
+    sample.inputs = stm32_pwm_broken(tim1) ? HAL_INPUT_BREAK : 0u;
     /* Behind a late period this one may begin anywhere: that is counted and no reason to stop. */
     if (!behind_late && !stm32_pwm_past_crest(tim1)) {
         cm_stop(CM_END_NOT_AT_CREST);

@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x1a2990d3u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0xa34d1abau
+#define PARAMS_CRC32C 0x97eb0bb2u
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -110,10 +110,21 @@
         .impressed_timeout_s = 5.0f, \
         .i_trip_A = 20.0f, \
         .u_dc_max_V = 390.0f, \
-        .u_dc_min_V = 150.0f, \
+        .u_dc_min_V = 100.0f, \
         .over_speed_rad_s = 700.0f, \
-        .current_sum_max_A = 3.0f, \
+        .current_sum_max_A = 1.0f, \
         .plausibility_periods = 50u, \
+        .overload_motor_A = 10.74f, \
+        .overload_motor_s = 120.0f, \
+        .overload_inverter_A = 14.0f, \
+        .overload_inverter_s = 10.0f, \
+        .chopper_on_V = 0.0f, \
+        .regen_start_V = 365.0f, \
+        .link_hold_V = 0.0f, \
+        .voltage_check_V = 3.0f, \
+        .open_phase_A = 1.2f, \
+        .observer_e1_A = 12.0f, \
+        .stall_s = 2.0f, \
         .stop_mode = 0u, \
         .ramp_down_rad_s2 = 200.0f, \
         .ramp_down_s = 5.0f, \

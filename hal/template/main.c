@@ -59,14 +59,15 @@ static bool start_devices(void)
     return false;
 }
 
-/* FILL IN: the words of this crest, unscaled (hal_drive_io.h). Zeros are out of range: they trip.
- */
+/* FILL IN: the words of this crest, unscaled, and what the hardware has done by itself
+ * (hal_drive_io.h). Zeros are out of range: they trip. */
 static void read_adc(hal_sample_t *sample)
 {
     *sample = (hal_sample_t){0};
 }
 
-/* FILL IN: duties to the timer's preload registers; gates_on false acts at once. */
+/* FILL IN: duties to the timer's preload registers; gates_on false acts at once. brake_on is a
+ * pin of its own, where the board has a brake resistor. */
 static void write_pwm(const hal_output_t *output)
 {
     (void)output;

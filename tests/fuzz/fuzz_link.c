@@ -70,7 +70,7 @@ static void start(void)
 static void control_periods(uint32_t n)
 {
     const app_command_t nothing = {0};
-    const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
+    const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
     for (uint32_t k = 0u; k < n; k++) {
         hal_output_t out;
         host_port_period(&port, &nothing, &rest, &out);

@@ -197,7 +197,7 @@ def test_another_librarys_rows_are_refused(bench, few):
 def test_an_interrupted_run_goes_on_where_it_stopped(bench, few, few_rows, tmp_path, monkeypatch):
     asked = []
 
-    def broken(_bench, points, _workers, _scheduler):
+    def broken(_bench, points, _workers, _scheduler, _run):
         asked.append([p.index for p in points])
         for k, point in enumerate(points):
             if k == 5 and len(asked) == 1:

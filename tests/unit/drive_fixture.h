@@ -83,6 +83,8 @@ static drive_params_t params_of(motor_t motor)
                                         .u_dc_min_V = 100.0f,
                                         .omega_max_rad_s = 700.0f,
                                         .plausibility_periods = 50u},
+                            .link = {.u_dc_max_V = 700.0f},
+                            .overload = {.tau_s = {100.0f, 10.0f}, .i_max_A = 15.0f},
                             .supervisor = {.corner_rad_s = 3.0f,
                                            .Rs_uncertainty_pu = 0.05f,
                                            .residual_pu = 0.43f,

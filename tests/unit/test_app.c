@@ -43,7 +43,7 @@ void tearDown(void)
 /* At rest: mid-scale currents and voltages, 283 V. */
 static hal_sample_t rest(void)
 {
-    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
+    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
 }
 
 static hal_output_t periods(uint32_t command, float omega_m_rad_s, int n)
@@ -372,6 +372,35 @@ static void test_two_late_periods_in_a_row_open_the_gates(void)
     TEST_ASSERT_EQUAL_UINT32(MONITOR_PERIOD_LATE | MONITOR_PERIOD_OVERRUN, telemetry().faults);
 }
 
+/* The hardware has opened the gates by itself: the drive says so, and stays off. */
+static void test_a_break_input_opens_the_gates_for_good(void)
+{
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_TRUE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 10).gates_on);
+    hal_sample_t s = rest();
+    s.inputs = 0xFFFFu & ~HAL_INPUT_BREAK;
+    hal_output_t out;
+    app_control_period(&app, &s, &out);
+    TEST_ASSERT_TRUE(out.gates_on);
+    s.inputs = HAL_INPUT_BREAK;
+    app_control_period(&app, &s, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_BRAKE_INPUT, telemetry().faults);
+    TEST_ASSERT_FALSE(periods(DRIVE_STATE_CMD_RUN, 0.0f, 10).gates_on);
+}
+
+/* 283 V are above 280. */
+static void test_the_brake_resistor_is_switched_without_any_command(void)
+{
+    params.chopper_on_V = 280.0f;
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    TEST_ASSERT_TRUE(periods(0u, 0.0f, 2).brake_on);
+    params.chopper_on_V = 290.0f;
+    TEST_ASSERT_TRUE(app_init(&app, &params, &table));
+    TEST_ASSERT_FALSE(periods(0u, 0.0f, 2).brake_on);
+}
+
 /* A hang: the count has grown by more than one when the drive runs again. */
 static void test_one_period_that_misses_two_crests_opens_the_gates(void)
 {
@@ -472,6 +501,8 @@ int main(void)
     RUN_TEST(test_a_duty_beyond_its_range_never_leaves);
     RUN_TEST(test_one_late_period_is_told_and_the_drive_goes_on);
     RUN_TEST(test_two_late_periods_in_a_row_open_the_gates);
+    RUN_TEST(test_a_break_input_opens_the_gates_for_good);
+    RUN_TEST(test_the_brake_resistor_is_switched_without_any_command);
     RUN_TEST(test_one_period_that_misses_two_crests_opens_the_gates);
     RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
     RUN_TEST(test_eps1_units_reach_the_law_converted);

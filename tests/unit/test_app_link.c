@@ -44,7 +44,7 @@ static app_t *app(void)
 /* One control period and one slice of the background, at rest, as a port's main loop has it. */
 static hal_output_t round_of_the_port(void)
 {
-    const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
+    const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
     hal_output_t out;
     const app_command_t command = app_link_command(app());
     host_port_period(&port, &command, &rest, &out);
@@ -539,7 +539,7 @@ static void test_a_fault_is_listed_recorded_read_and_cleared(void)
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_NO_SUCH, send_only(&none));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
     rounds(100u);
-    const hal_sample_t over = {16000u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u};
+    const hal_sample_t over = {16000u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
     hal_output_t out;
     const app_command_t run = {.command = DRIVE_STATE_CMD_RUN};
     host_port_period(&port, &run, &over, &out);

@@ -699,7 +699,7 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
     for (unsigned k = 0; k < sizeof at_rest / sizeof at_rest[0]; k++) {
         TEST_ASSERT_EQUAL_FLOAT(0.0f, at_rest[k]);
     }
-    TEST_ASSERT_EQUAL_UINT32(4u, st.monitor.adc_periods);
+    TEST_ASSERT_EQUAL_UINT32(11u, st.monitor.adc_periods);
     TEST_ASSERT_EQUAL_FLOAT(0.1f, st.measurement.offset_A.u);
     TEST_ASSERT_EQUAL_FLOAT(-0.2f, st.measurement.offset_A.v);
     TEST_ASSERT_EQUAL_FLOAT(0.3f, st.measurement.offset_A.w);

@@ -77,6 +77,7 @@ static void test_init_refuses_every_bad_limit(void)
     ASSERT_REFUSED(omega_max_rad_s, NAN);
     ASSERT_REFUSED(omega_max_rad_s, INFINITY);
     ASSERT_REFUSED(plausibility_periods, 0u);
+    ASSERT_REFUSED(plausibility_periods, 1000001u);
 }
 
 static void test_bits_are_the_numbers_of_the_fault_log(void)
@@ -165,7 +166,7 @@ static void test_a_duty_that_no_timer_can_do_trips(void)
     }
 }
 
-/* The flag has to last plausibility_periods, and starts from zero after one clean period. */
+/* The flag has to last plausibility_periods; a clean period takes back an eighth of one. */
 static void assert_persistence(uint32_t flag, uint32_t fault)
 {
     meas.flags = flag;
@@ -175,11 +176,14 @@ static void assert_persistence(uint32_t flag, uint32_t fault)
     TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
     meas.flags = flag;
     TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
-    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
     TEST_ASSERT_EQUAL_UINT32(fault, monitor_step(&cfg, &st, &in));
     TEST_ASSERT_EQUAL_UINT32(fault, monitor_step(&cfg, &st, &in));
     meas.flags = 0u;
     TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    for (int k = 0; k < 30; k++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, st.adc_periods | st.sum_periods);
 }
 
 static void test_a_word_at_the_end_of_its_range_trips_when_it_lasts(void)
@@ -197,9 +201,10 @@ static void test_a_current_sum_trips_when_it_lasts(void)
     assert_persistence(MEASUREMENT_CURRENT_SUM, MONITOR_CURRENT_SUM);
 }
 
-static void test_flags_in_turn_do_not_add_up(void)
+/* Each in one period of two: neither count takes the other's. */
+static void test_flags_of_two_kinds_count_apart(void)
 {
-    for (int k = 0; k < 10; k++) {
+    for (int k = 0; k < 4; k++) {
         meas.flags = ((k % 2) == 0) ? MEASUREMENT_SATURATED : MEASUREMENT_CURRENT_SUM;
         TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
     }
@@ -208,15 +213,45 @@ static void test_flags_in_turn_do_not_add_up(void)
 static void test_a_lasting_flag_never_wraps_its_count(void)
 {
     monitor_config_t longest = cfg;
-    longest.plausibility_periods = UINT32_MAX;
-    st = (monitor_state_t){.adc_periods = UINT32_MAX - 1u, .sum_periods = UINT32_MAX - 1u};
+    longest.plausibility_periods = 1000000u;
+    st = (monitor_state_t){.adc_periods = 7999999u, .sum_periods = 7999999u};
     meas.flags = MEASUREMENT_SATURATED | MEASUREMENT_CURRENT_SUM;
     for (int k = 0; k < 3; k++) {
         TEST_ASSERT_EQUAL_UINT32(MONITOR_ADC_RANGE | MONITOR_CURRENT_SUM,
                                  monitor_step(&longest, &st, &in));
     }
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, st.adc_periods);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, st.sum_periods);
+    TEST_ASSERT_EQUAL_UINT32(8000000u, st.adc_periods);
+    TEST_ASSERT_EQUAL_UINT32(8000000u, st.sum_periods);
+}
+
+/* Before the plain current sum has lasted, whatever its sign; a NaN is not within. */
+static void test_a_large_current_sum_is_an_earth_fault_after_three_periods(void)
+{
+    monitor_config_t slow = cfg;
+    slow.plausibility_periods = 50u;
+    const float sum_A[] = {6.1f, -6.1f, NAN};
+    for (unsigned n = 0u; n < sizeof sum_A / sizeof *sum_A; n++) {
+        st = (monitor_state_t){0};
+        meas.i_A = (uvw_t){5.0f, -2.0f, sum_A[n] - 3.0f};
+        meas.flags = MEASUREMENT_CURRENT_SUM;
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in) & ~MONITOR_OVER_CURRENT);
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in) & ~MONITOR_OVER_CURRENT);
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_EARTH_FAULT,
+                                 monitor_step(&slow, &st, &in) & ~MONITOR_OVER_CURRENT);
+    }
+    st = (monitor_state_t){0};
+    meas.i_A = (uvw_t){5.0f, -2.0f, 2.9f};
+    for (int k = 0; k < 40; k++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in));
+    }
+}
+
+/* The flag has gone, the current has not quite: what is counted goes on being looked at. */
+static void test_an_earth_fault_is_counted_to_its_end(void)
+{
+    st = (monitor_state_t){.earth_periods = 2u};
+    TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_UINT32(1u, st.earth_periods);
 }
 
 static void test_faults_of_one_period_are_reported_together(void)
@@ -266,7 +301,9 @@ int main(void)
     RUN_TEST(test_a_word_at_the_end_of_its_range_trips_when_it_lasts);
     RUN_TEST(test_a_word_beyond_its_range_trips_when_it_lasts);
     RUN_TEST(test_a_current_sum_trips_when_it_lasts);
-    RUN_TEST(test_flags_in_turn_do_not_add_up);
+    RUN_TEST(test_flags_of_two_kinds_count_apart);
+    RUN_TEST(test_a_large_current_sum_is_an_earth_fault_after_three_periods);
+    RUN_TEST(test_an_earth_fault_is_counted_to_its_end);
     RUN_TEST(test_a_lasting_flag_never_wraps_its_count);
     RUN_TEST(test_faults_of_one_period_are_reported_together);
     RUN_TEST(test_two_monitors_count_apart);

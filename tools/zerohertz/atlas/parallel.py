@@ -11,13 +11,12 @@ from functools import partial
 from multiprocessing import get_context
 from typing import Any
 
-from zerohertz.atlas.points import Point
 from zerohertz.atlas.simulate import Bench, begin_s, run_points
 from zerohertz.build import ensure_built
 from zerohertz.errors import UserError
 
 Rows = list[dict[str, Any]]
-Share = Callable[[Sequence[Point]], Rows]
+Share = Callable[[Sequence[Any]], Rows]
 
 # Simulated seconds a worker is given at once: a tenth of a second of its time, so that handing over
 # costs nothing and the last worker does not keep the others waiting.
@@ -27,10 +26,14 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def run_all(
-    bench: Bench, points: Sequence[Point], workers: int, scheduler: str | None
+    bench: Bench,
+    points: Sequence[Any],
+    workers: int,
+    scheduler: str | None,
+    run: Callable[[Bench, Sequence[Any]], Rows] = run_points,
 ) -> Iterator[Rows]:
     """Rows as they become ready, in any order."""
-    share = partial(run_points, bench)
+    share = partial(run, bench)
     chunks = list(_chunks(bench, points))
     if scheduler is not None:
         return _by_dask(share, chunks, scheduler)
@@ -39,8 +42,8 @@ def run_all(
     return _by_processes(share, chunks, workers)
 
 
-def _chunks(bench: Bench, points: Sequence[Point]) -> Iterator[list[Point]]:
-    chunk: list[Point] = []
+def _chunks(bench: Bench, points: Sequence[Any]) -> Iterator[list[Any]]:
+    chunk: list[Any] = []
     sim_s = 0.0
     for point in points:
         chunk.append(point)
@@ -52,7 +55,7 @@ def _chunks(bench: Bench, points: Sequence[Point]) -> Iterator[list[Point]]:
         yield chunk
 
 
-def _by_processes(share: Share, chunks: list[list[Point]], workers: int) -> Iterator[Rows]:
+def _by_processes(share: Share, chunks: list[list[Any]], workers: int) -> Iterator[Rows]:
     # spawn: the library's threads and handles must not be inherited half open.
     with (
         worker_environment(),
@@ -71,7 +74,7 @@ def _by_processes(share: Share, chunks: list[list[Point]], workers: int) -> Iter
 
 
 def _as_ready(
-    pool: ProcessPoolExecutor, share: Share, chunks: Iterable[list[Point]], ahead: int
+    pool: ProcessPoolExecutor, share: Share, chunks: Iterable[list[Any]], ahead: int
 ) -> Iterator[Rows]:
     """Few chunks ahead of the workers: 100 000 points need no 100 000 futures."""
     waiting = set()
@@ -85,7 +88,7 @@ def _as_ready(
         yield future.result()
 
 
-def _by_dask(share: Share, chunks: list[list[Point]], scheduler: str) -> Iterator[Rows]:
+def _by_dask(share: Share, chunks: list[list[Any]], scheduler: str) -> Iterator[Rows]:
     from distributed import Client, KilledWorker, as_completed
 
     try:

@@ -7,9 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from zerohertz.atlas.parallel import run_all
-from zerohertz.atlas.points import Point
-from zerohertz.atlas.simulate import Bench
+from zerohertz.atlas.parallel import Rows, run_all
+from zerohertz.atlas.simulate import Bench, run_points
 from zerohertz.atlas.store import Store, fingerprint
 
 ROWS_PER_PART = 500
@@ -29,11 +28,19 @@ class Means:
 
 
 def run_map(
-    bench: Bench, points: Sequence[Point], means: Means, tell: Tell, progress: Progress
+    bench: Bench,
+    points: Sequence[Any],
+    means: Means,
+    tell: Tell,
+    progress: Progress,
+    run: Callable[[Bench, Sequence[Any]], Rows] = run_points,
 ) -> list[dict[str, Any]]:
-    """All rows in the order of the points; those of an earlier, same run are not run again."""
+    """All rows in the order of the points; those of an earlier, same run are not run again.
+
+    Another `run` has points of its own: dataclasses with map, index, speed_rpm and loaded_s.
+    """
     name = points[0].map
-    store = Store(means.out / name, fingerprint(bench, points))
+    store = Store(means.out / name, fingerprint(bench, points, run))
     rows, dropped = store.open(means.fresh)
     if dropped and not means.fresh:
         tell(f"{name}: starts anew: firmware, configuration or points differ from the stored ones")
@@ -45,7 +52,7 @@ def run_map(
     if missing:
         unsaved: list[dict[str, Any]] = []
         try:
-            for part in run_all(bench, missing, means.workers, means.scheduler):
+            for part in run_all(bench, missing, means.workers, means.scheduler, run):
                 unsaved += part
                 rows += part
                 progress(len(rows))

@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import inspect
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from zerohertz.atlas.points import Point
-from zerohertz.atlas.simulate import RIG, Bench
+from zerohertz.atlas.simulate import RIG, Bench, run_points
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
@@ -28,14 +28,14 @@ _KEY = b"fingerprint"
 _HERE = Path(__file__).parent
 
 
-def fingerprint(bench: Bench, points: Sequence[Point]) -> str:
-    """Of everything a row depends on."""
+def fingerprint(bench: Bench, points: Sequence[Any], run: Callable[..., Any] = run_points) -> str:
+    """Of everything a row depends on; `run` makes it."""
     digest = hashlib.sha256()
     table = [dataclasses.astuple(point) for point in points]
     digest.update(json.dumps([dataclasses.asdict(bench), table], sort_keys=True).encode())
     motor = ROOT / bench.motor_dir
     sources = (RIG, ROOT / bench.board, motor / "motor.toml", motor / "l_gain.json")
-    for path in (*sources, _HERE / "classes.py", _HERE / "simulate.py"):
+    for path in (*sources, _HERE / "classes.py", _HERE / "simulate.py", Path(inspect.getfile(run))):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -12,6 +12,7 @@ import typer
 
 from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
+from zerohertz.errors import UserError
 
 
 def register(app: typer.Typer) -> None:
@@ -89,3 +90,42 @@ def register(app: typer.Typer) -> None:
                 print(f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}")
                 print(f"  {part.note}" if part.note else "", end="\n" if part.note else "")
         raise typer.Exit(0 if all(part.good for part in parts) else 1)
+
+    _register_monitor(campaign)
+
+
+def _register_monitor(campaign: typer.Typer) -> None:
+    @campaign.command("monitor")
+    def monitor(
+        hours: Annotated[float, typer.Option(min=0.0, help="Without any fault; 0: none.")] = 10.0,
+        sample: Annotated[int, typer.Option(min=0, help="Cases of each group; 0: all.")] = 0,
+        seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 2005,
+        workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+        out: Annotated[Path | None, typer.Option(help="Folder of the rows.")] = None,
+        fresh: Annotated[
+            bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
+        ] = False,
+        write: Annotated[bool, typer.Option(help="Write tools/docs/monitor.md.")] = False,
+        as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    ) -> None:
+        """Is everything that breaks noticed or harmless, and nothing noticed that is whole?"""
+        # Here and not above: other commands need not wait for numpy and pyarrow.
+        from zerohertz.atlas import output
+        from zerohertz.atlas.run import Means
+        from zerohertz.campaign import monitor as watched
+        from zerohertz.paths import BUILD
+
+        if write and (sample or not hours):
+            raise UserError("--write: the page has every case and the quiet hours")
+        how = Means(out or BUILD / "monitor", workers, None, fresh)
+        result = watched.run_all(hours, sample, seed, how, output.tell, output.progress_bar)
+        if write:
+            command = f"tools/zh campaign monitor --hours {hours:g} --write"
+            watched.PAGE.write_text(watched.page_text(result, command), encoding="utf-8")
+        if as_json:
+            print(json.dumps(watched.as_dict(result), indent=2))
+        else:
+            for name, group in watched.as_dict(result)["groups"].items():
+                print(f"{name}: {group}")
+            print(f"nothing broken: {result.quiet}")
+        raise typer.Exit(0 if result.good else 1)

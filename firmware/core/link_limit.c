@@ -1,0 +1,52 @@
+#include "link_limit.h"
+
+/* No braking current any more with this share of the way to the trip left. */
+#define LINK_LIMIT_REGEN_SPARE 0.25f
+/* Full motoring current from here on, over hold_V. */
+#define LINK_LIMIT_HOLD_FULL   1.2f
+#define LINK_LIMIT_CHOPPER_OFF 0.97f
+
+bool link_limit_init(link_limit_config_t *cfg, const link_limit_params_t *params)
+{
+    const link_limit_params_t p = *params;
+    if (!nonnegativef(p.chopper_on_V) || !nonnegativef(p.regen_start_V) ||
+        !nonnegativef(p.hold_V) || !positivef(p.u_dc_max_V)) {
+        return false;
+    }
+    const float low_V = LINK_LIMIT_HOLD_FULL * p.hold_V;
+    /* The resistor's lower level is inside: until it is reached, `acting` keeps watching. */
+    float high_V = p.u_dc_max_V;
+    high_V = (p.chopper_on_V > 0.0f) ? minf(high_V, p.chopper_on_V) : high_V;
+    high_V = (p.regen_start_V > 0.0f) ? minf(high_V, p.regen_start_V) : high_V;
+    if ((p.regen_start_V >= p.u_dc_max_V) || (p.chopper_on_V > p.u_dc_max_V) || (low_V >= high_V)) {
+        return false;
+    }
+    link_limit_config_t c = {.chopper_on_V = p.chopper_on_V,
+                             .chopper_off_V = LINK_LIMIT_CHOPPER_OFF * p.chopper_on_V,
+                             .middle_V = 0.5f * (low_V + high_V),
+                             .half_V = 0.5f * (high_V - low_V),
+                             .braking_pu = 1.0f,
+                             .motoring_pu = 1.0f};
+    if (p.regen_start_V > 0.0f) {
+        const float per_V =
+            1.0f / ((1.0f - LINK_LIMIT_REGEN_SPARE) * (p.u_dc_max_V - p.regen_start_V));
+        c.braking_pu = 1.0f + per_V * p.regen_start_V;
+        c.braking_pu_per_V = -per_V;
+    }
+    if (p.hold_V > 0.0f) {
+        c.motoring_pu_per_V = 1.0f / (low_V - p.hold_V);
+        c.motoring_pu = -c.motoring_pu_per_V * p.hold_V;
+    }
+    *cfg = c;
+    return true;
+}
+
+void link_limit_act(const link_limit_config_t *cfg, link_limit_state_t *st, float u_dc_V)
+{
+    st->brake_on = (cfg->chopper_on_V > 0.0f) &&
+                   (u_dc_V > (st->brake_on ? cfg->chopper_off_V : cfg->chopper_on_V));
+    st->braking_pu = clampf(cfg->braking_pu + cfg->braking_pu_per_V * u_dc_V, 0.0f, 1.0f);
+    st->motoring_pu = clampf(cfg->motoring_pu + cfg->motoring_pu_per_V * u_dc_V, -1.0f, 1.0f);
+    st->limiting = (st->braking_pu < 1.0f) || (st->motoring_pu < 1.0f);
+    st->acting = st->brake_on || st->limiting;
+}

@@ -1,0 +1,84 @@
+// What breaks on a rig, and when: a sensor, a motor phase, the insulation. Section [faults] of a
+// scenario.
+//
+//   sensor, kind, severity, start_s, end_s   one of the six words, see SensorFaultKind
+//   open_phase, open_s                       a motor phase without current from open_s on
+//   short_s, short_ohm, short_H              legs u and v joined through the inductance of a cable
+//   earth_phase, earth_s, earth_ohm          a leg joined to earth, the dc link's middle
+#ifndef ZH_FAULTS_HPP
+#define ZH_FAULTS_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "noise.hpp"
+#include "sensors.hpp"
+#include "toml_reader.hpp"
+
+namespace zh {
+
+inline constexpr double never_s = std::numeric_limits<double>::infinity();
+
+enum class SensorFaultKind {
+    off,          // reads zero
+    stuck,        // keeps the word of the moment
+    garbage,      // any word, another one every sample
+    gain,         // severity: factor
+    offset,       // severity: share of full scale
+    delayed,      // severity: periods
+    intermittent, // severity: share of the samples that read zero
+};
+
+struct SensorFault {
+    std::size_t signal = 0; // in the order of the words
+    SensorFaultKind kind = SensorFaultKind::off;
+    double severity = 0.0;
+    double start_s = never_s;
+    double end_s = never_s;
+};
+
+struct Faults {
+    SensorFault sensor;
+    std::size_t open_phase = 0;
+    double open_s = never_s;
+    double short_s = never_s;
+    double short_ohm = 0.02;
+    double short_H = 20e-6; // some ten metres of cable
+    std::size_t earth_phase = 0;
+    double earth_s = never_s;
+    double earth_ohm = 1.0;
+};
+
+Faults read_faults(TomlReader &in);
+
+// The fault of one sensor, behind the ADC: words in, words out.
+class FaultySensor {
+public:
+    FaultySensor(const SensorFault &fault, int adc_bits, std::uint64_t seed);
+
+    Words apply(const Words &words, double t_s)
+    {
+        return fault_.start_s < never_s ? disturbed(words, t_s) : words;
+    }
+
+    static constexpr int longest_delay = 64;
+
+private:
+    Words disturbed(const Words &words, double t_s);
+    double faulty_code(double code);
+
+    SensorFault fault_;
+    double zero_code_;
+    double top_code_;
+    NoiseSource noise_;
+    std::array<std::uint16_t, longest_delay> history_{};
+    std::size_t now_ = 0;
+    std::uint16_t stuck_code_ = 0;
+    bool stuck_ = false;
+};
+
+} // namespace zh
+
+#endif

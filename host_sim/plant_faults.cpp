@@ -1,0 +1,123 @@
+// Control periods in which something is broken, or a current may reach the board's comparator: in
+// parts as short as the comparator takes to act.
+//
+// The motor sees the period's mean leg voltages as ever; a short and an earth fault are driven by
+// the switched ones, for they know no inductance that would average. They end with the gates: the
+// current of a short then freewheels against the dc link, that into earth stops.
+#include "plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zh {
+namespace {
+
+double middle_of(int part)
+{
+    return (part + 0.5) / Plant::fine_parts;
+}
+
+// A leg at an instant of the carrier period: half the dc link, up or down.
+double switched_leg_V(double duty, int part, double u_dc_V)
+{
+    const bool high = std::abs(middle_of(part) - 0.5) < 0.5 * duty;
+    return high ? 0.5 * u_dc_V : -0.5 * u_dc_V;
+}
+
+} // namespace
+
+Phases Plant::leg_currents() const
+{
+    Phases i_A = phases_from_vec(motor_.stator_current(x_));
+    i_A[0] += short_A_;
+    i_A[1] -= short_A_;
+    i_A[disturbances_.faults.earth_phase] += earth_A_;
+    return i_A;
+}
+
+bool Plant::over_comparator(const Phases &i_A) const
+{
+    return comparator_A_ > 0.0 && largest(i_A) > comparator_A_;
+}
+
+bool Plant::needs_parts() const
+{
+    const Faults &f = disturbances_.faults;
+    const double t_s = time_s();
+    return t_s >= f.open_s || t_s >= f.short_s || t_s >= f.earth_s ||
+           (comparator_A_ > 0.0 && largest(leg_currents()) > comparator_near_A_);
+}
+
+void Plant::follow_leaks(const Duty &duty, int part)
+{
+    const Faults &f = disturbances_.faults;
+    const double h_s = period_s_ / fine_parts;
+    if (time_s() >= f.earth_s) {
+        const double leg_V = switched_leg_V(duty[f.earth_phase], part, u_dc_V_);
+        earth_A_ = broken_ ? 0.0 : leg_V / f.earth_ohm;
+    }
+    if (time_s() < f.short_s) {
+        return;
+    }
+    if (broken_) {
+        const double fall_A = u_dc_V_ * h_s / f.short_H;
+        short_A_ = std::copysign(std::max(0.0, std::abs(short_A_) - fall_A), short_A_);
+        return;
+    }
+    const double between_V =
+        switched_leg_V(duty[0], part, u_dc_V_) - switched_leg_V(duty[1], part, u_dc_V_);
+    // Implicit, so that no resistance is too large for the step.
+    short_A_ = (short_A_ + between_V * h_s / f.short_H) / (1.0 + f.short_ohm * h_s / f.short_H);
+}
+
+void Plant::advance_in_parts(const Duty &duty)
+{
+    const Segment half = inverter_.averaged_half(duty);
+    const double h_s = period_s_ / fine_parts;
+    blocked_ = false;
+    i_s_before_A_ = motor_.stator_current(x_);
+    for (int part = 0; part < fine_parts; ++part) {
+        if (broken_) {
+            step_blocked(h_s, part_step_);
+        } else if (time_s() >= disturbances_.faults.open_s) {
+            step_open_phase(half, h_s);
+        } else {
+            integrate(half, h_s, part_step_);
+        }
+        follow_leaks(duty, part);
+        const Phases i_A = leg_currents();
+        i_peak_A_ = std::max(i_peak_A_, largest(i_A));
+        if (!broken_ && over_comparator(i_A)) {
+            broken_ = true;
+            enter_blocked();
+        }
+    }
+    if (!broken_) {
+        // Of the earth fault only what flows at the crest is sampled: the legs are low there.
+        follow_leaks(duty, fine_parts - 1);
+    }
+}
+
+// Two legs drive, the third phase's terminal floats on its EMF: its current stands still, at zero.
+void Plant::step_open_phase(const Segment &half, double h_s)
+{
+    const std::size_t x = disturbances_.faults.open_phase;
+    const std::size_t y = (x + 1) % 3;
+    const std::size_t z = (x + 2) % 3;
+    const auto without_x = [&](Phases i_A) {
+        i_A[x] = 0.0;
+        i_A[y] = 0.5 * (i_A[y] - i_A[z]);
+        i_A[z] = -i_A[y];
+        x_.psi_s_Wb = motor_.stator_flux(x_.psi_r_Wb, vec_from_phases(i_A));
+    };
+    without_x(phases_from_vec(motor_.stator_current(x_)));
+    const Vec i_s_A = motor_.stator_current(x_);
+    const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
+    Phases v = inverter_.leg_voltages(half, phases_from_vec(i_s_A), u_dc_V_);
+    v[x] = 0.5 * (v[y] + v[z] + emf_V[x]) + emf_V[x];
+    apply(vec_from_phases(v), i_s_A, h_s);
+    filter_.advance(part_step_, v[0] - v[1], v[1] - v[2]);
+    without_x(phases_from_vec(motor_.stator_current(x_)));
+}
+
+} // namespace zh

@@ -1,0 +1,298 @@
+/* What protects motor, inverter and dc link in the whole law: each bit, and each limit of the
+ * torque current, from the words of a period. */
+#include "drive.h"
+
+#include <complex.h>
+#include <math.h>
+
+#include "drive_fixture.h"
+#include "unity.h"
+
+#define TURN 16
+
+static drive_config_t cfg;
+static drive_params_t p;
+static drive_in_t in;
+static drive_out_t out;
+static drive_state_t st;
+
+/* Standing still, half a flux along the axis, 4 A of it; nothing is commanded. */
+static void configure(void)
+{
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    st = (drive_state_t){.observer = {.i_s_hat_A = {4.0f, 0.0f}, .lambda_r_hat_Wb = {0.4f, 0.0f}}};
+    in = (drive_in_t){.mode = DRIVE_RUN};
+}
+
+static measurement_in_t sampled(cplx i_A, cplx u_V, double u_dc_V)
+{
+    double i[3], u[3];
+    phases_of(i_A, i);
+    phases_of(u_V, u);
+    const double fs = (double)p.measurement.line_voltage_full_scale_V;
+    const double dc_fs = (double)p.measurement.dc_link_full_scale_V;
+    return (measurement_in_t){.i_u_counts = counts(i[0], 25.0),
+                              .i_v_counts = counts(i[1], 25.0),
+                              .i_w_counts = counts(i[2], 25.0),
+                              .u_uv_counts = counts(u[0] - u[1], fs),
+                              .u_vw_counts = counts(u[1] - u[2], fs),
+                              .u_dc_counts = (uint16_t)lrint(u_dc_V / dc_fs * 16384.0)};
+}
+
+void setUp(void)
+{
+    p = both_machines(0);
+    p.observer_gain_enable = false;
+    p.voltage_source = DRIVE_VOLTAGE_SENSORS;
+    p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
+    p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
+    p.adaptation.leak_per_s_Wb_A = 0.0f;
+    configure();
+    in.sample = sampled(4.0, 0.0, 540.0);
+}
+
+void tearDown(void)
+{
+}
+
+/* All bits of so many periods. */
+static uint32_t faults_in(int periods)
+{
+    uint32_t faults = 0u;
+    for (int k = 0; k < periods; k++) {
+        drive_step(&cfg, &st, &in, &out);
+        faults |= out.faults;
+    }
+    return faults;
+}
+
+/* The period in which `bit` comes first, from 1; 0: none in so many. */
+static int period_of(uint32_t bit, int periods)
+{
+    for (int k = 1; k <= periods; k++) {
+        drive_step(&cfg, &st, &in, &out);
+        if ((out.faults & bit) != 0u) {
+            return k;
+        }
+    }
+    return 0;
+}
+
+static void test_init_refuses_what_a_part_refuses(void)
+{
+    p.link.u_dc_max_V = 0.0f;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+    setUp();
+    p.overload.cont_A[OVERLOAD_MOTOR] = -1.0f;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+    setUp();
+    p.plausibility.e1_A = NAN;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+}
+
+/* A sensor that shows 60 V where the duties give next to none: eight turns later. */
+static void test_a_voltage_that_the_duty_does_not_explain_is_told(void)
+{
+    p.plausibility.u_V = 30.0f;
+    configure();
+    in.sample = sampled(4.0, 60.0, 540.0);
+    const int period = period_of(MONITOR_VOLTAGE_SENSOR, 20 * TURN);
+    TEST_ASSERT_GREATER_THAN_INT(7 * TURN, period);
+    TEST_ASSERT_LESS_OR_EQUAL_INT(8 * TURN, period);
+}
+
+static void test_a_drive_that_uses_no_voltage_sensors_judges_none(void)
+{
+    p.plausibility.u_V = 30.0f;
+    p.voltage_source = DRIVE_VOLTAGE_DUTY;
+    configure();
+    in.sample = sampled(4.0, 60.0, 540.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_VOLTAGE_SENSOR);
+}
+
+/* Phase u of a standing field carries sqrt(2/3) of it, and here nothing. */
+static void test_an_open_phase_is_told(void)
+{
+    p.plausibility.open_A = 1.2f;
+    configure();
+    in.sample = sampled(4.0 * I, 0.0, 540.0);
+    const int period = period_of(MONITOR_OPEN_PHASE, 20 * TURN);
+    TEST_ASSERT_GREATER_THAN_INT(5 * TURN, period);
+    TEST_ASSERT_LESS_OR_EQUAL_INT(6 * TURN, period);
+    configure();
+    in.sample = sampled(4.0, 0.0, 540.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_OPEN_PHASE);
+}
+
+static void test_phases_are_judged_in_run_only(void)
+{
+    p.plausibility.open_A = 1.2f;
+    configure();
+    in.mode = DRIVE_PREMAGNETISE;
+    st.supervisor.periods = 6u;
+    in.sample = sampled(4.0 * I, 0.0, 540.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_OPEN_PHASE);
+}
+
+/* The estimate is held where it is by an observer that sees 4 A of current too much. */
+static void test_an_estimate_far_from_the_current_is_told(void)
+{
+    p.plausibility.e1_A = 0.5f;
+    configure();
+    in.sample = sampled(-9.0, 0.0, 540.0);
+    const int period = period_of(MONITOR_OBSERVER, 100 * TURN);
+    TEST_ASSERT_GREATER_THAN_INT(59 * TURN, period);
+    TEST_ASSERT_LESS_OR_EQUAL_INT(60 * TURN, period);
+}
+
+static void test_all_torque_without_speed_is_a_stall(void)
+{
+    p.plausibility.stall_s = 0.05f;
+    configure();
+    in.omega_e_ref_rad_s = 200.0f;
+    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_STALL, 200 * TURN));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, out.i_ref_A.q);
+    configure();
+    in.omega_e_ref_rad_s = 0.0f;
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(200 * TURN) & MONITOR_STALL);
+}
+
+/* Impressed current knows no estimate and no speed of its own; heat it knows. */
+static void test_impressed_current_is_judged_by_its_heat_alone(void)
+{
+    p.plausibility.e1_A = 0.5f;
+    p.plausibility.stall_s = 0.05f;
+    p.lost_action = DRIVE_LOST_IMPRESS;
+    p.impressed = (impressed_current_params_t){.current_A = 10.0f,
+                                               .slew_A_per_s = 100.0f,
+                                               .slew_rad_s2 = 500.0f,
+                                               .return_rad_s = 12.0f,
+                                               .timeout_s = 1.0f};
+    p.overload.cont_A[OVERLOAD_MOTOR] = 10.0f;
+    p.overload.tau_s[OVERLOAD_MOTOR] = 1.0f;
+    configure();
+    in.omega_e_ref_rad_s = 200.0f;
+    in.sample = sampled(-12.0, 0.0, 540.0);
+    for (int k = 0; k < 80 * TURN; k++) {
+        st.supervisor.confidence = SUPERVISOR_IMPRESSED;
+        st.impressed.active = true;
+        drive_step(&cfg, &st, &in, &out);
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults & (MONITOR_OBSERVER | MONITOR_STALL));
+    }
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.44f * (1.0f - expf(-0.256f)),
+                             st.overload.image_pu[OVERLOAD_MOTOR]);
+}
+
+/* Warm: derated and told, gates untouched. Hot: stopped. */
+static void test_heat_derates_and_then_stops(void)
+{
+    p.overload.cont_A[OVERLOAD_MOTOR] = 5.0f;
+    p.overload.tau_s[OVERLOAD_MOTOR] = 10.0f;
+    configure();
+    in.omega_e_ref_rad_s = 200.0f;
+    st.overload.image_pu[OVERLOAD_MOTOR] = 1.1f;
+    in.sample = sampled(5.0, 0.0, 540.0);
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_DERATED, faults_in(4 * TURN));
+    /* 5 A are left, 4 of them magnetise. */
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 3.0f, out.i_ref_A.q);
+    st.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
+    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_OVERLOAD, TURN));
+}
+
+static void test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque(void)
+{
+    p.overload.cont_A[OVERLOAD_MOTOR] = 3.0f;
+    p.overload.tau_s[OVERLOAD_MOTOR] = 10.0f;
+    configure();
+    in.omega_e_ref_rad_s = 200.0f;
+    st.overload = (overload_state_t){.image_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
+    (void)faults_in(8);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
+}
+
+/* Largest torque current asked for with this link, speed and speed error. */
+static float i_q_at(double u_dc_V, float omega_rad_s, float ref_rad_s)
+{
+    configure();
+    in.omega_e_ref_rad_s = ref_rad_s;
+    in.sample = sampled(4.0, 0.0, u_dc_V);
+    for (int k = 0; k < 20; k++) {
+        st.omega_e_hat_rad_s = omega_rad_s;
+        st.adaptation.x_rad_s = omega_rad_s;
+        st.speed.omega_filtered_rad_s = omega_rad_s;
+        st.speed.omega_ref_rad_s = ref_rad_s;
+        drive_step(&cfg, &st, &in, &out);
+    }
+    return out.i_ref_A.q;
+}
+
+/* From 600 V the braking current falls, to none at 675 V; the dc word has steps of .05 V. */
+static void test_a_link_that_fills_limits_braking_in_both_directions(void)
+{
+    p.link.regen_start_V = 600.0f;
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, -12.0f, i_q_at(590.0, 200.0f, 0.0f));
+    TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(637.5, 200.0f, 0.0f));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_REGENERATION, out.faults);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(637.5, -200.0f, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.0f, i_q_at(680.0, 200.0f, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(637.5, 100.0f, 300.0f));
+}
+
+static void test_a_link_that_empties_makes_the_motor_brake(void)
+{
+    p.link.hold_V = 300.0f;
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(330.0, 100.0f, 300.0f));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_REGENERATION, out.faults);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(270.0, 100.0f, 300.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(270.0, -100.0f, -300.0f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(400.0, 100.0f, 300.0f));
+}
+
+/* What is hot stays hot, and the brake resistor works, while the gates are off. */
+static void test_gates_off_forgets_neither_heat_nor_brake_resistor(void)
+{
+    p.link.chopper_on_V = 600.0f;
+    configure();
+    in.mode = DRIVE_OFF;
+    in.sample = sampled(0.0, 0.0, 610.0);
+    st.overload.image_pu[OVERLOAD_MOTOR] = 0.9f;
+    st.plausibility.stall = 5u;
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(3));
+    TEST_ASSERT_TRUE(st.link.brake_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.9f, st.overload.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.plausibility.stall);
+    in.sample = sampled(0.0, 0.0, 580.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
+    TEST_ASSERT_FALSE(st.link.brake_on);
+}
+
+/* With the gates off a full link limits nothing that anybody asked for. */
+static void test_gates_off_warns_of_no_limit(void)
+{
+    p.link.regen_start_V = 600.0f;
+    configure();
+    in.mode = DRIVE_OFF;
+    in.sample = sampled(0.0, 0.0, 650.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(3));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_what_a_part_refuses);
+    RUN_TEST(test_a_voltage_that_the_duty_does_not_explain_is_told);
+    RUN_TEST(test_a_drive_that_uses_no_voltage_sensors_judges_none);
+    RUN_TEST(test_an_open_phase_is_told);
+    RUN_TEST(test_phases_are_judged_in_run_only);
+    RUN_TEST(test_an_estimate_far_from_the_current_is_told);
+    RUN_TEST(test_all_torque_without_speed_is_a_stall);
+    RUN_TEST(test_impressed_current_is_judged_by_its_heat_alone);
+    RUN_TEST(test_heat_derates_and_then_stops);
+    RUN_TEST(test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque);
+    RUN_TEST(test_a_link_that_fills_limits_braking_in_both_directions);
+    RUN_TEST(test_a_link_that_empties_makes_the_motor_brake);
+    RUN_TEST(test_gates_off_forgets_neither_heat_nor_brake_resistor);
+    RUN_TEST(test_gates_off_warns_of_no_limit);
+    return UNITY_END();
+}

@@ -1,0 +1,126 @@
+#include "link_limit.h"
+
+#include <math.h>
+
+#include "unity.h"
+
+static const link_limit_params_t all = {
+    .chopper_on_V = 350.0f, .regen_start_V = 360.0f, .hold_V = 150.0f, .u_dc_max_V = 400.0f};
+static link_limit_config_t cfg;
+static link_limit_state_t st;
+
+void setUp(void)
+{
+    TEST_ASSERT_TRUE(link_limit_init(&cfg, &all));
+    st = (link_limit_state_t){0};
+}
+
+void tearDown(void)
+{
+}
+
+#define ASSERT_REFUSED(field, value)                                                               \
+    do {                                                                                           \
+        link_limit_params_t bad = all;                                                             \
+        bad.field = (value);                                                                       \
+        TEST_ASSERT_FALSE_MESSAGE(link_limit_init(&cfg, &bad), #field " = " #value);               \
+    } while (0)
+
+static void test_init_refuses_levels_in_the_wrong_order(void)
+{
+    ASSERT_REFUSED(chopper_on_V, -1.0f);
+    ASSERT_REFUSED(chopper_on_V, 401.0f);
+    ASSERT_REFUSED(regen_start_V, INFINITY);
+    ASSERT_REFUSED(regen_start_V, 400.0f);
+    ASSERT_REFUSED(hold_V, -0.1f);
+    ASSERT_REFUSED(hold_V, 300.0f); /* full motoring only from 360 V on */
+    ASSERT_REFUSED(u_dc_max_V, 0.0f);
+}
+
+static void test_inside_its_window_nothing_acts(void)
+{
+    for (float u_V = 181.0f; u_V < 349.5f; u_V += 0.5f) {
+        link_limit_step(&cfg, &st, u_V);
+        TEST_ASSERT_FALSE(st.acting);
+        TEST_ASSERT_FALSE(st.limiting);
+        TEST_ASSERT_FALSE(st.brake_on);
+    }
+}
+
+static void test_the_brake_resistor_has_a_hysteresis(void)
+{
+    link_limit_step(&cfg, &st, 350.5f);
+    TEST_ASSERT_TRUE(st.brake_on);
+    link_limit_step(&cfg, &st, 339.6f);
+    TEST_ASSERT_TRUE(st.brake_on);
+    link_limit_step(&cfg, &st, 339.4f);
+    TEST_ASSERT_FALSE(st.brake_on);
+    TEST_ASSERT_FALSE(st.acting);
+    link_limit_step(&cfg, &st, 349.5f);
+    TEST_ASSERT_FALSE(st.brake_on);
+}
+
+/* None is left at 390 V: a quarter of the 40 V before the trip. */
+static void test_braking_fades_before_the_trip(void)
+{
+    link_limit_step(&cfg, &st, 375.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f, st.braking_pu);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.motoring_pu);
+    TEST_ASSERT_TRUE(st.limiting);
+    link_limit_step(&cfg, &st, 390.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, st.braking_pu);
+    link_limit_step(&cfg, &st, 399.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.braking_pu);
+    link_limit_step(&cfg, &st, 345.0f);
+    TEST_ASSERT_FALSE(st.limiting);
+}
+
+static void test_a_failing_supply_turns_motoring_into_braking(void)
+{
+    link_limit_step(&cfg, &st, 165.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f, st.motoring_pu);
+    TEST_ASSERT_TRUE(st.limiting);
+    link_limit_step(&cfg, &st, 150.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, st.motoring_pu);
+    link_limit_step(&cfg, &st, 135.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, -0.5f, st.motoring_pu);
+    link_limit_step(&cfg, &st, 0.0f);
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, st.motoring_pu);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.braking_pu);
+    link_limit_step(&cfg, &st, 200.0f);
+    TEST_ASSERT_FALSE(st.acting);
+}
+
+static void test_at_zero_volts_each_is_off(void)
+{
+    const link_limit_params_t none = {.u_dc_max_V = 400.0f};
+    TEST_ASSERT_TRUE(link_limit_init(&cfg, &none));
+    const float u_V[] = {0.0f, 100.0f, 399.0f, 450.0f};
+    for (unsigned k = 0u; k < sizeof u_V / sizeof *u_V; k++) {
+        link_limit_step(&cfg, &st, u_V[k]);
+        TEST_ASSERT_FALSE(st.acting);
+        TEST_ASSERT_FALSE(st.brake_on);
+    }
+}
+
+/* A link that is no number allows nothing, and the resistor takes no part in it. */
+static void test_a_voltage_that_is_no_number_allows_least(void)
+{
+    link_limit_step(&cfg, &st, NAN);
+    TEST_ASSERT_FALSE(st.brake_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.braking_pu);
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, st.motoring_pu);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_levels_in_the_wrong_order);
+    RUN_TEST(test_inside_its_window_nothing_acts);
+    RUN_TEST(test_the_brake_resistor_has_a_hysteresis);
+    RUN_TEST(test_braking_fades_before_the_trip);
+    RUN_TEST(test_a_failing_supply_turns_motoring_into_braking);
+    RUN_TEST(test_at_zero_volts_each_is_off);
+    RUN_TEST(test_a_voltage_that_is_no_number_allows_least);
+    return UNITY_END();
+}

@@ -1,0 +1,132 @@
+"""One case of the monitor's campaign from the real firmware on the simulated bench to its verdict.
+
+detected  a fault is latched, or the supervisor has declared impressed current, and lasting
+harmless  nothing is said, and nothing is wrong: in RUN, the speed within 30 min^-1 at the end and
+          never beyond 150 min^-1 for longer than 100 ms, the current within its limit
+FAILED    neither, or a leg current beyond 22.5 A for more than two periods, whatever is said
+A sag has to be ridden through: harmless, or FAILED.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from zerohertz import sim
+from zerohertz.atlas.classes import Confidence
+from zerohertz.atlas.detection import longest_s
+from zerohertz.atlas.points import Point
+from zerohertz.atlas.simulate import Bench, begin_s, job_of, library_sha256
+from zerohertz.campaign.monitor_cases import FAULT_S, Case, scenario_overrides
+from zerohertz.drive import State
+from zerohertz.errors import UserError
+
+# A real board: comparators, and a dc link of 1 mF that cannot feed back, with a brake resistor.
+BOARD = {"protection.comparator_A": 25.0}
+LINK = {
+    "dc_link.capacitance_F": 1e-3,
+    "dc_link.source_ohm": 0.5,
+    "dc_link.chopper_ohm": 100.0,
+}
+FIRMWARE: dict[str, float] = {"chopper_on_V": 350.0}
+
+OVER_A = 22.5
+OVER_PERIODS = 2
+END_S = 0.2
+END_RPM = 30.0
+FAR_RPM = 150.0
+FAR_S = 0.1
+# The largest phase current is sqrt(2/3) of the vector's length; 5 % for ripple and noise.
+LIMIT_A = 1.05 * 15.8
+
+
+def job(bench: Bench, case: Case) -> sim.Job:
+    point = Point(
+        map="",
+        index=case.index,
+        seed=case.seed,
+        speed_rpm=case.speed_rpm,
+        load_pu=case.load_pu,
+        rs_ratio=1.0,
+        loaded_s=case.loaded_s,
+    )
+    usual = job_of(bench, point)
+    return dataclasses.replace(
+        usual,
+        scenario_overrides=scenario_overrides(case, begin_s(bench, point)),
+        rig_overrides={**usual.rig_overrides, **LINK},
+        board_overrides={**usual.board_overrides, **BOARD},
+        firmware={**FIRMWARE, **usual.firmware},
+        decimate=1,
+    )
+
+
+def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
+    """The row of a case."""
+    t_s = record.t_s.astype(np.float64) - begin
+    after = t_s >= case.fault_s
+    before = (t_s >= FAULT_S - 0.5) & ~after
+    error_rpm = np.abs(record["speed_rpm"] - record["speed_ref_rpm"])
+    faults = record["faults"].astype(np.int64)
+    error_bits = faults & ~WARNINGS
+    latched = np.flatnonzero(after & (error_bits != 0))
+    taken = after & (record["confidence"] == Confidence.IMPRESSED)
+    told = np.flatnonzero(taken)
+    over = round(longest_s(after & (record["i_peak_A"] > OVER_A), 1.0))
+    end = t_s >= t_s[-1] - END_S
+    fine = (
+        bool(np.all(record["state"][after] == State.RUN))
+        and float(error_rpm[end].mean()) < END_RPM
+        and longest_s(after & (error_rpm > FAR_RPM), record.period_s) <= FAR_S
+        and float(record["i_abs_A"][after].max()) <= LIMIT_A
+    )
+    started = bool(np.all(record["state"][before] == State.RUN) and np.all(error_bits[before] == 0))
+    said = "detected" if len(latched) else "taken over" if bool(taken[end].all()) else "nothing"
+    first = latched if len(latched) else told
+    return {
+        "verdict": _verdict(case, said, fine, over, started and _complete(case, t_s)),
+        "said": said,
+        "bits": int(error_bits[latched[0]]) if len(latched) else 0,
+        "delay_s": float(t_s[first[0]] - case.fault_s) if said != "nothing" else None,
+        "over_periods": over,
+        "peak_A": float(record["i_peak_A"][after].max()),
+        "worst_rpm": float(error_rpm[after & (record["gates_on"] > 0)].max(initial=0.0)),
+        "end_rpm": float(error_rpm[end].mean()),
+        "started": started,
+        "u_dc_low_V": float(record["u_dc_V"][after].min()),
+        "u_dc_high_V": float(record["u_dc_V"][after].max()),
+    }
+
+
+# Bits that leave the gates on (firmware/core/monitor.h): no verdict rests on them.
+WARNINGS = 1 << 10 | 1 << 22 | 1 << 23
+
+
+def _complete(case: Case, t_s: Any) -> bool:
+    return bool(t_s[-1] >= case.loaded_s - 1e-3)
+
+
+def _verdict(case: Case, said: str, fine: bool, over: int, valid: bool) -> str:
+    if not valid or over > OVER_PERIODS:
+        return "FAILED"
+    if case.map == "sag":
+        return "harmless" if said == "nothing" and fine else "FAILED"
+    if said != "nothing":
+        return "detected"
+    return "harmless" if fine else "FAILED"
+
+
+def run_case(bench: Bench, case: Case) -> dict[str, Any]:
+    done = job(bench, case)
+    point_begin_s = begin_s(bench, case)  # type: ignore[arg-type]  # has what is asked of a point
+    return {**vars(case), **judge(case, sim.run(done), point_begin_s)}
+
+
+def run_cases(bench: Bench, cases: Iterable[Case]) -> list[dict[str, Any]]:
+    """A worker's share, with the very firmware the bench was made with."""
+    if library_sha256() != bench.library_sha256:
+        raise UserError("firmware library: differs from the one the campaign was started with")
+    return [run_case(bench, case) for case in cases]
