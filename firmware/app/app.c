@@ -35,7 +35,10 @@ COLD static bool build(app_config_t *cfg, const params_t *params, const gain_tab
     cfg->direction = (params->direction == 1u) ? 1.0f : ((params->direction == 2u) ? -1.0f : 0.0f);
     cfg->stop_speed_rad_s = params->stop_speed_rad_s;
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
-    return drive_init(&cfg->drive, &drive, table) && drive_state_init(&cfg->state, &state);
+    commissioning_params_t commissioning;
+    app_config_commissioning(&commissioning, params);
+    return drive_init(&cfg->drive, &drive, table) && drive_state_init(&cfg->state, &state) &&
+           commissioning_init(&cfg->commissioning, &commissioning);
 }
 
 static bool table_crc_ok(const gain_table_t *table)
@@ -167,6 +170,15 @@ static float speed_reference(const app_t *app, float omega_m_ref_rad_s)
     return app->config.drive.motor.pole_pairs * omega_m_ref_rad_s;
 }
 
+/* After the drive's step: current of this sample, and the voltage that acts from it on. */
+COLD static uint32_t commission(app_t *app)
+{
+    const commissioning_in_t in = {.i_A = app->last.meas.i_s_A,
+                                   .u_coming_V = app->drive.u_acting_V.alpha};
+    app->commissioned = commissioning_step(&app->config.commissioning, &app->commissioning, &in);
+    return (app->commissioned.status == COMMISSIONING_REFUSED) ? MONITOR_COMMISSIONING : 0u;
+}
+
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
 {
     const app_config_t *cfg = &app->config;
@@ -187,9 +199,13 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
                                .mode = app->mode,
                                .aim = app->aim,
                                .omega_e_ref_rad_s = speed_reference(app, command.omega_m_ref_rad_s),
-                               .torque_ref_Nm = command.torque_ref_Nm};
+                               .torque_ref_Nm = command.torque_ref_Nm,
+                               .i_d_ref_A = app->commissioned.i_ref_A};
         drive_step(&cfg->drive, &app->drive, &in, &app->last);
         faults |= app->last.faults | command_faults(app, &command);
+        if (app->mode == DRIVE_COMMISSION) {
+            faults |= commission(app);
+        }
     } else {
         app->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
@@ -202,11 +218,15 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
         .premagnetising = (app->last.rs_measurement == RS_MEASUREMENT_BUSY),
         .standing =
             (app->aim == DRIVE_AIM_STOP) && drive_standing(&app->drive, cfg->stop_speed_rad_s),
-        .commissioned = true}; /* nobody here who could */
+        .commissioned = (app->commissioned.status == COMMISSIONING_DONE)};
     const drive_state_out_t state = drive_state_step(&cfg->state, &app->machine, &state_in);
     if (state.offsets_ready) {
         app->drive.measurement.offset_A = app->machine.offset_A;
         app->drive.measurement.offset_V = app->machine.offset_V;
+    }
+    if ((state.mode == DRIVE_COMMISSION) && (app->mode != DRIVE_COMMISSION)) {
+        app->commissioning = (commissioning_state_t){0};
+        app->commissioned = (commissioning_out_t){.status = COMMISSIONING_BUSY};
     }
     app->mode = state.mode;
     app->aim = state.aim;

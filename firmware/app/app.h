@@ -11,6 +11,7 @@
 
 #include "app_link.h"
 #include "app_store.h"
+#include "commissioning.h"
 #include "drive.h"
 #include "drive_state.h"
 #include "fault_record.h"
@@ -43,6 +44,7 @@ typedef struct {
     uint32_t command_timeout_periods; /* 0: not watched */
     float direction;                  /* of the references allowed; 0: both */
     float stop_speed_rad_s;           /* electrical */
+    commissioning_config_t commissioning;
 } app_config_t;
 
 /* Where a port lets the drive record; no start-up code may clear `fault`. */
@@ -59,6 +61,7 @@ typedef struct {
     drive_state_t drive;
     drive_out_t last; /* of the last period, for telemetry and trace */
     drive_machine_t machine;
+    commissioning_out_t commissioned; /* what it said last; zero: not begun */
     drive_mode_t mode;
     drive_aim_t aim;
     uint32_t command_count;   /* as it came last */
@@ -73,6 +76,7 @@ typedef struct {
     hal_output_t output; /* of the last period, when it is recorded */
     fault_recorder_t fault_recorder;
     trace_t trace;
+    commissioning_state_t commissioning;
 
     /* The background's. */
     const gain_table_t *table;

@@ -170,3 +170,12 @@ void app_config_drive(drive_params_t *drive, const params_t *params)
     config_protection(drive, params);
     config_means(drive, params);
 }
+
+void app_config_commissioning(commissioning_params_t *c, const params_t *p)
+{
+    *c = (commissioning_params_t){.rated_A = p->com_rated_A,
+                                  .level_s = p->com_level_s,
+                                  .slip_Hz = p->com_slip_Hz,
+                                  .Rs_ohm = p->Rs_ohm,
+                                  .period_s = p->period_s};
+}

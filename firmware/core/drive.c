@@ -145,10 +145,16 @@ static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st, ab_t u_f
     return u_V;
 }
 
-/* Premagnetisation: the dc measurement, as far as it is wanted. */
-static void measure_rs(const drive_config_t *cfg, drive_state_t *st, ab_t u_from_duty,
-                       drive_out_t *out)
+/* Premagnetisation: the dc measurement, as far as it is wanted. Commissioning measures itself, and
+ * like it looks for what the legs lose. */
+static void measure_rs(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *drive_in,
+                       ab_t u_from_duty, drive_out_t *out)
 {
+    if (drive_in->mode == DRIVE_COMMISSION) {
+        out->rs_measurement = RS_MEASUREMENT_BUSY;
+        out->i_ref_A = (dq_t){drive_in->i_d_ref_A, 0.0f};
+        return;
+    }
     const rs_measurement_in_t in = {
         .i_A = out->meas.i_s_A.alpha, .u_V = out->u_s_V.alpha, .u_duty_V = u_from_duty.alpha};
     const rs_measurement_out_t rs =
@@ -185,7 +191,7 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
     observer_step(&cfg->observer, &st->observer, &obs_in);
 
     if (in->mode != DRIVE_RUN) {
-        measure_rs(cfg, st, u_from_duty, out);
+        measure_rs(cfg, st, in, u_from_duty, out);
     } else if (st->impressed.active &&
                !impressed_current_observable(&cfg->impressed, &st->impressed)) {
         /* Nothing to see: the rotor follows what is impressed, or nothing helps. */

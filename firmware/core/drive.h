@@ -45,7 +45,7 @@ typedef enum {
     DRIVE_OFF = 0, /* gates off: estimator and controllers at rest, currents still watched */
     DRIVE_PREMAGNETISE = 1, /* i_d along a fixed axis, no torque, speed taken as 0 */
     DRIVE_RUN = 2,          /* flux-oriented control of what the aim says */
-    DRIVE_COMMISSION = 3    /* the commissioning says which current */
+    DRIVE_COMMISSION = 3    /* i_d as asked along phase u, nothing estimated or compensated */
 } drive_mode_t;
 
 /* What DRIVE_RUN is to reach. */
@@ -165,6 +165,7 @@ typedef struct {
     drive_aim_t aim;
     float omega_e_ref_rad_s; /* 0 with DRIVE_AIM_STOP */
     float torque_ref_Nm;
+    float i_d_ref_A; /* DRIVE_COMMISSION alone */
 } drive_in_t;
 
 /* What happened in one period and is not kept in the state: duties for the port, the rest for
