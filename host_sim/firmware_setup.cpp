@@ -94,6 +94,7 @@ void scale_to_motor(params_t &params, const MotorFile &m)
     scale_param(params, "i_max_A", current);
     scale_param(params, "overload_motor_A", current);
     scale_param(params, "overload_inverter_A", current);
+    scale_param(params, "com_rated_A", current);
     scale_param(params, "i_d_A", i_d);
     scale_param(params, "i_d_max_A", i_d);
     scale_param(params, "lambda_max_Wb", flux);

@@ -117,6 +117,7 @@ Rig read_rig(const TomlDocument &document)
     rig.dc_link = read_dc_link(in);
     rig.sensors = read_sensors(in);
     rig.integration = read_integration(in);
+    in.pass_through("nameplate"); // all that the tools may know of this motor
     in.finish();
     return rig;
 }

@@ -53,6 +53,9 @@ std::uint32_t Scenario::command(double t_s) const
     if (t_s >= torque_mode_on_s && t_s < torque_mode_off_s) {
         bits |= command_torque_mode;
     }
+    if (t_s >= commission_s) {
+        bits |= command_commission;
+    }
     return bits;
 }
 
@@ -82,6 +85,7 @@ Scenario read_scenario(const TomlDocument &document)
     s.torque_mode_on_s = time_or_never(in, "scenario.torque_mode_on_s");
     s.torque_mode_off_s = time_or_never(in, "scenario.torque_mode_off_s");
     s.silent_from_s = time_or_never(in, "scenario.silent_from_s");
+    s.commission_s = time_or_never(in, "scenario.commission_s");
     s.speed_ref_rpm = in.profile("profiles.speed_ref_rpm", within(-1e5, 1e5));
     s.torque_ref_Nm = in.profile_or("profiles.torque_ref_Nm", 0.0, within(-1e5, 1e5));
     read_disturbances(in, s.disturbances);

@@ -20,6 +20,7 @@ inline constexpr std::uint32_t command_run = 1U;
 inline constexpr std::uint32_t command_fault_reset = 2U;
 inline constexpr std::uint32_t command_torque_off = 4U;
 inline constexpr std::uint32_t command_torque_mode = 16U;
+inline constexpr std::uint32_t command_commission = 8U;
 
 // What acts on the plant.
 struct Disturbances {
@@ -57,6 +58,7 @@ struct Scenario {
     double torque_mode_on_s = never_s;
     double torque_mode_off_s = never_s;
     double silent_from_s = never_s; // the operator says nothing new any more
+    double commission_s = never_s;  // the run ends when the drive is done with it
 
     Profile speed_ref_rpm{0.0};
     Profile torque_ref_Nm{0.0};

@@ -27,6 +27,7 @@ extern "C" {
 #define ZH_SIL_RUN         (1u << 0) /* level: run; has to be seen low once after a fault */
 #define ZH_SIL_FAULT_RESET (1u << 1) /* rising edge */
 #define ZH_SIL_TORQUE_OFF  (1u << 2) /* level: gates off, wins over run */
+#define ZH_SIL_COMMISSION  (1u << 3) /* level: find the motor's circuit at standstill */
 
 /* mode */
 enum {

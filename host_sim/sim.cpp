@@ -75,6 +75,25 @@ params_t firmware_params(const zh_sim_job &job, const zh::MotorDir &dir, const z
     return params;
 }
 
+zh_commissioning found(const zh::Outcome &out)
+{
+    static_assert(ZH_COMMISSIONING_LEVELS == COMMISSIONING_LEVELS);
+    const commissioning_result_t &r = out.commissioning;
+    zh_commissioning c{};
+    c.done = out.commissioned ? 1U : 0U;
+    c.refusal = static_cast<std::uint32_t>(out.refusal);
+    c.Rs_ohm = r.Rs_ohm;
+    c.lost_V = r.lost_V;
+    c.sigma_Ls_H = r.sigma_Ls_H;
+    c.Rr_gamma_ohm = r.Rr_gamma_ohm;
+    c.M_gamma_H = r.M_gamma_H;
+    c.bias_A = r.bias_A;
+    std::copy_n(r.level_A, COMMISSIONING_LEVELS, c.level_A);
+    std::copy_n(r.flux_Wb, COMMISSIONING_LEVELS, c.flux_Wb);
+    std::copy_n(r.error_V, COMMISSIONING_LEVELS, c.error_V);
+    return c;
+}
+
 } // namespace
 
 zh::Run zh::run_of(const zh_sim_job &job)
@@ -151,6 +170,7 @@ int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)
         result->loop_ns_per_step = out->loop_ns_per_step;
         result->controller_ns_per_step = out->controller_ns_per_step;
         result->plant_ns_per_step = out->plant_ns_per_step;
+        result->commissioning = found(*out);
         result->owner = out.release();
         return int{ZH_OK};
     });

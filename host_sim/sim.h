@@ -50,6 +50,23 @@ typedef struct {
     const float *gain;
 } zh_sim_job;
 
+#define ZH_COMMISSIONING_LEVELS 8u
+
+/* What the firmware found (firmware/service/commissioning.h); vectors power invariant. */
+typedef struct {
+    uint32_t done;
+    uint32_t refusal; /* commissioning_refusal_t */
+    float Rs_ohm;
+    float lost_V;
+    float sigma_Ls_H;
+    float Rr_gamma_ohm; /* (M/Lr)^2 Rr */
+    float M_gamma_H;    /* M^2/Lr for small changes about bias_A */
+    float bias_A;
+    float level_A[ZH_COMMISSIONING_LEVELS];
+    float flux_Wb[ZH_COMMISSIONING_LEVELS];
+    float error_V[ZH_COMMISSIONING_LEVELS];
+} zh_commissioning;
+
 typedef struct {
     uint32_t struct_size; /* sizeof(zh_sim_result), set by the caller */
     uint32_t columns;
@@ -66,6 +83,7 @@ typedef struct {
     double controller_ns_per_step; /* with ZH_SIM_TIME_SPLIT, else 0 */
     double plant_ns_per_step;
     void *owner; /* the library's; NULL after zh_sim_free */
+    zh_commissioning commissioning;
 } zh_sim_result;
 
 /* A status of sil.h; text in zh_sil_error(). */

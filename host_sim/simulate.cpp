@@ -154,7 +154,14 @@ public:
                 watch(plant_.time_s());
                 break;
             }
+            if (firmware_.app().commissioned.status != COMMISSIONING_BUSY) {
+                break;
+            }
         }
+        const app_t &app = firmware_.app();
+        out_.commissioned = app.commissioned.status == COMMISSIONING_DONE;
+        out_.refusal = app.commissioning.refusal;
+        out_.commissioning = app.commissioning.result;
         out_.loop_ns_per_step = 1e9 * (cpu_time_s() - start_s) /
                                 static_cast<double>(std::max<std::uint64_t>(out_.steps, 1));
         return std::move(out_);

@@ -65,6 +65,9 @@ struct Outcome {
     double loop_ns_per_step = 0.0;
     double controller_ns_per_step = 0.0;
     double plant_ns_per_step = 0.0;
+    bool commissioned = false;
+    commissioning_refusal_t refusal = COMMISSIONING_NOT_REFUSED;
+    commissioning_result_t commissioning{};
 };
 
 // Throws ConfigError when firmware or plant refuse what they are given. With a witness the plant

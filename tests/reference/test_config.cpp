@@ -229,7 +229,10 @@ void an_experiment_routes_overrides_to_its_files()
 void every_committed_file_loads()
 {
     int files = 0;
-    for (const auto &entry : std::filesystem::directory_iterator(folder + "/rigs")) {
+    for (const auto &entry : std::filesystem::recursive_directory_iterator(folder + "/rigs")) {
+        if (entry.is_directory()) {
+            continue; // rigs/motors
+        }
         const zh::Rig rig = zh::load_rig(entry.path().string());
         CHECK(rig.name == entry.path().stem().string());
         const auto board =
@@ -242,14 +245,14 @@ void every_committed_file_loads()
             ++files;
         }
     }
-    CHECK(files >= 6);
+    CHECK(files >= 24);
     for (const auto &entry : std::filesystem::directory_iterator(folder + "/scenarios")) {
         const zh::Scenario scenario = zh::load_scenario(entry.path().string());
         CHECK(scenario.name == entry.path().stem().string());
         CHECK(scenario.run_on_s < 1.0);
         ++files;
     }
-    CHECK(files >= 20);
+    CHECK(files >= 38);
     const zh::Board paper = zh::load_board(folder + "/boards/paper.toml");
     CHECK(paper.adc_bits == 14);
     CHECK_NEAR(paper.current_full_scale_A, 25.0, 0.0);

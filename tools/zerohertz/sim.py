@@ -72,6 +72,23 @@ class Job:
 
 
 @dataclass(frozen=True)
+class Commissioned:
+    """What the firmware's self-commissioning found (zh_commissioning of sim.h)."""
+
+    done: bool
+    refusal: int
+    Rs_ohm: float
+    lost_V: float
+    sigma_Ls_H: float
+    Rr_gamma_ohm: float
+    M_gamma_H: float
+    bias_A: float
+    level_A: tuple[float, ...]
+    flux_Wb: tuple[float, ...]
+    error_V: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Record:
     """What a run left: named columns, one row per recorded control period."""
 
@@ -85,6 +102,7 @@ class Record:
     loop_ns_per_step: float  # CPU time, recording included
     controller_ns_per_step: float  # with Job.time_split, else 0
     plant_ns_per_step: float
+    commissioned: Commissioned | None = None
 
     def __getitem__(self, name: str) -> npt.NDArray[np.float32]:
         return self.columns[name]
@@ -115,6 +133,20 @@ class _Job(Structure):
     )
 
 
+_LEVELS = 8
+_CURVES = ("level_A", "flux_Wb", "error_V")
+_FOUND = ("Rs_ohm", "lost_V", "sigma_Ls_H", "Rr_gamma_ohm", "M_gamma_H", "bias_A")
+
+
+class _Commissioning(Structure):
+    _fields_ = (
+        ("done", c_uint32),
+        ("refusal", c_uint32),
+        *((name, c_float) for name in _FOUND),
+        *((name, c_float * _LEVELS) for name in _CURVES),
+    )
+
+
 class _Result(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
@@ -132,6 +164,7 @@ class _Result(Structure):
         ("controller_ns_per_step", c_double),
         ("plant_ns_per_step", c_double),
         ("owner", c_void_p),
+        ("commissioning", _Commissioning),
     )
 
 
@@ -195,6 +228,16 @@ def _record(lib: ctypes.CDLL, result: _Result) -> Record:
         loop_ns_per_step=result.loop_ns_per_step,
         controller_ns_per_step=result.controller_ns_per_step,
         plant_ns_per_step=result.plant_ns_per_step,
+        commissioned=_commissioned(result.commissioning),
+    )
+
+
+def _commissioned(raw: _Commissioning) -> Commissioned:
+    return Commissioned(
+        done=bool(raw.done),
+        refusal=raw.refusal,
+        **{name: getattr(raw, name) for name in _FOUND},
+        **{name: tuple(getattr(raw, name)) for name in _CURVES},
     )
 
 
