@@ -19,6 +19,7 @@ COMMAND_MODULES = (
     "zerohertz.atlas.special_command",
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
+    "zerohertz.commission.command",
     "zerohertz.stability.command",
     "zerohertz.replay.command",
     "zerohertz.link.command",

@@ -12,6 +12,7 @@ import typer
 
 from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
+from zerohertz.commission.command import register_campaign
 from zerohertz.errors import UserError
 
 
@@ -23,6 +24,8 @@ def register(app: typer.Typer) -> None:
     @campaign.callback()
     def group() -> None:
         """Long campaigns; zh test takes samples of them."""
+
+    register_campaign(campaign)
 
     @campaign.command("mutation")
     def mutation(

@@ -1,0 +1,275 @@
+"""zerohertz.commission: plates, the circuit from what the firmware finds, two motors found and run.
+
+The walk-through's commands are executed as they are printed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import re
+import shlex
+import subprocess
+import tomllib
+
+import pytest
+from test_special import record
+
+from zerohertz.commission import campaign, rotate, run, solve
+from zerohertz.commission.folder import all_rigs, rig_file, store, stored_parameters
+from zerohertz.commission.plate import guess, plate_from, read_plate, warnings
+from zerohertz.commission.trial import Times, judge
+from zerohertz.commission.tuning import design_of, firmware_parameters
+from zerohertz.errors import UserError
+from zerohertz.motor import Circuit, load_motor
+from zerohertz.paths import ROOT
+from zerohertz.sim import Commissioned
+
+WALK = ROOT / "tools" / "docs" / "walkthrough.md"
+PLATE = {
+    "power_kW": 4.0,
+    "voltage_V": 400,
+    "current_A": 7.9,
+    "connection": "star",
+    "frequency_Hz": 50,
+    "speed_rpm": 1435,
+    "cos_phi": 0.82,
+}
+
+
+def plate(**changes):
+    return plate_from(PLATE | changes, "plate")
+
+
+def test_vectors_are_power_invariant() -> None:
+    p = plate()
+    assert p.current_vector_A == pytest.approx(7.9 * math.sqrt(3.0))
+    # u i cos phi of the vectors is the power of three phases.
+    assert p.voltage_V * p.current_vector_A * p.cos_phi == pytest.approx(
+        3.0 * 400 / math.sqrt(3.0) * 7.9 * 0.82
+    )
+    assert p.impedance_ohm == pytest.approx(400 / math.sqrt(3.0) / 7.9)
+    assert p.pole_pairs == 2
+    assert p.slip_Hz == pytest.approx(50 - 1435 / 30)
+
+
+@pytest.mark.parametrize(("speed", "pole_pairs"), [(2850, 1), (1435, 2), (960, 3), (700, 4)])
+def test_pole_pairs_follow_from_the_rated_speed(speed: float, pole_pairs: int) -> None:
+    assert plate(speed_rpm=speed).pole_pairs == pole_pairs
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"speed_rpm": 3000}, "speed_rpm"),
+        ({"speed_rpm": 2300}, "speed_rpm"),
+        ({"cos_phi": 1.0}, "cos_phi"),
+        ({"power_kW": -1.0}, "power_kW"),
+        ({"current_A": "7.9"}, "current_A"),
+        ({"connection": "triangle"}, "connection"),
+        ({"colour": 3.0}, "colour"),
+    ],
+)
+def test_an_impossible_plate_is_refused_by_name(changes: dict, word: str) -> None:
+    with pytest.raises(UserError, match=word):
+        plate(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"current_A": 4.6}, "star and delta"),
+        ({"power_kW": 1.2}, "efficiency"),
+        ({"cos_phi": 0.97, "current_A": 6.8}, "cos phi"),
+        ({"speed_rpm": 1497}, "slip"),
+    ],
+)
+def test_a_doubtful_plate_is_warned_of(changes: dict, word: str) -> None:
+    assert warnings(plate()) == []
+    assert any(word in text for text in warnings(plate(**changes)))
+
+
+def test_every_rig_has_a_plate_without_a_doubt_and_a_source() -> None:
+    assert len(all_rigs()) == 8
+    for rig in all_rigs():
+        assert warnings(read_plate(rig)) == []
+        assert rig.read_text().startswith("# ")
+        assert rig.stem == tomllib.loads(rig.read_text())["rig"]["name"]
+
+
+def test_the_guess_is_of_the_motor_s_size() -> None:
+    for rig in all_rigs():
+        g, true = guess(read_plate(rig)), tomllib.loads(rig.read_text())["motor"]
+        assert 0.2 < g.Rs_ohm / true["Rs_ohm"] < 5.0
+        leak = true["Ls_H"] - true["M_H"] ** 2 / true["Lr_H"]
+        assert 0.3 < g.sigma_Ls_H / leak < 3.0
+
+
+def found_of(circuit: Circuit, rated_A: float) -> Commissioned:
+    """What the firmware would find of a motor that does not saturate."""
+    kr = circuit.M_H / circuit.Lr_H
+    levels = tuple(rated_A * (n + 1) / 8 for n in range(8))
+    return Commissioned(
+        done=True, refusal=0, Rs_ohm=circuit.Rs_ohm, lost_V=1.0, sigma_Ls_H=circuit.sigma_Ls_H,
+        Rr_gamma_ohm=kr**2 * circuit.Rr_ohm, M_gamma_H=kr * circuit.M_H, bias_A=1.0,
+        level_A=levels, flux_Wb=tuple(circuit.Ls_H * i for i in levels), error_V=(0.0,) * 8,
+    )  # fmt: skip
+
+
+def test_a_circuit_with_equal_leakage_is_found_exactly() -> None:
+    true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
+    mine = solve.solve(found_of(true, 13.7), plate()).circuit
+    for key, value in dataclasses.asdict(true).items():
+        assert getattr(mine, key) == pytest.approx(value, rel=1e-9)
+
+
+def test_another_share_of_the_leakage_is_the_same_machine() -> None:
+    true = Circuit(1.405, 1.395, 0.190, 0.175, 0.1722)
+    mine = solve.solve(found_of(true, 13.7), plate()).circuit
+    assert mine.sigma_Ls_H == pytest.approx(true.sigma_Ls_H)
+    assert mine.Ls_H == pytest.approx(true.Ls_H)
+    assert mine.tau_per_s == pytest.approx(true.tau_per_s)
+
+
+def test_rated_flux_and_current_reproduce_the_rated_torque() -> None:
+    """T = p (M/Lr) lambda i_q at the plate's operating point."""
+    rig = rig_file("im_4kw_400v")
+    p = read_plate(rig)
+    true = campaign.true_circuit(rig, 1.178)
+    flux = solve.rotor_flux_Wb(true, p)
+    i_q = math.sqrt(p.current_vector_A**2 - (flux / true.M_H) ** 2)
+    torque = p.pole_pairs * true.M_H / true.Lr_H * flux * i_q
+    assert torque == pytest.approx(p.torque_Nm, rel=0.03)  # plate rounded, friction 1 %
+
+
+def test_parameters_scale_with_the_motor() -> None:
+    """Twice the motor at twice the current: same times, half the impedances, same adaptation."""
+    p = plate(J_kg_m2=0.01)
+    true = Circuit(1.4, 1.4, 0.178, 0.178, 0.172)
+    half = Circuit(*(0.5 * x for x in dataclasses.astuple(true)))
+    twice = plate(power_kW=8.0, current_A=15.8, J_kg_m2=0.02)
+    one, two = (
+        firmware_parameters(solve.solve(found_of(c, q.current_vector_A), q), q, q.J_kg_m2, 200e-6)
+        for c, q in ((true, p), (half, twice))
+    )
+    for key, value in one.items():
+        scale = 2.0 if key.endswith("_A") or key in ("speed_J_kg_m2",) else 1.0
+        if key.startswith("adapt_"):
+            scale = 0.5
+        assert two[key] == pytest.approx(scale * value, rel=1e-6), key
+    assert design_of(true, p, 200e-6) == design_of(half, twice, 200e-6)
+
+
+def test_two_motors_are_found_and_run() -> None:
+    """The smallest and a large one; the page has all eight."""
+    for name in ("im_0kw19_220v", "im_37kw_400v"):
+        row = campaign.one_motor(rig_file(name), seed=2)
+        assert row.refusal is None
+        assert row.trial is not None
+        assert row.good, campaign.row_text(row)
+
+
+def test_the_page_is_of_these_motors() -> None:
+    text = campaign.PAGE.read_text()
+    for rig in all_rigs():
+        assert f"| `{rig.stem}` |" in text
+
+
+def test_a_board_that_is_too_small_for_the_motor_trips() -> None:
+    rig = rig_file("im_75kw_400v")
+    board = ROOT / "host_sim" / "boards" / "board_540V.toml"  # 25 A
+    with pytest.raises(UserError, match="tripped"):
+        run.commission(rig, read_plate(rig), board=board)
+
+
+def test_another_motor_than_the_plate_s_is_refused() -> None:
+    found, _ = run.commission(rig_file("im_0kw19_220v"), read_plate(rig_file("im_7kw5_400v")))
+    assert run.refused(found) == run.REFUSALS[3]
+
+
+def test_what_is_stored_is_read_back(tmp_path) -> None:
+    true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
+    motor = solve.solve(found_of(true, 13.7), plate())
+    store(tmp_path, "my_motor", motor, plate(), None)
+    assert load_motor(tmp_path).circuit == true
+    assert stored_parameters(tmp_path)["i_d_A"] == pytest.approx(motor.i_d_A, rel=1e-6)
+    with pytest.raises(UserError, match=r"firmware\.toml"):
+        stored_parameters(tmp_path / "nowhere")
+
+
+AT = Times(0.0, (2.0, 4.0, 6.0, 8.0))
+
+
+def running(t_s):
+    return 250.0 + 500.0 * (t_s >= 2.1)
+
+
+def test_a_trial_is_held_by_the_end_of_each_phase() -> None:
+    seen = judge(record(speed_rpm=running), AT, 1000.0)
+    assert seen.held
+    assert seen.rise_s == pytest.approx(0.1, abs=0.02)
+    assert seen.dip_pu == 0.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"speed_rpm": lambda t: running(t) - 11.0 * (t > 5.8) * (t < 6.0)},
+        {"flux_angle_err_deg": lambda t: -11.0 * (t > 7.9)},
+        {"first_fault": 1},
+    ],
+)
+def test_a_trial_that_is_not_held(wrong: dict) -> None:
+    assert not judge(record(**{"speed_rpm": running} | wrong), AT, 1000.0).held
+
+
+def commands(page: str) -> list[str]:
+    blocks = re.findall(r"```sh\n(.*?)```", page, flags=re.DOTALL)
+    lines = [line.split("  #")[0].strip() for block in blocks for line in block.splitlines()]
+    return [line for line in lines if line]
+
+
+def test_the_walk_through_does_what_it_says() -> None:
+    """Every command of the page, in order, as printed; its results are those in build/walk."""
+    lines = commands(WALK.read_text())
+    assert len(lines) >= 5
+    for line in lines:
+        words = shlex.split(line)
+        assert words[0] == "tools/zh", line
+        done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, env=os.environ)
+        assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+        if "--json" in words:
+            json.loads(done.stdout)
+
+
+def ramps(t_s):
+    """10 rad/s^2 up from 2 s, down from 6 s, between 0 and 30 rad/s."""
+    return (30.0 / math.pi) * (10.0 * ((t_s - 2.0).clip(0.0, 3.0) - (t_s - 6.0).clip(0.0, 3.0)))
+
+
+def test_inertia_and_friction_come_from_two_ramps() -> None:
+    true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
+    p = plate()
+    motor = solve.solve(found_of(true, 13.7), p)
+    nm_per_A = p.pole_pairs * true.M_H**2 / true.Lr_H * 6.8
+    p = dataclasses.replace(p, speed_rpm=30.0 / 0.65 * 30.0 / math.pi)
+    made = record(
+        speed_hat_rpm=ramps,
+        i_d_A=6.8,
+        i_q_A=lambda t: (0.3 + 0.02 * 10.0 * ((t < 5.5) * 1.0 - (t >= 5.5))) / nm_per_A,
+    )
+    at = Times(0.0, (1.9, 5.5, 9.5, 0.0))
+    p = dataclasses.replace(p, frequency_Hz=2.0 * p.speed_rpm / 60.0 * 1.04)
+    mechanics = rotate.mechanics_of(made, at, motor, p)
+    assert mechanics.J_kg_m2 == pytest.approx(0.02, rel=0.01)
+    assert mechanics.friction_Nm == pytest.approx(0.3, rel=0.02)
+
+
+def test_a_shaft_that_does_not_follow_is_told() -> None:
+    true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
+    motor = solve.solve(found_of(true, 13.7), plate())
+    still = record(speed_hat_rpm=0.0, i_d_A=6.8, i_q_A=1.0)
+    with pytest.raises(UserError, match="shaft"):
+        rotate.mechanics_of(still, Times(0.0, (1.0, 5.0, 9.0, 0.0)), motor, plate())

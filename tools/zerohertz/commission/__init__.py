@@ -1,0 +1,1 @@
+"""From an unknown motor to a running drive: nameplate, identification, tuning."""

@@ -1,0 +1,136 @@
+"""The firmware's self-commissioning in the simulated rig."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+
+from zerohertz.commission.plate import Plate, guess, level_s, threshold_A
+from zerohertz.errors import UserError
+from zerohertz.gain_design.command import JSON_NAME
+from zerohertz.gain_design.table import design_table, table_json
+from zerohertz.motor import Circuit, Design, Mechanics, Motor, Nameplate, motor_toml
+from zerohertz.sim import Commissioned, Job, run
+
+PERIOD_S = 200e-6
+REFUSALS = {
+    1: "the current does not follow: is the motor connected, and the dc link high enough?",
+    2: "phases v and w do not share the current: one of them is open",
+    3: "the stator resistance is no motor's of this size: check the plate and the wiring",
+    4: "the flux had not settled: raise com_level_s",
+    5: "more current did not give more flux: check the current sensors' signs",
+    6: "the leakage is nothing or more than a motor has: is there a filter in the line?",
+    7: "no rotor answers, or one of another size: check the plate",
+}
+_LONGEST_S = 600.0
+_SCENARIO = f"""\
+[scenario]
+name = "commission"
+duration_s = {_LONGEST_S}
+commission_s = 0.3
+[profiles]
+speed_ref_rpm = [[0.0, 0.0]]
+"""
+
+
+def board_text(plate: Plate) -> str:
+    """A board of the motor's size: full scales 2.5 x rated peak current, 1.5 x the dc link."""
+    dc_V = round(math.sqrt(2.0) * plate.voltage_V)
+    return f"""\
+[board]
+name = "scaled to the motor"
+[adc]
+bits = 14
+[full_scale]
+current_A = {2.5 * math.sqrt(2.0) * plate.current_A:.4g}
+line_voltage_V = {1.5 * dc_V}
+dc_link_V = {1.5 * dc_V}
+[filter]
+voltage_cutoff_Hz = 800.0
+order = 2
+[control]
+period_s = {PERIOD_S}
+[inverter]
+u_dc_V = {dc_V}
+"""
+
+
+def nameplate_of(plate: Plate) -> Nameplate:
+    """As motor.toml has it."""
+    return Nameplate(
+        power_W=1e3 * plate.power_kW,
+        speed_rpm=plate.speed_rpm,
+        voltage_V=plate.voltage_V,
+        current_A=plate.current_A,
+        frequency_Hz=plate.frequency_Hz,
+        pole_pairs=plate.pole_pairs,
+        torque_Nm=round(plate.torque_Nm, 3),
+    )
+
+
+def inertia_kg_m2(plate: Plate) -> float:
+    """The catalogue's, or what a motor of this torque usually has."""
+    return plate.J_kg_m2 or 6e-4 * plate.torque_Nm**1.25
+
+
+def motor_of(name: str, source: str, plate: Plate, circuit: Circuit, design: Design) -> Motor:
+    return Motor(
+        name=name,
+        source=source,
+        nameplate=nameplate_of(plate),
+        circuit=circuit,
+        mechanics=Mechanics(J_kg_m2=inertia_kg_m2(plate)),
+        design=design,
+    )
+
+
+def write_folder(motor: Motor, folder: Path) -> None:
+    """motor.toml and its table."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "motor.toml").write_text(motor_toml(motor), encoding="utf-8")
+    (folder / JSON_NAME).write_text(table_json(design_table(motor)), encoding="utf-8")
+
+
+def commission(
+    rig: Path, plate: Plate, board: str | Path | None = None, seed: int = 1
+) -> tuple[Commissioned, float]:
+    """What the firmware found, and how long it took; it is told the plate alone."""
+    nothing = Design(
+        method="zero", dw0_rad_s=1.0, radius_per_s=1500.0, decay_per_s=0.0, relax=1.05,
+        period_s=PERIOD_S, table_end_elec_per_min=2,
+    )  # fmt: skip
+    unknown = motor_of("unknown", "guessed from the nameplate", plate, guess(plate), nothing)
+    with tempfile.TemporaryDirectory() as folder:
+        write_folder(unknown, Path(folder))
+        job = Job(
+            scenario=_SCENARIO,
+            rig=rig,
+            board=board or board_text(plate),
+            motor_dir=folder,
+            firmware=start_parameters(plate),
+            seed=seed,
+            decimate=1000,
+        )
+        record = run(job)
+    if record.first_fault and not record.commissioned.refusal:
+        raise UserError(f"commissioning: the drive tripped, fault bits {record.first_fault:#x}")
+    return record.commissioned, record.steps * record.period_s
+
+
+def start_parameters(plate: Plate) -> dict[str, float]:
+    """Firmware parameters before anything is known but the plate."""
+    return {
+        "observer_gain_enable": 0,
+        "com_rated_A": plate.current_vector_A,
+        "com_level_s": level_s(plate),
+        "com_slip_Hz": plate.slip_Hz,
+        "dead_time_i_threshold_A": threshold_A(plate),
+        "current_bandwidth_rad_s": 400.0,
+    }
+
+
+def refused(found: Commissioned) -> str | None:
+    if found.done:
+        return None
+    return REFUSALS.get(found.refusal, "it did not end in time")

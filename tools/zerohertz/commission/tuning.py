@@ -1,0 +1,133 @@
+"""Every parameter of the firmware and of its gain table from motor, plate and period.
+
+Time constants are those of the motor. What a loop's pole is in units of them was chosen once, on
+the recommended configuration of Table 1's machine (host_sim/configs/README.md), and holds for all.
+"""
+
+from __future__ import annotations
+
+import math
+
+from zerohertz.commission.plate import Plate, threshold_A
+from zerohertz.commission.solve import Identified
+from zerohertz.motor import MAX_ENTRIES, STEP_ELEC_PER_MIN, Circuit, Design
+
+# Observer: real poles p1 and -(a Rr/Lr + b |w|); p1 over the motor's own current decay a11.
+P1_SLOW, P1_FAST = 1.1, 2.25
+P2_A, P2_B = 0.87, 0.073
+# p1 goes from slow to fast between these speeds, in units of the slow p1.
+P1_FROM, P1_TO = 0.2, 0.6
+# Adaptation: s^2 + (|p1| + g kp) s + g ki, g = lambda^2 kr/(sigma Ls) from speed to lambda e1_q.
+ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.635
+# Speed loop: well inside the adaptation.
+SPEED_SLOW, SPEED_FAST = 0.17, 0.36
+SPEED_FROM, SPEED_TO = 0.32, 0.49
+# Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us.
+CURRENT_PERIODS = 0.12
+OVERLOAD = 1.5
+TRIP = 1.3
+RANGE = 1.2  # of rated frequency
+MARGIN = 0.7  # share of rated torque that the ramp takes
+
+
+def poles_per_s(circuit: Circuit) -> tuple[float, float]:
+    """|p1| at low speed and at speed."""
+    return P1_SLOW * circuit.a11_per_s, P1_FAST * circuit.a11_per_s
+
+
+def design_of(circuit: Circuit, plate: Plate, period_s: float) -> Design:
+    """What the gain table is designed for."""
+    slow, fast = poles_per_s(circuit)
+    elec_per_min = 60.0 / (2.0 * math.pi)
+    largest = (MAX_ENTRIES - 1) * STEP_ELEC_PER_MIN
+    end = 2 * round(RANGE * 60.0 * plate.frequency_Hz / 2)
+    return Design(
+        method="closed_form",
+        dw0_rad_s=round(0.6 * circuit.tau_per_s, 6),
+        radius_per_s=round(max(1500.0, 2.0 * fast), 3),
+        decay_per_s=round(min(1.0, 0.2 * circuit.tau_per_s), 6),
+        relax=1.05,
+        period_s=period_s,
+        table_end_elec_per_min=min(end, largest),
+        p1_per_s=round(-slow, 3),
+        a=P2_A,
+        b=P2_B,
+        p1_fast_per_s=round(-fast, 3),
+        p1_slow_elec_per_min=round(P1_FROM * slow * elec_per_min, 3),
+        p1_fast_elec_per_min=round(P1_TO * slow * elec_per_min, 3),
+    )
+
+
+def firmware_parameters(
+    motor: Identified, plate: Plate, J_kg_m2: float, period_s: float
+) -> dict[str, float]:
+    """Bandwidths from time constants, limits from rated current, flux from rated voltage.
+
+    What follows from the board alone (full scales, dc-link limits) stays as the board gives it.
+    """
+    circuit, flux = motor.circuit, motor.rotor_flux_Wb
+    return {
+        **_estimator(circuit, plate, flux),
+        **_speed(circuit, plate, J_kg_m2),
+        **_currents(motor, plate),
+        **_start(circuit, plate),
+        "current_bandwidth_rad_s": CURRENT_PERIODS / period_s,
+        "lambda_max_Wb": 4.0 * flux,
+        "dead_time_i_threshold_A": threshold_A(plate),
+        # The supervisor ends a run that has lost its orientation: nothing is held by luck.
+        "lost_action": 1,
+    }
+
+
+def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, float]:
+    slow, _ = poles_per_s(circuit)
+    g = flux_Wb**2 * circuit.M_H / circuit.Lr_H / circuit.sigma_Ls_H
+    omega = ADAPT_OMEGA * slow
+    return {
+        "observer_method": 1,
+        "adapt_ki": omega**2 / g,
+        "adapt_kp": (2.0 * ADAPT_DAMPING * omega - slow) / g,
+        "phi_factor": 0.576,
+        "phi_ramp_rad_s": 0.563 * circuit.tau_per_s,
+        "omega_max_rad_s": 1.3 * RANGE * plate.omega_rad_s,
+        "over_speed_rad_s": 1.25 * RANGE * plate.omega_rad_s,
+    }
+
+
+def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
+    slow, _ = poles_per_s(circuit)
+    return {
+        "speed_bandwidth_rad_s": SPEED_SLOW * slow,
+        "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
+        "speed_slow_rad_s": SPEED_FROM * slow,
+        "speed_fast_rad_s": SPEED_TO * slow,
+        "speed_ki_factor": 0.12,
+        "speed_filter_s": 0.001,
+        "speed_J_kg_m2": J_kg_m2,
+        "speed_slew_rad_s2": MARGIN * plate.torque_Nm / J_kg_m2 * plate.pole_pairs,
+    }
+
+
+def _currents(motor: Identified, plate: Plate) -> dict[str, float]:
+    most_A = OVERLOAD * plate.current_vector_A
+    return {
+        "i_d_A": motor.i_d_A,
+        "i_d_max_A": 1.5 * motor.i_d_A,
+        "i_max_A": most_A,
+        "i_q_max_A": math.sqrt(most_A**2 - motor.i_d_A**2),
+        "i_trip_A": TRIP * math.sqrt(2.0 / 3.0) * most_A,
+    }
+
+
+def _start(circuit: Circuit, plate: Plate) -> dict[str, float]:
+    """Rs and the inverter's loss are measured again at every start: the winding is warm or cold."""
+    settle_s = min(max(6.0 / circuit.tau_per_s, 0.3), 15.0)
+    return {
+        "rs_measure": 1,
+        "dead_time_identify": 1,
+        "rs_high_A": 0.7 * plate.current_vector_A,
+        "rs_low_A": 0.35 * plate.current_vector_A,
+        "rs_level_s": settle_s,
+        "rs_average_s": 0.2 * settle_s,
+        "premagnetise_s": settle_s,
+    }
