@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x1a2990d3u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0x04cce269u
+#define PARAMS_CRC32C 0x672da2e7u
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -93,6 +93,9 @@
         .steer_torque_min_Nm = 0.8f, \
         .steer_filter_s = 0.032f, \
         .steer_slew_Wb_s = 0.37f, \
+        .com_rated_A = 10.7f, \
+        .com_level_s = 2.0f, \
+        .com_slip_Hz = 3.0f, \
         .sup_corner_Hz = 0.48f, \
         .sup_Rs_uncertainty = 0.05f, \
         .sup_Rr_uncertainty = 0.3f, \
