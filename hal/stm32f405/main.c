@@ -215,7 +215,7 @@ static bool entropy(void *context, uint64_t *bits)
 }
 
 static stm32_slots_t slots = {(stm32_flash_t *)STM32_FLASH_BASE,
-                              {(volatile uint32_t *)0x08010000u, (volatile uint32_t *)0x08020000u},
+                              {(volatile uint32_t *)0x08020000u, (volatile uint32_t *)0x08040000u},
                               STM32_FLASH_POLLS};
 static const hal_flash_t flash = {.context = &slots,
                                   .slot_bytes = STM32_SLOTS_BYTES,

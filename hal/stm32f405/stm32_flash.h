@@ -1,6 +1,6 @@
 /* Flash sectors of the parameters: erase, program a word. Nothing else can be touched from here.
  *
- * Sectors 4 (64 KiB) and 5 (128 KiB), behind the image (memory.ld). The core stands still while the
+ * Sectors 5 and 6 (128 KiB each), behind the image (memory.ld). The core stands still while the
  * flash is busy, up to 2 s for an erase: gates off, and the watchdog's time set before that.
  * Option bytes are out of reach: their key is never written.
  */
@@ -9,10 +9,10 @@
 
 #include "stm32_registers.h"
 
-#define STM32_FLASH_SECTOR_A 4u
-#define STM32_FLASH_SECTOR_B 5u
-#define STM32_FLASH_START    0x08010000u /* of sector A */
-#define STM32_FLASH_END      0x08040000u /* behind sector B */
+#define STM32_FLASH_SECTOR_A 5u
+#define STM32_FLASH_SECTOR_B 6u
+#define STM32_FLASH_START    0x08020000u /* of sector A */
+#define STM32_FLASH_END      0x08060000u /* behind sector B */
 
 /* Polls of BSY; each takes several clocks: above the 2 s of the largest sector. */
 #define STM32_FLASH_POLLS 400000000u

@@ -2,7 +2,7 @@
 
 #include <stdbool.h>
 
-#define SECTOR_B_START 0x08020000u
+#define SECTOR_B_START 0x08040000u
 
 static hal_flash_status_t told(stm32_flash_status_t status)
 {

@@ -6,7 +6,7 @@
 #include "hal_devices.h"
 #include "stm32_flash.h"
 
-#define STM32_SLOTS_BYTES 0x10000u /* of each: the smaller sector */
+#define STM32_SLOTS_BYTES 0x20000u /* of each */
 
 typedef struct {
     stm32_flash_t *flash;

@@ -224,7 +224,7 @@ static void test_time_base_counts_microseconds(void)
 
 static void test_a_sector_of_the_parameters_is_erased_and_the_flash_locked_again(void)
 {
-    TEST_ASSERT_EQUAL(STM32_FLASH_OK, stm32_flash_erase(&flash, 5u, POLLS));
+    TEST_ASSERT_EQUAL(STM32_FLASH_OK, stm32_flash_erase(&flash, STM32_FLASH_SECTOR_B, POLLS));
     TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, flash.CR);
     /* The data cache was emptied and is on again, the rest as before. */
     TEST_ASSERT_EQUAL_HEX32(FLASH_ACR_DCEN | FLASH_ACR_ICEN | 5u, flash.ACR);
@@ -234,7 +234,7 @@ static void test_a_sector_of_the_parameters_is_erased_and_the_flash_locked_again
 static void test_a_flash_that_does_not_open_is_told_and_not_written(void)
 {
     flash.CR = FLASH_CR_LOCK;
-    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED, stm32_flash_erase(&flash, 4u, POLLS));
+    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED, stm32_flash_erase(&flash, STM32_FLASH_SECTOR_A, POLLS));
     TEST_ASSERT_EQUAL_HEX32(0xCDEF89ABu, flash.KEYR);
     TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, flash.CR);
     TEST_ASSERT_EQUAL(STM32_FLASH_FAILED,
@@ -277,7 +277,7 @@ static void test_a_word_is_programmed_inside_the_parameters_only(void)
 static void test_a_flash_that_stays_busy_is_told_and_left_alone(void)
 {
     flash.SR = FLASH_SR_BSY;
-    TEST_ASSERT_EQUAL(STM32_FLASH_TIMEOUT, stm32_flash_erase(&flash, 4u, POLLS));
+    TEST_ASSERT_EQUAL(STM32_FLASH_TIMEOUT, stm32_flash_erase(&flash, STM32_FLASH_SECTOR_A, POLLS));
     TEST_ASSERT_EQUAL(STM32_FLASH_TIMEOUT,
                       stm32_flash_program(&flash, STM32_FLASH_START, &word, 1u, POLLS));
     TEST_ASSERT_EQUAL_HEX32(0u, flash.KEYR);
@@ -339,7 +339,7 @@ static void test_a_failure_of_the_flash_is_told(void)
     }
     flash.KEYR = 0u;
     flash.CR = 0u; /* unlocked already: the keys are not written twice */
-    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED, stm32_flash_erase(&flash, 4u, POLLS));
+    TEST_ASSERT_EQUAL(STM32_FLASH_FAILED, stm32_flash_erase(&flash, STM32_FLASH_SECTOR_A, POLLS));
     TEST_ASSERT_EQUAL_HEX32(0u, flash.KEYR);
     TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, flash.CR);
 }
