@@ -32,7 +32,8 @@ COLD static bool build(app_config_t *cfg, const params_t *params, const gain_tab
         .offset_max_A = APP_OFFSET_MAX_PU * params->current_full_scale_A,
         .offset_max_V = APP_OFFSET_MAX_PU * params->line_voltage_full_scale_V,
         .period_s = params->period_s};
-    cfg->direction = (params->direction == 1u) ? 1.0f : ((params->direction == 2u) ? -1.0f : 0.0f);
+    cfg->one_way = params->direction != 0u;
+    cfg->direction = (params->direction == 1u) ? 1.0f : -1.0f;
     cfg->stop_speed_rad_s = params->stop_speed_rad_s;
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
     commissioning_params_t commissioning;
@@ -163,11 +164,36 @@ static uint32_t command_faults(app_t *app, const app_command_t *command)
 /* Electrical; none against the direction that is allowed, none in a stop. */
 static float speed_reference(const app_t *app, float omega_m_ref_rad_s)
 {
-    const bool against = app->config.direction * omega_m_ref_rad_s < 0.0f;
+    const app_config_t *cfg = &app->config;
+    const bool against = cfg->one_way && (cfg->direction * omega_m_ref_rad_s < 0.0f);
     if (against || (app->aim == DRIVE_AIM_STOP)) {
         return 0.0f;
     }
-    return app->config.drive.motor.pole_pairs * omega_m_ref_rad_s;
+    return cfg->drive.motor.pole_pairs * omega_m_ref_rad_s;
+}
+
+/* The state machine, and what follows from it for the next period. */
+COLD static void step_state(app_t *app, uint32_t command, uint32_t faults)
+{
+    const app_config_t *cfg = &app->config;
+    const drive_state_in_t in = {.command = command,
+                                 .faults = faults,
+                                 .i_raw_A = app->last.meas.i_raw_A,
+                                 .u_raw_V = app->last.meas.u_raw_V,
+                                 .premagnetising = app->last.rs_measurement == RS_MEASUREMENT_BUSY,
+                                 .standing = drive_standing(&app->drive, cfg->stop_speed_rad_s),
+                                 .commissioned = app->commissioned.status == COMMISSIONING_DONE};
+    const drive_state_out_t out = drive_state_step(&cfg->state, &app->machine, &in);
+    if (out.offsets_ready) {
+        app->drive.measurement.offset_A = app->machine.offset_A;
+        app->drive.measurement.offset_V = app->machine.offset_V;
+    }
+    if ((out.mode == DRIVE_COMMISSION) && (app->mode != DRIVE_COMMISSION)) {
+        app->commissioning = (commissioning_state_t){0};
+        app->commissioned = (commissioning_out_t){.status = COMMISSIONING_BUSY};
+    }
+    app->mode = out.mode;
+    app->aim = out.aim;
 }
 
 /* After the drive's step: current of this sample, and the voltage that acts from it on. */
@@ -210,27 +236,10 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
         app->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
 
-    const drive_state_in_t state_in = {
-        .command = command.command,
-        .faults = faults,
-        .i_raw_A = app->last.meas.i_raw_A,
-        .u_raw_V = app->last.meas.u_raw_V,
-        .premagnetising = (app->last.rs_measurement == RS_MEASUREMENT_BUSY),
-        .standing =
-            (app->aim == DRIVE_AIM_STOP) && drive_standing(&app->drive, cfg->stop_speed_rad_s),
-        .commissioned = (app->commissioned.status == COMMISSIONING_DONE)};
-    const drive_state_out_t state = drive_state_step(&cfg->state, &app->machine, &state_in);
-    if (state.offsets_ready) {
-        app->drive.measurement.offset_A = app->machine.offset_A;
-        app->drive.measurement.offset_V = app->machine.offset_V;
+    if (!drive_state_goes_on(&app->machine, command.command, faults)) {
+        step_state(app, command.command, faults);
     }
-    if ((state.mode == DRIVE_COMMISSION) && (app->mode != DRIVE_COMMISSION)) {
-        app->commissioning = (commissioning_state_t){0};
-        app->commissioned = (commissioning_out_t){.status = COMMISSIONING_BUSY};
-    }
-    app->mode = state.mode;
-    app->aim = state.aim;
-    write_output(app, state.gates_on, output);
+    write_output(app, app->mode != DRIVE_OFF, output);
     app->period_count++;
 }
 

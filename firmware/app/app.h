@@ -42,8 +42,9 @@ typedef struct {
     drive_config_t drive;
     drive_state_config_t state;
     uint32_t command_timeout_periods; /* 0: not watched */
-    float direction;                  /* of the references allowed; 0: both */
-    float stop_speed_rad_s;           /* electrical */
+    bool one_way;
+    float direction;        /* of the references allowed, then */
+    float stop_speed_rad_s; /* electrical */
     commissioning_config_t commissioning;
 } app_config_t;
 
@@ -55,11 +56,11 @@ typedef struct {
 } app_memory_t;
 
 typedef struct {
-    /* What a period needs lies together, near the front and not behind a pointer: loads and stores
-     * reach 1 KiB, and either would cost the control law 80 instructions. */
-    app_config_t config; /* in force */
+    /* What a period needs lies together, at the front and not behind a pointer: loads and stores of
+     * floats reach 1 KiB, and either would cost the control law 80 instructions. */
     drive_state_t drive;
-    drive_out_t last; /* of the last period, for telemetry and trace */
+    drive_out_t last;    /* of the last period, for telemetry and trace */
+    app_config_t config; /* in force */
     drive_machine_t machine;
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     drive_mode_t mode;

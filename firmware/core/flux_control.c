@@ -28,12 +28,9 @@ bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *
     return true;
 }
 
-float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
-                        const flux_control_in_t *in)
+float flux_control_pi(const flux_control_config_t *cfg, flux_control_state_t *st,
+                      const flux_control_in_t *in)
 {
-    if (cfg->mode == FLUX_CONTROL_CONSTANT) {
-        return cfg->i_d_A - in->less_A;
-    }
     const float lambda_err_Wb = cfg->lambda_ref_Wb - in->below_Wb - in->lambda_hat_Wb;
     const float asked_A = pi_output(&cfg->pi, &st->pi, lambda_err_Wb);
     const float i_d_ref_A = clampf(asked_A, 0.0f, cfg->i_d_max_A);

@@ -58,8 +58,15 @@ static inline float flux_control_less_A(const flux_control_config_t *cfg, float 
     return clampf(less_A, cfg->i_d_A - cfg->i_d_max_A, cfg->i_d_A);
 }
 
+float flux_control_pi(const flux_control_config_t *cfg, flux_control_state_t *st,
+                      const flux_control_in_t *in);
+
 /* i_d reference in A, 0..i_d_max. */
-float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
-                        const flux_control_in_t *in);
+static inline float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
+                                      const flux_control_in_t *in)
+{
+    return (cfg->mode == FLUX_CONTROL_CONSTANT) ? (cfg->i_d_A - in->less_A)
+                                                : flux_control_pi(cfg, st, in);
+}
 
 #endif

@@ -1,11 +1,9 @@
 #include "drive_state.h"
 
-#include "fault_reaction.h"
-
 /* Longest time that fits a period counter with room to spare. */
 #define DRIVE_STATE_MAX_PERIODS 1000000000.0f
 
-COLD static bool whole_periods(uint32_t *periods, float time_s, float period_s)
+static bool whole_periods(uint32_t *periods, float time_s, float period_s)
 {
     if (!nonnegativef(time_s) || !positivef(period_s)) {
         return false;
@@ -219,8 +217,8 @@ static bool must_end(drive_machine_t *st)
 }
 
 /* Faults, commands and transitions of one period. */
-COLD static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
-                             const drive_state_in_t *in, drive_state_out_t *out)
+static void transitions(const drive_state_config_t *cfg, drive_machine_t *st,
+                        const drive_state_in_t *in, drive_state_out_t *out)
 {
     const uint32_t rising = in->command & ~st->last_command;
     st->last_command = in->command;
@@ -252,16 +250,6 @@ COLD static void transitions(const drive_state_config_t *cfg, drive_machine_t *s
     }
 }
 
-/* Running, told to run as before, and nothing that ends it: no transition has anything to do. Only
- * saves time, in the state in which time is short. */
-static bool goes_on(const drive_machine_t *st, const drive_state_in_t *in)
-{
-    return (st->id == DRIVE_STATE_RUN) && (st->energised == DRIVE_STATE_ENERGISED) &&
-           (fault_stopping(st->faults) == 0u) && (in->command == st->last_command) &&
-           ((in->command & ~DRIVE_STATE_CMD_TORQUE_MODE) == DRIVE_STATE_CMD_RUN) &&
-           !st->run_blocked;
-}
-
 static drive_mode_t mode_of(drive_state_id_t id)
 {
     switch (id) {
@@ -286,13 +274,11 @@ static drive_mode_t mode_of(drive_state_id_t id)
 drive_state_out_t drive_state_step(const drive_state_config_t *cfg, drive_machine_t *st,
                                    const drive_state_in_t *in)
 {
-    drive_state_out_t out = {.mode = DRIVE_RUN, .aim = DRIVE_AIM_SPEED, .gates_on = true};
+    drive_state_out_t out = {.aim = DRIVE_AIM_SPEED};
     st->faults |= in->faults;
-    if (!goes_on(st, in)) {
-        transitions(cfg, st, in, &out);
-        out.mode = mode_of(st->id);
-        out.gates_on = out.mode != DRIVE_OFF;
-    }
+    transitions(cfg, st, in, &out);
+    out.mode = mode_of(st->id);
+    out.gates_on = out.mode != DRIVE_OFF;
     if (st->id == DRIVE_STATE_RAMP_DOWN) {
         out.aim = DRIVE_AIM_STOP;
     } else if ((in->command & DRIVE_STATE_CMD_TORQUE_MODE) != 0u) {

@@ -226,6 +226,9 @@ static void test_a_steady_run_changes_nothing(void)
 {
     go_run();
     const drive_machine_t before = st;
+    TEST_ASSERT_TRUE(drive_state_goes_on(&st, RUN, 0u));
+    TEST_ASSERT_FALSE(drive_state_goes_on(&st, RUN | NM, 0u));             /* the aim changes */
+    TEST_ASSERT_FALSE(drive_state_goes_on(&st, RUN, MONITOR_PERIOD_LATE)); /* to be latched */
     const drive_state_out_t out = step(RUN, 0u);
     TEST_ASSERT_EQUAL(DRIVE_RUN, out.mode);
     TEST_ASSERT_TRUE(out.gates_on);
@@ -255,7 +258,13 @@ static const uint32_t fault_class[] = {0u,    MONITOR_PERIOD_LATE,  MONITOR_DERA
 /* What has to hold after any step from any memory whatever, reachable or not. */
 static void assert_step_is_safe(const drive_machine_t *before, const drive_state_in_t *in)
 {
+    const bool goes_on = drive_state_goes_on(before, in->command, in->faults);
     const drive_state_out_t out = drive_state_step(&cfg, &st, in);
+    if (goes_on) { /* then the step need not be taken */
+        TEST_ASSERT_EQUAL_MEMORY(before, &st, sizeof st);
+        TEST_ASSERT_EQUAL(DRIVE_RUN, out.mode);
+        TEST_ASSERT_EQUAL(((in->command & NM) != 0u) ? DRIVE_AIM_TORQUE : DRIVE_AIM_SPEED, out.aim);
+    }
     const uint32_t faults = before->faults | in->faults;
     const bool was_on = powered((uint32_t)before->id) && (before->energised != 0u);
     TEST_ASSERT_EQUAL(out.gates_on, out.mode != DRIVE_OFF);
