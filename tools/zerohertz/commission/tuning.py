@@ -25,6 +25,7 @@ SPEED_FROM, SPEED_TO = 0.32, 0.49
 # Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us.
 CURRENT_PERIODS = 0.12
 OVERLOAD = 1.5
+CONTINUOUS = 1.05  # of rated current: plates are rounded
 TRIP = 1.3
 RANGE = 1.2  # of rated frequency
 MARGIN = 0.7  # share of rated torque that the ramp takes
@@ -96,6 +97,7 @@ def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, floa
 
 def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
     slow, _ = poles_per_s(circuit)
+    slew = MARGIN * plate.torque_Nm / J_kg_m2 * plate.pole_pairs
     return {
         "speed_bandwidth_rad_s": SPEED_SLOW * slow,
         "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
@@ -104,7 +106,8 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
         "speed_ki_factor": 0.12,
         "speed_filter_s": 0.001,
         "speed_J_kg_m2": J_kg_m2,
-        "speed_slew_rad_s2": MARGIN * plate.torque_Nm / J_kg_m2 * plate.pole_pairs,
+        "speed_slew_rad_s2": slew,
+        "ramp_down_rad_s2": 0.5 * slew,  # friction helps, and the dc link takes less
     }
 
 
@@ -115,6 +118,7 @@ def _currents(motor: Identified, plate: Plate) -> dict[str, float]:
         "i_d_max_A": 1.5 * motor.i_d_A,
         "i_max_A": most_A,
         "i_q_max_A": math.sqrt(most_A**2 - motor.i_d_A**2),
+        "overload_motor_A": CONTINUOUS * plate.current_vector_A,
         "i_trip_A": TRIP * math.sqrt(2.0 / 3.0) * most_A,
     }
 
