@@ -30,19 +30,20 @@ bool speed_ramp_init(speed_ramp_config_t *cfg, const speed_ramp_params_t *params
     return true;
 }
 
-/* The largest change of n that still comes to rest at the target; n counts towards it. */
+/* Whether n steps a period, counted towards the target, still end there. */
+static bool ends(const speed_ramp_config_t *cfg, float n, float distance_rad_s, float n_max)
+{
+    const float way_rad_s = 0.5f * n * (n + 1.0f) * cfg->quantum_rad_s;
+    return (n <= 0.0f) || ((n <= n_max) && (way_rad_s <= distance_rad_s));
+}
+
+/* The largest n that can be had in this period and still ends. */
 static float next_steps(const speed_ramp_config_t *cfg, float n, float distance_rad_s, float n_max)
 {
-    for (float up = 1.0f; up >= 0.0f; up -= 1.0f) {
-        const float next = n + up;
-        const bool ends = (next <= 0.0f) ||
-                          ((next <= n_max) &&
-                           (0.5f * next * (next + 1.0f) * cfg->quantum_rad_s <= distance_rad_s));
-        if (ends) {
-            return next;
-        }
+    if (ends(cfg, n + 1.0f, distance_rad_s, n_max)) {
+        return n + 1.0f;
     }
-    return n - 1.0f;
+    return ends(cfg, n, distance_rad_s, n_max) ? n : (n - 1.0f);
 }
 
 COLD float speed_ramp_step(const speed_ramp_config_t *cfg, speed_ramp_state_t *st, float from_rad_s,

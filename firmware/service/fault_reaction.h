@@ -17,20 +17,20 @@ typedef enum {
 
 /* Bits of one reaction, folded from the list. */
 #define FAULT(name, bit, reaction, text, cause, remedy)                                            \
-    | ((FAULT_##reaction == FAULT_WARN) ? (1u << (bit)) : 0u)
-static const uint32_t fault_warn_bits = 0u
+    | ((FAULT_##reaction == FAULT_WARN) ? ((uint32_t)1u << (bit)) : (uint32_t)0u)
+static const uint32_t fault_warn_bits = (uint32_t)0u
 #include "fault_list.def"
     ;
 #undef FAULT
 #define FAULT(name, bit, reaction, text, cause, remedy)                                            \
-    | ((FAULT_##reaction == FAULT_DERATE) ? (1u << (bit)) : 0u)
-static const uint32_t fault_derate_bits = 0u
+    | ((FAULT_##reaction == FAULT_DERATE) ? ((uint32_t)1u << (bit)) : (uint32_t)0u)
+static const uint32_t fault_derate_bits = (uint32_t)0u
 #include "fault_list.def"
     ;
 #undef FAULT
 #define FAULT(name, bit, reaction, text, cause, remedy)                                            \
-    | ((FAULT_##reaction == FAULT_RAMP_DOWN) ? (1u << (bit)) : 0u)
-static const uint32_t fault_ramp_down_bits = 0u
+    | ((FAULT_##reaction == FAULT_RAMP_DOWN) ? ((uint32_t)1u << (bit)) : (uint32_t)0u)
+static const uint32_t fault_ramp_down_bits = (uint32_t)0u
 #include "fault_list.def"
     ;
 #undef FAULT
