@@ -83,13 +83,14 @@ static void next_stage(commissioning_state_t *st, commissioning_stage_t stage)
     st->tone = (tone_state_t){0};
 }
 
-/* Is the mean current the one that was asked for, and does none flow across the axis? */
+/* Does no current flow across the axis, and is the mean along it the one that was asked for? With v
+ * or w open the controllers of both fight for the one current that is left. */
 static bool follows(commissioning_state_t *st, float mean_A, float asked_A, float periods)
 {
-    if (!(absf(mean_A - asked_A) <= FOLLOW_PU * asked_A)) {
-        st->refusal = COMMISSIONING_NO_CURRENT;
-    } else if (!(absf(st->across_A) <= periods * FOLLOW_PU * asked_A)) {
+    if (!(absf(st->across_A) <= periods * FOLLOW_PU * asked_A)) {
         st->refusal = COMMISSIONING_OPEN_PHASE;
+    } else if (!(absf(mean_A - asked_A) <= FOLLOW_PU * asked_A)) {
+        st->refusal = COMMISSIONING_NO_CURRENT;
     } else {
         return true;
     }

@@ -184,6 +184,15 @@ def test_a_board_that_is_too_small_for_the_motor_trips() -> None:
         run.commission(rig, read_plate(rig), board=board)
 
 
+@pytest.mark.parametrize(("phase", "why"), [("u", 1), ("v", 2), ("w", 2)])
+@pytest.mark.parametrize("open_s", [0.0, 6.0])
+def test_an_open_phase_is_refused(phase: str, why: int, open_s: float) -> None:
+    rig = rig_file("im_4kw_400v")
+    faults = {"open_phase": f'"{phase}"', "open_s": open_s}
+    found, _ = run.commission(rig, read_plate(rig), faults=faults)
+    assert run.refused(found) == run.REFUSALS[why]
+
+
 def test_another_motor_than_the_plate_s_is_refused() -> None:
     found, _ = run.commission(rig_file("im_0kw19_220v"), read_plate(rig_file("im_7kw5_400v")))
     assert run.refused(found) == run.REFUSALS[3]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from zerohertz.commission.plate import Plate, guess, level_s, threshold_A
 from zerohertz.errors import UserError
@@ -15,7 +17,7 @@ from zerohertz.sim import Commissioned, Job, run
 
 PERIOD_S = 200e-6
 REFUSALS = {
-    1: "the current does not follow: is the motor connected, and the dc link high enough?",
+    1: "the current does not follow: is the motor connected, phase u too, and the dc link up?",
     2: "phases v and w do not share the current: one of them is open",
     3: "the stator resistance is no motor's of this size: check the plate and the wiring",
     4: "the flux had not settled: raise com_level_s",
@@ -93,9 +95,16 @@ def write_folder(motor: Motor, folder: Path) -> None:
 
 
 def commission(
-    rig: Path, plate: Plate, board: str | Path | None = None, seed: int = 1
+    rig: Path,
+    plate: Plate,
+    board: str | Path | None = None,
+    seed: int = 1,
+    faults: Mapping[str, Any] | None = None,
 ) -> tuple[Commissioned, float]:
-    """What the firmware found, and how long it took; it is told the plate alone."""
+    """What the firmware found, and how long it took; it is told the plate alone.
+
+    faults: of a scenario's [faults], by name.
+    """
     nothing = Design(
         method="zero", dw0_rad_s=1.0, radius_per_s=1500.0, decay_per_s=0.0, relax=1.05,
         period_s=PERIOD_S, table_end_elec_per_min=2,
@@ -105,6 +114,7 @@ def commission(
         write_folder(unknown, Path(folder))
         job = Job(
             scenario=_SCENARIO,
+            scenario_overrides={f"faults.{key}": value for key, value in (faults or {}).items()},
             rig=rig,
             board=board or board_text(plate),
             motor_dir=folder,
