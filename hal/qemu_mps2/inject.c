@@ -82,10 +82,10 @@ void inject(uint32_t what, app_t *app)
     }
 }
 
-void inject_delay(uint32_t what, uint32_t age, uint32_t period_ticks)
+void inject_delay(uint32_t what, uint32_t age, uint32_t entry, uint32_t period_ticks)
 {
     uint32_t ticks = period_ticks;
-    uint32_t late = 0u; /* periods that take so much longer */
+    uint32_t late = 0u; /* periods that take so long */
     if (what == PIL_INJECT_OVERRUN) {
         late = 1u;
     } else if (what == PIL_INJECT_OVERRUNS) {
@@ -96,8 +96,7 @@ void inject_delay(uint32_t what, uint32_t age, uint32_t period_ticks)
     } else {
         return;
     }
-    const uint32_t start = MPS2_TIMER_VALUE(MPS2_TIMER1);
-    while ((age < late) && (start - MPS2_TIMER_VALUE(MPS2_TIMER1) < ticks)) {
+    while ((age < late) && (entry - MPS2_TIMER_VALUE(MPS2_TIMER1) < ticks)) {
     }
 }
 

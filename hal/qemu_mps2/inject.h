@@ -11,8 +11,9 @@
 /* Inside the control interrupt, at the period asked for; most do not return. */
 void inject(uint32_t what, app_t *app);
 
-/* At the end of the control interrupt, `age` periods after the one asked for. */
-void inject_delay(uint32_t what, uint32_t age, uint32_t period_ticks);
+/* At the end of the control interrupt that began at `entry` (MPS2_TIMER1), `age` periods after the
+ * one asked for: it is made to last a period, or three. */
+void inject_delay(uint32_t what, uint32_t age, uint32_t entry, uint32_t period_ticks);
 
 /* In the background, once that period is reached. */
 void inject_background(uint32_t what, uint32_t period, uint32_t at);

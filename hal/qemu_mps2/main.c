@@ -216,7 +216,7 @@ void control_interrupt(void)
     MPS2_LEDS = output.gates_on ? MPS2_LEDS_GATES : 0u;
     app_record_period(&app, &output);
 
-    inject_delay(inject_what, periods - inject_at, CONTROL_TICKS);
+    inject_delay(inject_what, periods - inject_at, entry, CONTROL_TICKS);
     periods++;
     late_periods += missed_events(entry);
 
