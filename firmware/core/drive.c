@@ -301,10 +301,6 @@ static float next_reference(const drive_config_t *cfg, drive_state_t *st, const 
     if (!cfg->ramp.on && !stop) {
         return in->omega_e_ref_rad_s;
     }
-    if (in->aim == DRIVE_AIM_TORQUE) {
-        st->ramp = (speed_ramp_state_t){0};
-        return st->speed.omega_ref_rad_s;
-    }
     return speed_ramp_step(&cfg->ramp, &st->ramp, st->speed.omega_ref_rad_s, in->omega_e_ref_rad_s,
                            stop);
 }
@@ -341,13 +337,16 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
         window = torque_window(cfg, st, i_d_A);
     }
     const bool torque = in->aim == DRIVE_AIM_TORQUE;
+    if (torque) {
+        st->ramp = (speed_ramp_state_t){0}; /* speed mode will begin without acceleration */
+    }
     const speed_control_in_t speed_in = {
         .omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
         .omega_hat_rad_s = st->omega_e_hat_rad_s,
         .i_d_ref_A = i_d_A,
         .flux_pu = 1.0f - st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb,
         .inv_flux_pu = 1.0f + st->torque_more_pu,
-        .torque = in->aim == DRIVE_AIM_TORQUE,
+        .torque = torque,
         .torque_ref_Nm = in->torque_ref_Nm,
         .window = limited ? &window : NULL};
     return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};

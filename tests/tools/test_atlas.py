@@ -308,7 +308,7 @@ def test_json_is_the_object_and_nothing_else(tmp_path, monkeypatch, capsys):
         ("--set nothing=1", "no such parameter"),
         ("--plant nothing.at_all=1", "unknown key"),
         ("--voltage guess", "sensors or duty"),
-        ("--config nothing", "no such file"),
+        ("--config nothing", "no 'nothing'; there are no_gain, paper, recommended"),
     ],
 )
 def test_bad_input_is_one_line(line, text, monkeypatch, capsys):

@@ -1,0 +1,150 @@
+/* What the whole law is to reach: a speed by its ramp, a torque, a stop; or a current of
+ * commissioning. */
+#include "drive.h"
+
+#include "drive_fixture.h"
+#include "exact.h"
+#include "unity.h"
+
+static drive_config_t cfg;
+static drive_params_t p;
+static drive_in_t in;
+static drive_out_t out;
+static drive_state_t st;
+
+static void configure(float jerk_rad_s3)
+{
+    p.ramp.jerk_rad_s3 = jerk_rad_s3;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    st = (drive_state_t){.observer = {.lambda_r_hat_Wb = {0.4f, 0.0f}}};
+    in = (drive_in_t){.sample = words(&p, 0, 4.0, 0.0, 540.0), .mode = DRIVE_RUN};
+}
+
+void setUp(void)
+{
+    p = both_machines(0);
+    p.observer_gain_enable = false;
+    p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
+    p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
+    p.adaptation.leak_per_s_Wb_A = 0.0f;
+    configure(0.0f);
+}
+
+void tearDown(void)
+{
+}
+
+static void step(void)
+{
+    drive_step(&cfg, &st, &in, &out);
+}
+
+static void test_init_refuses_a_senseless_ramp(void)
+{
+    p.ramp.stop_rad_s2 = 0.0f;
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+}
+
+/* 500 rad/s^2 of a stop; without jerk limit nothing else has a ramp but the slew limit of 4000. */
+static void test_a_stop_has_its_own_rate(void)
+{
+    st.speed.omega_ref_rad_s = 100.0f;
+    in.aim = DRIVE_AIM_STOP;
+    step();
+    ASSERT_NEAR(1e-4, 99.9, st.speed.omega_ref_rad_s);
+    in.aim = DRIVE_AIM_SPEED;
+    in.omega_e_ref_rad_s = 50.0f;
+    step();
+    ASSERT_NEAR(1e-4, 99.1, st.speed.omega_ref_rad_s);
+}
+
+/* Quanta of 50 000 x (.2 ms)^2 = 2 mrad/s. */
+static void test_a_jerk_limit_starts_gently(void)
+{
+    configure(50000.0f);
+    in.omega_e_ref_rad_s = 50.0f;
+    step();
+    ASSERT_NEAR(1e-6, 0.002, st.speed.omega_ref_rad_s);
+    step();
+    ASSERT_NEAR(1e-6, 0.006, st.speed.omega_ref_rad_s);
+}
+
+/* What the ramp was about is forgotten in torque mode: speed mode starts at rest again. */
+static void test_after_torque_mode_the_ramp_begins_anew(void)
+{
+    configure(50000.0f);
+    in.omega_e_ref_rad_s = 50.0f;
+    for (int k = 0; k < 20; k++) {
+        step();
+    }
+    TEST_ASSERT_TRUE(st.ramp.steps > 10.0f);
+    in.aim = DRIVE_AIM_TORQUE;
+    in.torque_ref_Nm = 1.0f;
+    step();
+    ASSERT_SAME_FLOAT(0.0f, st.ramp.steps);
+    TEST_ASSERT_TRUE(out.i_ref_A.q > 0.0f);
+}
+
+static void test_commissioning_gives_the_current_that_is_asked(void)
+{
+    in.mode = DRIVE_COMMISSION;
+    in.i_d_ref_A = 2.5f;
+    step();
+    ASSERT_SAME_FLOAT(2.5f, out.i_ref_A.d);
+    ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
+    TEST_ASSERT_EQUAL(RS_MEASUREMENT_BUSY, out.rs_measurement);
+}
+
+/* Reference and estimate, in both directions; of impressed current, what is imposed. */
+static void test_standing_is_reference_and_estimate(void)
+{
+    TEST_ASSERT_TRUE(drive_standing(&st, 1.0f));
+    st.speed.omega_ref_rad_s = -1.1f;
+    TEST_ASSERT_FALSE(drive_standing(&st, 1.0f));
+    st.impressed.active = true;
+    TEST_ASSERT_TRUE(drive_standing(&st, 1.0f));
+    st.impressed.omega_rad_s = 1.1f;
+    TEST_ASSERT_FALSE(drive_standing(&st, 1.0f));
+    st.impressed.omega_rad_s = -1.0f;
+    st.omega_e_hat_rad_s = -1.1f;
+    TEST_ASSERT_FALSE(drive_standing(&st, 1.0f));
+    st.omega_e_hat_rad_s = 1.0f;
+    TEST_ASSERT_TRUE(drive_standing(&st, 1.0f));
+}
+
+/* Impressed current cannot hold a torque: it holds the speed of then, whatever is commanded. */
+static void test_a_take_over_in_torque_mode_holds_the_speed(void)
+{
+    p.lost_action = DRIVE_LOST_IMPRESS;
+    p.impressed = (impressed_current_params_t){.current_A = 8.0f,
+                                               .slew_A_per_s = 100.0f,
+                                               .slew_rad_s2 = 1000.0f,
+                                               .return_rad_s = 12.0f,
+                                               .timeout_s = 1.0f};
+    const drive_aim_t aim[2] = {DRIVE_AIM_TORQUE, DRIVE_AIM_SPEED};
+    const double moved_rad_s[2] = {0.0, 0.2};
+    for (int k = 0; k < 2; k++) {
+        configure(0.0f);
+        in.aim = aim[k];
+        in.omega_e_ref_rad_s = 200.0f;
+        st.speed.omega_ref_rad_s = 5.0f;
+        st.impressed = (impressed_current_state_t){
+            .active = true, .axis = {1.0f, 0.0f}, .current_A = 8.0f, .omega_rad_s = 5.0f};
+        st.supervisor.confidence = SUPERVISOR_IMPRESSED;
+        step();
+        ASSERT_NEAR(1e-5, 5.0 + moved_rad_s[k], st.impressed.omega_rad_s);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_a_senseless_ramp);
+    RUN_TEST(test_a_stop_has_its_own_rate);
+    RUN_TEST(test_a_jerk_limit_starts_gently);
+    RUN_TEST(test_after_torque_mode_the_ramp_begins_anew);
+    RUN_TEST(test_commissioning_gives_the_current_that_is_asked);
+    RUN_TEST(test_standing_is_reference_and_estimate);
+    RUN_TEST(test_a_take_over_in_torque_mode_holds_the_speed);
+    return UNITY_END();
+}
