@@ -48,22 +48,24 @@ static bool table_crc_ok(const gain_table_t *table)
     return crc32c(table->entry, size) == table->crc32c;
 }
 
+/* What speaks against the table; with L = 0 none is used. */
+static uint32_t table_faults(const app_t *app, const gain_table_id_t *made_for)
+{
+    if (app->config.drive.table == NULL) {
+        return 0u;
+    }
+    if (!table_crc_ok(app->table)) {
+        return MONITOR_TABLE_CRC;
+    }
+    const bool other = (made_for != NULL) && !gain_table_is(app->table, made_for);
+    return other ? MONITOR_STORE : 0u;
+}
+
 bool app_adopt(app_t *app, const gain_table_id_t *made_for)
 {
-    uint32_t faults = 0u;
-    if (!build(&app->config, &app->params, app->table)) {
-        faults = MONITOR_CONFIG;
-    } else if (app->config.drive.table == NULL) {
-        /* L = 0: no table is used */
-    } else if (!table_crc_ok(app->table)) {
-        faults = MONITOR_TABLE_CRC;
-    } else if ((made_for != NULL) && !gain_table_is(app->table, made_for)) {
-        faults = MONITOR_STORE;
-    } else {
-        /* as designed */
-    }
-    app->mailbox.faults = faults;
-    app->configured = faults == 0u;
+    const bool built = build(&app->config, &app->params, app->table);
+    app->mailbox.faults = built ? table_faults(app, made_for) : MONITOR_CONFIG;
+    app->configured = app->mailbox.faults == 0u;
     return app->configured;
 }
 
