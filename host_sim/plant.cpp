@@ -73,9 +73,9 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
       blocked_step_(filter_.transition(board.period_s / blocked_steps)),
       part_step_(filter_.transition(board.period_s / fine_parts)), disturbances_(disturbances),
       drop_V_(rig.inverter.drop_V), substeps_(rig.integration.substeps),
+      whole_steps_(whole_step_fits(rig, board.period_s)),
       substep_(filter_.transition(board.period_s / std::max(substeps_, 1))),
-      whole_steps_(whole_step_fits(rig, board.period_s)), link_(rig.dc_link, rig.inverter.u_dc_V),
-      u_dc_V_(rig.inverter.u_dc_V),
+      link_(rig.dc_link, rig.inverter.u_dc_V), u_dc_V_(rig.inverter.u_dc_V),
       faulty_sensor_(disturbances.faults.sensor, board.adc_bits, seed),
       comparator_A_(board.comparator_A),
       comparator_near_A_(board.comparator_A -

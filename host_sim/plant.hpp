@@ -140,8 +140,8 @@ private:
     Disturbances disturbances_;
     double drop_V_;
     int substeps_;       // 0: as whole_steps_ says
-    Transition substep_; // of period / substeps
     bool whole_steps_;   // averaged: one integration step per period
+    Transition substep_; // of period / substeps
 
     std::uint64_t steps_ = 0;
     MotorState x_;
@@ -151,18 +151,18 @@ private:
     FaultySensor faulty_sensor_;
     double comparator_A_;
     double comparator_near_A_; // out of whose reach it is for a period
-    bool broken_ = false;
-    double short_A_ = 0.0; // out of leg u, into leg v
-    double earth_A_ = 0.0; // out of the earthed leg
+    double short_A_ = 0.0;     // out of leg u, into leg v
+    double earth_A_ = 0.0;     // out of the earthed leg
     double i_peak_A_ = 0.0;
     double load_torque_Nm_ = 0.0;
     Vec u_s_V_s_;      // integral of u_s over the interval
     Vec i_s_before_A_; // at the start of the last averaged interval
-    bool blocked_ = true;
-    std::array<bool, 3> open_{true, true, true}; // blocked phases without current
     std::size_t load_cursor_ = 0;
     std::size_t rs_cursor_ = 0;
     std::size_t u_dc_cursor_ = 0;
+    std::array<bool, 3> open_{true, true, true}; // blocked phases without current
+    bool blocked_ = true;
+    bool broken_ = false;
     bool diverged_ = false;
 };
 

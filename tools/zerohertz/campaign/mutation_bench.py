@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -126,8 +127,7 @@ class MutationBench:
             relative = str(source.relative_to(ROOT)) if source.is_relative_to(ROOT) else ""
             if source.suffix != ".c" or not (is_unity or relative.startswith(FOLDERS)):
                 continue
-            flags = tuple(re.findall(r"(?:-isystem |-[ID])\S+", entry["command"]))
-            flags = tuple(word for flag in flags for word in flag.split())
+            flags = _flags(entry["command"])
             name = relative or str(source)
             units[name] = Unit(name, flags, frozenset(self.tree.includes(name, flags)))
         return list(units.values())
@@ -202,6 +202,14 @@ class Tree:
         for name in FOLDERS:
             flag = flag.replace(str(ROOT / name), str(self.folder / name))
         return flag
+
+
+def _flags(command: str) -> tuple[str, ...]:
+    """What of a compiler's command says where to look and what is defined."""
+    words = shlex.split(command)
+    pairs = zip(words, [*words[1:], ""], strict=True)
+    found = ((word, after) if word == "-isystem" else (word,) for word, after in pairs)
+    return tuple(w for ws in found if ws[0].startswith(("-I", "-D", "-isystem")) for w in ws)
 
 
 def _passes(program: Path) -> bool:
