@@ -84,6 +84,10 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
     check_fit(rig, board);
     inverter_.block();
     follow_disturbances();
+    const MotorParameters &m = rig.motor;
+    x_.omega_m_rad_s = disturbances.initial_speed_rpm * rad_s_per_rpm;
+    x_.psi_r_Wb = {disturbances.initial_flux_Wb, 0.0};
+    x_.psi_s_Wb = (m.M_H / m.Lr_H) * x_.psi_r_Wb; // no stator current
 }
 
 void Plant::set_state(const MotorState &state)

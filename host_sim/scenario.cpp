@@ -22,6 +22,10 @@ void read_disturbances(TomlReader &in, Disturbances &disturbances)
         disturbances.u_dc_V = in.profile("profiles.u_dc_V", not_negative(1e5));
     }
     disturbances.faults = read_faults(in);
+    disturbances.initial_speed_rpm =
+        in.number_or("scenario.initial_speed_rpm", 0.0, within(-1e5, 1e5));
+    disturbances.initial_flux_Wb =
+        in.number_or("scenario.initial_flux_Wb", 0.0, not_negative(100.0));
 }
 
 ControllerMotor read_controller_motor(TomlReader &in)

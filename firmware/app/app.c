@@ -13,6 +13,9 @@
 /* Zero-current offset above this share of full scale is a sensor fault, not an offset. */
 #define APP_OFFSET_MAX_PU 0.02f
 
+/* Having run for so long after an automatic restart, the drive may use all of them again. */
+#define APP_RESTART_FORGIVE_S 60.0f
+
 /* Table entries per background slice: a full check of 1801 entries takes about 60 slices, and a
  * slice beside the control period no more than two or three periods of the slowest core here. */
 #define APP_CRC_ENTRIES_PER_SLICE 32u
@@ -38,7 +41,12 @@ COLD static bool build(app_config_t *cfg, const params_t *params, const gain_tab
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
     commissioning_params_t commissioning;
     app_config_commissioning(&commissioning, params);
+    const auto_restart_params_t restart = {.count = params->restart_count,
+                                           .delay_s = params->restart_delay_s,
+                                           .forgive_s = APP_RESTART_FORGIVE_S,
+                                           .period_s = params->period_s};
     return drive_init(&cfg->drive, &drive, table) && drive_state_init(&cfg->state, &state) &&
+           auto_restart_init(&cfg->restart, &restart) &&
            commissioning_init(&cfg->commissioning, &commissioning);
 }
 
@@ -207,6 +215,16 @@ COLD static uint32_t commission(app_t *app)
     return (app->commissioned.status == COMMISSIONING_REFUSED) ? MONITOR_COMMISSIONING : 0u;
 }
 
+/* The operator's command word, or the substitute's after a dip. */
+COLD static uint32_t substituted(app_t *app, uint32_t command, uint32_t faults)
+{
+    const auto_restart_in_t in = {.command = command,
+                                  .id = app->machine.id,
+                                  .latched = app->machine.faults,
+                                  .faults = faults};
+    return auto_restart_step(&app->config.restart, &app->restart, &in);
+}
+
 void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *output)
 {
     const app_config_t *cfg = &app->config;
@@ -238,8 +256,10 @@ void app_control_period(app_t *app, const hal_sample_t *sample, hal_output_t *ou
         app->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
 
-    if (!drive_state_goes_on(&app->machine, command.command, faults)) {
-        step_state(app, command.command, faults);
+    const uint32_t word = auto_restart_on(&cfg->restart) ? substituted(app, command.command, faults)
+                                                         : command.command;
+    if (!drive_state_goes_on(&app->machine, word, faults)) {
+        step_state(app, word, faults);
     }
     write_output(app, app->mode != DRIVE_OFF, output);
     app->period_count++;

@@ -11,6 +11,7 @@
 
 #include "app_link.h"
 #include "app_store.h"
+#include "auto_restart.h"
 #include "commissioning.h"
 #include "drive.h"
 #include "drive_state.h"
@@ -46,6 +47,7 @@ typedef struct {
     float direction;        /* of the references allowed, then */
     float stop_speed_rad_s; /* electrical */
     commissioning_config_t commissioning;
+    auto_restart_config_t restart;
 } app_config_t;
 
 /* Where a port lets the drive record; no start-up code may clear `fault`. */
@@ -63,6 +65,7 @@ typedef struct {
     app_config_t config; /* in force */
     drive_machine_t machine;
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
+    auto_restart_state_t restart;
     drive_mode_t mode;
     drive_aim_t aim;
     uint32_t command_count;   /* as it came last */

@@ -9,7 +9,11 @@
 /* Below this share of the flux reference the estimate does not say where the flux is. */
 #define DRIVE_LAMBDA_MIN_PU 0.05f
 
+/* And of that, the share from which a motor caught in turning is followed. */
+#define DRIVE_CAUGHT_MIN_PU 0.01f
+
 /* Periods of the slow turn; the supervisor's own turn ends in period 0. */
+#define DRIVE_TURN_LEVEL    2u
 #define DRIVE_TURN_STEERING 4u
 #define DRIVE_TURN_TRACKING 8u
 #define DRIVE_TURN_SCHEDULE 12u
@@ -58,7 +62,10 @@ static bool init_means(drive_config_t *cfg, const drive_params_t *params)
            flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, turn_s) &&
            impressed_current_init(&cfg->impressed, &params->impressed, &cfg->motor,
                                   params->period_s) &&
-           ((params->lost_action != DRIVE_LOST_IMPRESS) || impressed_current_on(&cfg->impressed));
+           drive_modes_init(&cfg->modes, &params->modes, &cfg->motor, params->period_s) &&
+           (((params->lost_action != DRIVE_LOST_IMPRESS) &&
+             (params->modes.control != DRIVE_CONTROL_IMPRESSED)) ||
+            impressed_current_on(&cfg->impressed));
 }
 
 bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_table_t *table)
@@ -174,6 +181,136 @@ static void measure_rs(const drive_config_t *cfg, drive_state_t *st, const drive
     }
 }
 
+/* The lower of the two flux references counts: steering acts near zero frequency, the level far
+ * from it. */
+static void set_flux(const drive_config_t *cfg, drive_state_t *st)
+{
+    const bool level = st->modes.level.below_Wb > st->steer.below_Wb;
+    const float rate_Wb_per_s = level ? st->modes.level.rate_Wb_per_s : st->steer.rate_Wb_per_s;
+    st->flux_below_Wb = level ? st->modes.level.below_Wb : st->steer.below_Wb;
+    const float less_pu = st->flux_below_Wb * cfg->inv_lambda_ref_per_Wb;
+    st->torque_more_pu = less_pu / (1.0f - less_pu);
+    st->i_d_less_A = flux_control_less_A(&cfg->flux, st->flux_below_Wb, rate_Wb_per_s);
+    st->pull_out_near = st->modes.level.i_q_less_A > 0.0f;
+}
+
+/* In RUN, and in the premagnetisation of a motor that was caught in turning. */
+static bool follows_flux(const drive_state_t *st, const drive_in_t *in)
+{
+    return (in->mode == DRIVE_RUN) || (st->modes.flying.phase == FLYING_START_CAUGHT);
+}
+
+/* The flux of a motor caught without any says where it is from the first: nothing else builds it
+ * up. */
+static float least_flux_Wb(const drive_config_t *cfg, const drive_in_t *in)
+{
+    return (in->mode == DRIVE_RUN) ? cfg->lambda_min_Wb
+                                   : (DRIVE_CAUGHT_MIN_PU * cfg->lambda_min_Wb);
+}
+
+/* The standing current along alpha goes on as magnetising current; all else starts from rest. */
+COLD static void stand_still(const drive_config_t *cfg, drive_state_t *st, float i_A)
+{
+    st->speed = (speed_control_state_t){0};
+    st->adaptation = (speed_adaptation_state_t){0};
+    st->omega_e_hat_rad_s = 0.0f;
+    st->omega_s_hat_rad_s = 0.0f;
+    st->observer = (observer_state_t){
+        .i_s_hat_A = {i_A, 0.0f},
+        .lambda_r_hat_Wb = {minf(cfg->motor.M_H * i_A, cfg->observer.lambda_max_Wb), 0.0f}};
+}
+
+/* The search knows speed and flux: the estimator goes on from there. */
+COLD static void catch_motor(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
+{
+    const float omega_rad_s = st->modes.flying.omega_rad_s;
+    st->observer = (observer_state_t){.i_s_hat_A = out->meas.i_s_A,
+                                      .lambda_r_hat_Wb = st->modes.flying.lambda_Wb};
+    st->adaptation = (speed_adaptation_state_t){.x_rad_s = omega_rad_s};
+    st->omega_e_hat_rad_s = omega_rad_s;
+    st->omega_s_hat_rad_s = omega_rad_s;
+    flux_level_start(&cfg->modes.level, &st->modes.level, omega_rad_s, out->meas.u_dc_V);
+    set_flux(cfg, st);
+}
+
+COLD static void search(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
+{
+    switch (st->modes.flying.phase) {
+    case FLYING_START_STANDS:
+        stand_still(cfg, st, st->modes.flying.current_A);
+        break;
+    case FLYING_START_CAUGHT:
+        catch_motor(cfg, st, out);
+        break;
+    case FLYING_START_REFUSED:
+        out->faults |= MONITOR_FLYING_START;
+        break;
+    case FLYING_START_SEARCH:
+    default:
+        out->rs_measurement = RS_MEASUREMENT_BUSY; /* premagnetisation has to wait */
+        break;
+    }
+}
+
+/* A torque cannot be held without orientation: the speed of now can. */
+static float open_reference_rad_s(const drive_state_t *st, const drive_in_t *in)
+{
+    return (in->aim == DRIVE_AIM_TORQUE) ? st->omega_e_hat_rad_s : in->omega_e_ref_rad_s;
+}
+
+/* The speed that counts as wanted, for the end of a stop: in a brake that of its beginning, until
+ * its time is over. */
+static float open_wanted_rad_s(const drive_config_t *cfg, const drive_state_t *st)
+{
+    if (st->modes.open != DRIVE_OPEN_BRAKE) {
+        return st->omega_e_hat_rad_s;
+    }
+    return (st->modes.brake_periods < cfg->modes.brake_periods) ? st->modes.brake_omega_rad_s
+                                                                : 0.0f;
+}
+
+/* What acts without orientation, if anything does: then there is nothing to estimate. */
+COLD static bool open_loop(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                           drive_out_t *out)
+{
+    if (in->mode == DRIVE_COMMISSION) {
+        return false;
+    }
+    const drive_modes_in_t modes_in = {.running = in->mode == DRIVE_RUN,
+                                       .torque = in->aim == DRIVE_AIM_TORQUE,
+                                       .omega_ref_rad_s = open_reference_rad_s(st, in),
+                                       .omega_hat_rad_s = st->omega_e_hat_rad_s,
+                                       .i_A = out->meas.i_s_A,
+                                       .u_V = st->u_acting_V,
+                                       .u_dc_V = out->meas.u_dc_V,
+                                       .Rs_ohm = drive_rs_ohm(cfg, st)};
+    if (drive_modes_select(&cfg->modes, &st->modes, &modes_in)) {
+        stand_still(cfg, st, out->meas.i_s_A.alpha);
+    }
+    if (st->modes.open == DRIVE_OPEN_NONE) {
+        return false;
+    }
+    out->u_s_V = st->u_acting_V;
+    st->u_acting_V = st->u_pending_V;
+    out->gain = (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+    st->observer = (observer_state_t){.i_s_hat_A = out->meas.i_s_A};
+    if (st->modes.open == DRIVE_OPEN_IMPRESSED) {
+        if (!st->impressed.active) {
+            impressed_current_start(&st->impressed, out->meas.i_s_A, 0.0f);
+        }
+        st->omega_e_hat_rad_s = st->impressed.omega_rad_s;
+    } else {
+        st->modes.u_V = drive_modes_voltage(&cfg->modes, &st->modes, &modes_in);
+        st->omega_e_hat_rad_s = st->modes.volts.omega_rad_s; /* 0 where nobody knows */
+        st->omega_s_hat_rad_s = st->omega_e_hat_rad_s;
+        st->speed.omega_ref_rad_s = open_wanted_rad_s(cfg, st);
+    }
+    if (st->modes.open == DRIVE_OPEN_SEARCH) {
+        search(cfg, st, out);
+    }
+    return true;
+}
+
 /* Observer, stator frequency and adaptation: what the drive believes after this sample. */
 static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                      drive_out_t *out)
@@ -190,7 +327,7 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
                                   .gain = out->gain};
     observer_step(&cfg->observer, &st->observer, &obs_in);
 
-    if (in->mode != DRIVE_RUN) {
+    if (!follows_flux(st, in)) {
         measure_rs(cfg, st, in, u_from_duty, out);
     } else if (st->impressed.active &&
                !impressed_current_observable(&cfg->impressed, &st->impressed)) {
@@ -249,9 +386,19 @@ static void steer_flux(const drive_config_t *cfg, drive_state_t *st, float lambd
 {
     st->steer = flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s,
                                    motor_torque_Nm(&cfg->motor, lambda_Wb, i_q_A));
-    const float less_pu = st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb;
-    st->torque_more_pu = less_pu / (1.0f - less_pu);
-    st->i_d_less_A = flux_control_less_A(&cfg->flux, st->steer.below_Wb, st->steer.rate_Wb_per_s);
+    set_flux(cfg, st);
+}
+
+/* What voltage and torque of now leave of the nominal flux. */
+COLD static void level_flux(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out,
+                            float lambda_Wb)
+{
+    const flux_level_in_t in = {.u_V = sqrtf(ab_norm2(st->u_pending_V)),
+                                .u_dc_V = out->meas.u_dc_V,
+                                .omega_s_rad_s = st->omega_s_hat_rad_s,
+                                .torque_Nm = motor_torque_Nm(&cfg->motor, lambda_Wb, out->i_A.q)};
+    flux_level_step(&cfg->modes.level, &st->modes.level, &in);
+    set_flux(cfg, st);
 }
 
 static void track_rs(const drive_config_t *cfg, drive_state_t *st, ab_t axis, float i_q_A)
@@ -270,19 +417,24 @@ static void track_rs(const drive_config_t *cfg, drive_state_t *st, ab_t axis, fl
 }
 
 /* Slow work, each kind in its own period of the turn; the supervisor judges in the last one. */
-static void slow_turn(const drive_config_t *cfg, drive_state_t *st, float lambda_Wb, ab_t axis,
-                      float i_q_A)
+static void slow_turn(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out,
+                      float lambda_Wb, ab_t axis)
 {
     st->slow_period = (st->slow_period + 1u) % DRIVE_SLOW_PERIODS;
     switch (st->slow_period) {
+    case DRIVE_TURN_LEVEL:
+        if (flux_level_on(&cfg->modes.level)) {
+            level_flux(cfg, st, out, lambda_Wb);
+        }
+        break;
     case DRIVE_TURN_STEERING:
         if (flux_steering_on(&cfg->steering)) {
-            steer_flux(cfg, st, lambda_Wb, i_q_A);
+            steer_flux(cfg, st, lambda_Wb, out->i_A.q);
         }
         break;
     case DRIVE_TURN_TRACKING:
         if (rs_tracking_on(&cfg->rs_tracking)) {
-            track_rs(cfg, st, axis, i_q_A);
+            track_rs(cfg, st, axis, out->i_A.q);
         }
         break;
     case DRIVE_TURN_SCHEDULE:
@@ -305,11 +457,11 @@ static float next_reference(const drive_config_t *cfg, drive_state_t *st, const 
                            stop);
 }
 
-/* What the dc link and the temperatures leave of the torque current. */
+/* What the dc link, the temperatures and pull-out leave of the torque current. */
 COLD static torque_window_t torque_window(const drive_config_t *cfg, const drive_state_t *st,
                                           float i_d_A)
 {
-    float most_A = cfg->speed.i_q_max_A;
+    float most_A = cfg->speed.i_q_max_A - st->modes.level.i_q_less_A;
     if (st->overload.derating) {
         const float i_A = st->overload.i_max_A;
         most_A = minf(most_A, sqrtf(maxf(i_A * i_A - i_d_A * i_d_A, 0.0f)));
@@ -329,10 +481,10 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
                            float lambda_Wb)
 {
     const flux_control_in_t flux_in = {
-        .lambda_hat_Wb = lambda_Wb, .below_Wb = st->steer.below_Wb, .less_A = st->i_d_less_A};
+        .lambda_hat_Wb = lambda_Wb, .below_Wb = st->flux_below_Wb, .less_A = st->i_d_less_A};
     const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
     torque_window_t window;
-    const bool limited = st->link.limiting || st->overload.derating;
+    const bool limited = st->link.limiting || st->overload.derating || st->pull_out_near;
     if (limited) {
         window = torque_window(cfg, st, i_d_A);
     }
@@ -344,7 +496,7 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
         .omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
         .omega_hat_rad_s = st->omega_e_hat_rad_s,
         .i_d_ref_A = i_d_A,
-        .flux_pu = 1.0f - st->steer.below_Wb * cfg->inv_lambda_ref_per_Wb,
+        .flux_pu = 1.0f - st->flux_below_Wb * cfg->inv_lambda_ref_per_Wb,
         .inv_flux_pu = 1.0f + st->torque_more_pu,
         .torque = torque,
         .torque_ref_Nm = in->torque_ref_Nm,
@@ -352,18 +504,61 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
     return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
 }
 
-static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+/* No mains: the speed controller follows, and is there with torque and speed of then. */
+COLD static float ride_through(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
+{
+    mains_loss_step(&cfg->modes.mains, &st->modes.mains, out->meas.u_dc_V, st->omega_e_hat_rad_s);
+    if (st->modes.mains.over) {
+        out->faults |= MONITOR_MAINS_LOST;
+    }
+    st->speed.pi.x = st->modes.mains.i_q_A;
+    st->speed.omega_ref_rad_s = st->speed.omega_filtered_rad_s;
+    return limitf(st->modes.mains.i_q_A * (1.0f + st->torque_more_pu), cfg->speed.i_q_max_A);
+}
+
+/* RUN, or caught in turning: then flux without torque, and a speed controller that waits. */
+static dq_t oriented_current(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                             drive_out_t *out, float lambda_Wb)
+{
+    dq_t i_ref_A = torque_current(cfg, st, in, lambda_Wb);
+    if (in->mode != DRIVE_RUN) {
+        st->speed.pi.x = 0.0f;
+        st->speed.omega_ref_rad_s = st->omega_e_hat_rad_s;
+        st->speed.omega_filtered_rad_s = st->omega_e_hat_rad_s;
+        i_ref_A.q = 0.0f;
+    } else if (cfg->modes.ride_through &&
+               !mains_loss_idle(&cfg->modes.mains, &st->modes.mains, out->meas.u_dc_V)) {
+        i_ref_A.q = ride_through(cfg, st, out);
+    } else {
+        /* as the speed controller says */
+    }
+    return i_ref_A;
+}
+
+/* The voltage comes from elsewhere: the current controllers' integrators follow it, in whatever
+ * frame, and take over without a step. */
+COLD static dq_t follow(drive_state_t *st, dq_t asked_V, dq_t wanted_V)
+{
+    st->current.d.x += wanted_V.d - asked_V.d;
+    st->current.q.x += wanted_V.q - asked_V.q;
+    return wanted_V;
+}
+
+/* open: by what acts without orientation. */
+static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in, bool open,
                     drive_out_t *out)
 {
+    const bool oriented = follows_flux(st, in);
     const ab_t lambda_Wb = st->observer.lambda_r_hat_Wb;
     const float magnitude_Wb = sqrtf(ab_norm2(lambda_Wb));
     /* d axis of the controllers: along the flux, fixed while there is none to follow, as in
      * premagnetisation. A NaN is no flux. */
-    const bool flux = magnitude_Wb > cfg->lambda_min_Wb;
+    const float least_Wb = least_flux_Wb(cfg, in);
+    const bool flux = magnitude_Wb > least_Wb;
     ab_t axis = {1.0f, 0.0f};
     if (st->impressed.active) {
         axis = st->impressed.axis;
-    } else if ((in->mode == DRIVE_RUN) && flux) {
+    } else if (oriented && flux) {
         axis = ab_scale(lambda_Wb, 1.0f / magnitude_Wb);
     } else {
         /* fixed */
@@ -372,11 +567,12 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     if (st->impressed.active) {
         st->omega_s_hat_rad_s = st->impressed.omega_rad_s;
         out->i_ref_A = (dq_t){st->impressed.current_A, 0.0f};
-    } else if (in->mode == DRIVE_RUN) {
-        st->omega_s_hat_rad_s =
-            flux_frequency(cfg, st, out->gain, flux ? magnitude_Wb : cfg->lambda_min_Wb);
-        slow_turn(cfg, st, magnitude_Wb, axis, out->i_A.q);
-        out->i_ref_A = torque_current(cfg, st, in, magnitude_Wb);
+    } else if (open) {
+        out->i_ref_A = out->i_A; /* no error: the controllers only follow */
+    } else if (oriented) {
+        st->omega_s_hat_rad_s = flux_frequency(cfg, st, out->gain, flux ? magnitude_Wb : least_Wb);
+        slow_turn(cfg, st, out, magnitude_Wb, axis);
+        out->i_ref_A = oriented_current(cfg, st, in, out, magnitude_Wb);
     } else if (out->rs_measurement != RS_MEASUREMENT_BUSY) {
         const flux_control_in_t flux_in = {.lambda_hat_Wb = magnitude_Wb};
         out->i_ref_A = (dq_t){flux_control_step(&cfg->flux, &st->flux, &flux_in), 0.0f};
@@ -394,10 +590,13 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
                                         .omega_s_rad_s = st->omega_s_hat_rad_s,
                                         .omega_e_rad_s = st->omega_e_hat_rad_s,
                                         .lambda_Wb = magnitude_Wb};
-    const dq_t asked_V = current_control_output(&cfg->current, &st->current, &cc_in);
+    dq_t asked_V = current_control_output(&cfg->current, &st->current, &cc_in);
     /* The duties act later: voltage and current are turned to where the frame will be by then. */
     const ab_t ahead = turn_ahead(st->omega_s_hat_rad_s, cfg->delay_comp_s);
     const ab_t axis_ahead = ab_mul(ahead, axis);
+    if (open && !st->impressed.active) {
+        asked_V = follow(st, asked_V, dq_from_ab(st->modes.u_V, axis_ahead));
+    }
     st->u_pending_V =
         modulate(cfg, st, ab_from_dq(asked_V, axis_ahead), ab_mul(ahead, out->meas.i_s_A), out);
     current_control_update(&cfg->current, &st->current, &cc_in, asked_V,
@@ -419,8 +618,7 @@ static void take_over(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->steering = (flux_steering_state_t){0};
     st->steer = (flux_steering_out_t){0};
     st->rs_tracking = (rs_tracking_state_t){0}; /* what a lost angle made of it */
-    st->torque_more_pu = 0.0f;
-    st->i_d_less_A = 0.0f;
+    set_flux(cfg, st);
 }
 
 /* Back to flux orientation with the torque that acts; the current controllers' integrators turn
@@ -495,13 +693,34 @@ COLD static void look_after(const drive_config_t *cfg, drive_state_t *st, const 
     }
 }
 
+/* Nothing estimated, nothing to judge but the temperatures; I-f operation goes on for good. */
+COLD static void supervise_open(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                                drive_out_t *out)
+{
+    st->supervisor = (supervisor_state_t){0};
+    st->slow_period = (st->slow_period + 1u) % DRIVE_SLOW_PERIODS;
+    if ((st->slow_period == 0u) &&
+        overload_step(&cfg->overload, &st->overload, ab_norm2(out->meas.i_s_A))) {
+        out->faults |= MONITOR_OVERLOAD;
+    }
+    if (st->modes.open == DRIVE_OPEN_IMPRESSED) {
+        const impressed_current_in_t imp_in = {.omega_ref_rad_s = open_reference_rad_s(st, in),
+                                               .u_dc_V = out->meas.u_dc_V};
+        (void)impressed_current_step(&cfg->impressed, &st->impressed, &imp_in);
+    }
+}
+
 /* How far all that is to be believed. */
-static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in, bool open,
                       drive_out_t *out)
 {
     if (in->mode != DRIVE_RUN) {
         st->supervisor = (supervisor_state_t){0};
         st->impressed = (impressed_current_state_t){0};
+        return;
+    }
+    if (open) {
+        supervise_open(cfg, st, in, out);
         return;
     }
     const supervisor_in_t sup_in = {.u_s_V = out->u_s_V,
@@ -549,9 +768,12 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     if (in->mode == DRIVE_OFF) {
         rest(st, out);
     } else {
-        estimate(cfg, st, in, out);
-        control(cfg, st, in, out);
-        supervise(cfg, st, in, out);
+        const bool open = cfg->modes.any_open && open_loop(cfg, st, in, out);
+        if (!open) {
+            estimate(cfg, st, in, out);
+        }
+        control(cfg, st, in, open, out);
+        supervise(cfg, st, in, open, out);
     }
     const monitor_in_t mon_in = {.meas = &out->meas,
                                  .duty = out->duty,

@@ -17,6 +17,7 @@
 
 #include "current_control.h"
 #include "dead_time.h"
+#include "drive_modes.h"
 #include "flux_control.h"
 #include "flux_steering.h"
 #include "frames.h"
@@ -95,6 +96,7 @@ typedef struct {
     supervisor_params_t supervisor;
     drive_lost_action_t lost_action;
     impressed_current_params_t impressed;
+    drive_modes_params_t modes;
 } drive_params_t;
 
 typedef struct {
@@ -126,6 +128,7 @@ typedef struct {
     supervisor_config_t supervisor;
     drive_lost_action_t lost_action;
     impressed_current_config_t impressed;
+    drive_modes_config_t modes;
 } drive_config_t;
 
 typedef struct {
@@ -140,8 +143,10 @@ typedef struct {
     rs_tracking_state_t rs_tracking;
     flux_steering_state_t steering;
     flux_steering_out_t steer;    /* of its last turn */
-    float i_d_less_A;             /* what steering takes from the magnetising current */
+    float flux_below_Wb;          /* nominal flux minus the reference: steering or flux level */
+    float i_d_less_A;             /* what that takes from the magnetising current */
     float torque_more_pu;         /* nominal flux over the reference, less 1 */
+    bool pull_out_near;           /* the flux level takes torque current away */
     float omega_ref_before_rad_s; /* at the last turn of Rs tracking */
     uint32_t slow_period;
     monitor_state_t monitor;
@@ -155,8 +160,9 @@ typedef struct {
     bool dead_time_found;     /* else by the parameters */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;
-    ab_t u_acting_V;  /* voltage of the duties acting from now to the next sample */
-    ab_t u_pending_V; /* voltage of the duties of the last step, which act after that */
+    ab_t u_acting_V;           /* voltage of the duties acting from now to the next sample */
+    ab_t u_pending_V;          /* voltage of the duties of the last step, which act after that */
+    drive_modes_state_t modes; /* last: what every period needs stays within a load's reach */
 } drive_state_t;
 
 typedef struct {

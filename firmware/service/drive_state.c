@@ -3,6 +3,9 @@
 /* Longest time that fits a period counter with room to spare. */
 #define DRIVE_STATE_MAX_PERIODS 1000000000.0f
 
+/* Standard deviation, over the largest offset, from which the voltage is a turning motor's. */
+#define DRIVE_STATE_SWING_PU 0.25f
+
 static bool whole_periods(uint32_t *periods, float time_s, float period_s)
 {
     if (!nonnegativef(time_s) || !positivef(period_s)) {
@@ -75,6 +78,7 @@ static void self_test(const drive_state_config_t *cfg, drive_machine_t *st,
         st->offset_sum_A.v += in->i_raw_A.v;
         st->offset_sum_A.w += in->i_raw_A.w;
         st->offset_sum_V = ab_add(st->offset_sum_V, in->u_raw_V);
+        st->offset_square_V2 += ab_norm2(in->u_raw_V);
         st->periods++;
         return;
     }
@@ -89,8 +93,11 @@ static void self_test(const drive_state_config_t *cfg, drive_machine_t *st,
             return;
         }
         const ab_t offset_V = ab_scale(st->offset_sum_V, k);
+        const float swing_V = DRIVE_STATE_SWING_PU * cfg->offset_max_V;
+        const float variance_V2 = k * st->offset_square_V2 - ab_norm2(offset_V);
         const bool still = (absf(offset_V.alpha) <= cfg->offset_max_V) &&
-                           (absf(offset_V.beta) <= cfg->offset_max_V);
+                           (absf(offset_V.beta) <= cfg->offset_max_V) &&
+                           (variance_V2 <= swing_V * swing_V);
         out->offsets_ready = true;
         st->offset_A = offset;
         st->offset_V = still ? offset_V : (ab_t){0.0f, 0.0f};
@@ -106,6 +113,7 @@ static void fault_state(drive_machine_t *st, const drive_state_in_t *in, uint32_
         st->faults = in->faults;
         st->offset_sum_A = (uvw_t){0.0f, 0.0f, 0.0f};
         st->offset_sum_V = (ab_t){0.0f, 0.0f};
+        st->offset_square_V2 = 0.0f;
         enter(st, DRIVE_STATE_SELF_TEST);
     }
 }

@@ -75,6 +75,7 @@ typedef struct {
     uvw_t offset_sum_A;
     uvw_t offset_A; /* the mean, once SELF_TEST has it */
     ab_t offset_sum_V;
+    float offset_square_V2; /* sum of |u|^2: a voltage that swings is a turning motor's */
     ab_t offset_V;
 } drive_machine_t;
 

@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x7dcdde69u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0xa0f7a379u
+#define PARAMS_CRC32C 0x60944955u
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -111,6 +111,19 @@
         .impressed_slew_rad_s2 = 60.0f, \
         .impressed_return_Hz = 1.5f, \
         .impressed_timeout_s = 5.0f, \
+        .control_mode = 0u, \
+        .weaken_share = 0.0f, \
+        .economy_flux_min = 0.0f, \
+        .flying_start = 0u, \
+        .vf_boost_V = 6.0f, \
+        .dc_brake_A = 0.0f, \
+        .dc_brake_from_Hz = 1.0f, \
+        .dc_brake_s = 1.0f, \
+        .mains_lost_V = 0.0f, \
+        .mains_hold_V = 230.0f, \
+        .mains_gain_W_V = 20.0f, \
+        .restart_count = 0u, \
+        .restart_delay_s = 0.5f, \
         .i_trip_A = 20.0f, \
         .u_dc_max_V = 390.0f, \
         .u_dc_min_V = 150.0f, \

@@ -9,6 +9,7 @@
 #include "app_signal.h"
 #include "command.h"
 #include "crc32c.h"
+#include "exact.h"
 #include "host_port.h"
 #include "ram_flash.h"
 #include "unity.h"

@@ -670,6 +670,19 @@ static void test_init_counts_periods_and_refuses_senseless_times(void)
     ASSERT_REFUSED(period_s, 0.0f);
 }
 
+/* Residual flux: the mean is small, the voltage is not still. */
+static void test_a_voltage_that_swings_is_no_offset(void)
+{
+    const float swing_V[] = {0.0f, 60.0f, -60.0f, 0.0f, 0.0f};
+    cfg.offset_max_V = 4.0f;
+    for (int k = 0; k < 5; k++) {
+        const drive_state_in_t in = {.u_raw_V = {0.5f + swing_V[k], 0.0f}};
+        (void)drive_state_step(&cfg, &st, &in);
+    }
+    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, st.id);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.offset_V.alpha);
+}
+
 static void test_voltage_offsets_are_averaged_too(void)
 {
     cfg.offset_max_V = 4.0f;
@@ -748,6 +761,7 @@ int main(void)
     RUN_TEST(test_a_commissioning_that_fails_is_a_fault);
     RUN_TEST(test_the_aim_of_run_is_a_matter_of_the_command);
     RUN_TEST(test_init_counts_periods_and_refuses_senseless_times);
+    RUN_TEST(test_a_voltage_that_swings_is_no_offset);
     RUN_TEST(test_voltage_offsets_are_averaged_too);
     RUN_TEST(test_the_voltage_of_a_turning_motor_is_no_offset);
     RUN_TEST(test_flux_is_built_after_the_measurement_only);

@@ -1,0 +1,113 @@
+#include "flux_level.h"
+
+#include <math.h>
+
+static bool params_valid(const flux_level_params_t *p)
+{
+    const bool weakening = nonnegativef(p->voltage_share) && (p->voltage_share <= 1.0f) &&
+                           positivef(p->bandwidth_rad_s) && positivef(p->pull_out_share) &&
+                           (p->pull_out_share <= 1.0f);
+    const bool economy = nonnegativef(p->economy_min_pu) && (p->economy_min_pu <= 1.0f) &&
+                         nonnegativef(p->economy_from_rad_s) && positivef(p->economy_filter_s) &&
+                         positivef(p->economy_slew_Wb_per_s);
+    return weakening && economy && positivef(p->lambda_nominal_Wb) && positivef(p->lambda_min_Wb) &&
+           (p->lambda_min_Wb <= p->lambda_nominal_Wb) && positivef(p->i_q_max_A);
+}
+
+/* Zero of either sign. */
+static bool is_off(float x)
+{
+    return absf(x) <= 0.0f;
+}
+
+bool flux_level_init(flux_level_config_t *cfg, const flux_level_params_t *params,
+                     const motor_model_t *motor, float period_s)
+{
+    *cfg = (flux_level_config_t){0};
+    if (is_off(params->voltage_share) && is_off(params->economy_min_pu)) {
+        return true;
+    }
+    const float kr = motor->kr;
+    const float Ls_H = motor->sigma_Ls_H + kr * motor->M_H;
+    const float rotor_ohm = kr * motor->M_H * motor->tau_per_s; /* kr^2 Rr */
+    const float economy_Wb2_per_Nm =
+        motor->M_H / (motor->pole_pairs * kr) * sqrtf(1.0f + rotor_ohm / motor->Rs_ohm);
+    if (!params_valid(params) || !positivef(period_s) || !positivef(economy_Wb2_per_Nm)) {
+        return false;
+    }
+    *cfg = (flux_level_config_t){
+        .voltage_share = NUM_SQRT_1_2 * params->voltage_share,
+        .economy_min_Wb = params->economy_min_pu * params->lambda_nominal_Wb,
+        .economy_Wb2_per_Nm = is_off(params->economy_min_pu) ? 0.0f : economy_Wb2_per_Nm,
+        .economy_from_rad_s = params->economy_from_rad_s,
+        .economy_gain = period_s / (period_s + params->economy_filter_s),
+        .economy_step_Wb = params->economy_slew_Wb_per_s * period_s,
+        .gain_Wb_rad_s_per_V = params->bandwidth_rad_s * period_s / kr,
+        .lambda_nominal_Wb = params->lambda_nominal_Wb,
+        .below_max_Wb = params->lambda_nominal_Wb - params->lambda_min_Wb,
+        /* sigma Ls i_q = share Ls i_d, i_d = lambda/M. */
+        .i_q_per_Wb_A = params->pull_out_share * Ls_H / (motor->sigma_Ls_H * motor->M_H),
+        .i_q_max_A = params->i_q_max_A,
+        .inv_period_per_s = 1.0f / period_s,
+    };
+    return true;
+}
+
+/* Below this frequency no weakening is ever needed, and nothing has to be divided by less: twice
+ * the nominal flux would still fit. */
+static float at_least(const flux_level_config_t *cfg, float omega_s_rad_s, float u_max_V)
+{
+    return maxf(absf(omega_s_rad_s), 0.5f * u_max_V / cfg->lambda_nominal_Wb);
+}
+
+static void weaken(const flux_level_config_t *cfg, flux_level_state_t *st,
+                   const flux_level_in_t *in)
+{
+    const float u_max_V = cfg->voltage_share * in->u_dc_V;
+    const float more_Wb =
+        cfg->gain_Wb_rad_s_per_V * (in->u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
+    if (is_finite(more_Wb)) {
+        st->weakened_Wb = clampf(st->weakened_Wb + more_Wb, 0.0f, cfg->below_max_Wb);
+    }
+}
+
+/* Slowly down, quickly up: a torque step finds its flux again. */
+static void economise(const flux_level_config_t *cfg, flux_level_state_t *st,
+                      const flux_level_in_t *in)
+{
+    float lambda_Wb = cfg->lambda_nominal_Wb;
+    if (absf(in->omega_s_rad_s) > cfg->economy_from_rad_s) {
+        lambda_Wb = clampf(sqrtf(cfg->economy_Wb2_per_Nm * absf(in->torque_Nm)),
+                           cfg->economy_min_Wb, cfg->lambda_nominal_Wb);
+    }
+    const float more_Wb = cfg->lambda_nominal_Wb - lambda_Wb - st->economy_Wb;
+    st->economy_Wb +=
+        (more_Wb > 0.0f) ? (cfg->economy_gain * more_Wb) : maxf(more_Wb, -cfg->economy_step_Wb);
+}
+
+void flux_level_step(const flux_level_config_t *cfg, flux_level_state_t *st,
+                     const flux_level_in_t *in)
+{
+    if (cfg->voltage_share > 0.0f) {
+        weaken(cfg, st, in);
+    }
+    if (cfg->economy_Wb2_per_Nm > 0.0f) {
+        economise(cfg, st, in);
+    }
+    const float below_Wb = maxf(st->weakened_Wb, st->economy_Wb);
+    st->rate_Wb_per_s = (st->below_Wb - below_Wb) * cfg->inv_period_per_s;
+    st->below_Wb = below_Wb;
+    const float i_q_A = cfg->i_q_per_Wb_A * (cfg->lambda_nominal_Wb - below_Wb);
+    st->i_q_less_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
+}
+
+void flux_level_start(const flux_level_config_t *cfg, flux_level_state_t *st, float omega_s_rad_s,
+                      float u_dc_V)
+{
+    *st = (flux_level_state_t){0};
+    const float room_Wb = cfg->voltage_share * u_dc_V / maxf(absf(omega_s_rad_s), 1.0f);
+    if (cfg->voltage_share > 0.0f) {
+        st->weakened_Wb = clampf(cfg->lambda_nominal_Wb - room_Wb, 0.0f, cfg->below_max_Wb);
+        st->below_Wb = st->weakened_Wb;
+    }
+}

@@ -1,0 +1,82 @@
+/* Speed of a shaft that may already turn, before the drive is oriented: either direction, with
+ * residual flux or none.
+ *
+ * First without current: residual flux tells all, and nothing brakes the shaft. Only when there is
+ * none, with direct current. While the stator current stands still (standing_current), the rotor
+ * flux's rate obeys one mode, e' = (-tau + j w) e, e = kr lambda': residual flux or the flux that
+ * the current itself begins to build make no difference. One-lag regression of e over a window,
+ * with its mean removed (what Rs and the legs' voltage are wrong by is constant): w = arg(cov(e(t),
+ * e(t + lag)))/lag.
+ */
+#ifndef FLYING_START_H
+#define FLYING_START_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "frames.h"
+#include "motor.h"
+
+/* e is averaged over blocks: the noise of the difference in it then falls with their length. */
+#define FLYING_START_BLOCK_PERIODS 4u
+#define FLYING_START_LAG_BLOCKS    2u
+
+typedef struct {
+    bool enable;
+    float current_A;       /* that stands still during the search */
+    float settle_s;        /* its ramp and what rings after it; not looked at */
+    float window_s;        /* looked at */
+    float stand_rad_s;     /* slower than this is standing: premagnetised as ever */
+    float omega_max_rad_s; /* beyond: refused */
+} flying_start_params_t;
+
+typedef struct {
+    bool enable;
+    float current_A;
+    float step_A;
+    uint32_t settle_periods;
+    uint32_t end_periods;
+    float residual_V2; /* variance of e from which there is residual flux */
+    float stand_rad_s;
+    float omega_max_rad_s;
+    float per_lag_per_s;
+    float per_turn_s; /* middle of the last block to now */
+    float inv_kr;
+    float tau_per_s;
+    float m_tau_ohm;
+} flying_start_config_t;
+
+typedef enum {
+    FLYING_START_SEARCH = 0,
+    FLYING_START_STANDS = 1,
+    FLYING_START_CAUGHT = 2,
+    FLYING_START_REFUSED = 3 /* no current, or a speed beyond the largest */
+} flying_start_phase_t;
+
+typedef struct {
+    flying_start_phase_t phase;
+    bool current_on;                        /* no residual flux: looks with direct current */
+    uint32_t periods;                       /* of this look */
+    float current_A;                        /* on its ramp */
+    ab_t block_V;                           /* sum of the block that runs */
+    ab_t e_V[FLYING_START_LAG_BLOCKS + 1u]; /* block means, the newest first */
+    float rough_rad_s; /* of the last blocks: for the feed-forward of the EMF */
+    float count;
+    ab_t sum_before_V;
+    ab_t sum_V;
+    ab_t product_V2;   /* sum of conj(e(t)) e(t + lag) */
+    float square_V2;   /* sum of |e(t)|^2 */
+    float omega_rad_s; /* found */
+    ab_t lambda_Wb;    /* and the flux of now */
+} flying_start_state_t;
+
+/* False for a number that is not finite or of the wrong sign, or a window of fewer than four
+ * blocks; nothing else is looked at when not enabled. */
+CHECKED bool flying_start_init(flying_start_config_t *cfg, const flying_start_params_t *params,
+                               const motor_model_t *motor, float period_s);
+
+/* One period of the search. e_V: EMF of the ended interval; i_A: current sampled now. */
+COLD void flying_start_step(const flying_start_config_t *cfg, flying_start_state_t *st, ab_t e_V,
+                            ab_t i_A);
+
+#endif

@@ -1,0 +1,45 @@
+/* V/f operation: a voltage vector turned at the speed that is wanted, as long as flux needs.
+ *
+ * |u| = boost + psi |w|, no more than the dc link gives. No estimate, no current control: what is
+ * left when motor data or sensors are not to be trusted. The frequency waits while the current is
+ * beyond its limit, so that a ramp too steep slips no pole.
+ */
+#ifndef VOLTS_PER_HERTZ_H
+#define VOLTS_PER_HERTZ_H
+
+#include <stdbool.h>
+
+#include "frames.h"
+
+typedef struct {
+    float psi_Wb;  /* stator flux */
+    float boost_V; /* at standstill: Rs i */
+    float slew_rad_s2;
+    float i_max_A; /* beyond: the frequency is not raised */
+} volts_per_hertz_params_t;
+
+typedef struct {
+    float psi_Wb;
+    float boost_V;
+    float step_rad_s;
+    float boost_step_V;
+    float i_max2_A2;
+    float period_s;
+} volts_per_hertz_config_t;
+
+/* A zeroed state begins along alpha. */
+typedef struct {
+    ab_t off_axis; /* axis minus (1, 0) */
+    float omega_rad_s;
+    float boost_V; /* on its ramp */
+} volts_per_hertz_state_t;
+
+/* False for a number that is not finite or of the wrong sign. */
+CHECKED bool volts_per_hertz_init(volts_per_hertz_config_t *cfg,
+                                  const volts_per_hertz_params_t *params, float period_s);
+
+/* Voltage for the middle of the interval in which the next duties act. */
+COLD ab_t volts_per_hertz_step(const volts_per_hertz_config_t *cfg, volts_per_hertz_state_t *st,
+                               float omega_ref_rad_s, ab_t i_s_A, float u_dc_V);
+
+#endif

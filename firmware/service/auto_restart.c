@@ -1,0 +1,64 @@
+#include "auto_restart.h"
+
+#include "fault_reaction.h"
+
+#define AUTO_RESTART_MAX_PERIODS 1e9f
+
+bool auto_restart_init(auto_restart_config_t *cfg, const auto_restart_params_t *params)
+{
+    *cfg = (auto_restart_config_t){0};
+    if (params->count == 0u) {
+        return true;
+    }
+    const float delay = params->delay_s / params->period_s;
+    const float forgive = params->forgive_s / params->period_s;
+    if (!positivef(params->period_s) || !nonnegativef(delay) || !nonnegativef(forgive) ||
+        !(delay < AUTO_RESTART_MAX_PERIODS) || !(forgive < AUTO_RESTART_MAX_PERIODS)) {
+        return false;
+    }
+    cfg->count = params->count;
+    cfg->delay_periods = (uint32_t)delay;
+    cfg->forgive_periods = (uint32_t)forgive;
+    return true;
+}
+
+/* FAULT, and nothing but a dip behind it: true when the cause has been gone long enough. */
+static bool due(const auto_restart_config_t *cfg, auto_restart_state_t *st,
+                const auto_restart_in_t *in)
+{
+    const bool dip = (fault_stopping(in->latched) & ~AUTO_RESTART_FAULTS) == 0u;
+    if (!dip || (in->faults != 0u) || (st->used >= cfg->count)) {
+        st->periods = 0u;
+        return false;
+    }
+    st->periods++;
+    return st->periods > cfg->delay_periods;
+}
+
+uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_t *st,
+                           const auto_restart_in_t *in)
+{
+    if (!auto_restart_on(cfg)) {
+        return in->command;
+    }
+    if ((in->command & ~DRIVE_STATE_CMD_TORQUE_MODE) != DRIVE_STATE_CMD_RUN) {
+        /* The operator has let go, or acts himself. */
+        *st = (auto_restart_state_t){0};
+        return in->command;
+    }
+    if (in->id == DRIVE_STATE_FAULT) {
+        if (due(cfg, st, in)) {
+            st->periods = 0u;
+            st->used++;
+            return DRIVE_STATE_CMD_FAULT_RESET;
+        }
+    } else if ((in->id == DRIVE_STATE_RUN) && (st->used > 0u)) {
+        st->periods++;
+        if (st->periods > cfg->forgive_periods) {
+            *st = (auto_restart_state_t){0};
+        }
+    } else {
+        st->periods = 0u;
+    }
+    return in->command;
+}

@@ -1,0 +1,55 @@
+/* Automatic restart after a dip: acknowledges and runs again, a limited number of times.
+ *
+ * Stands between the operator's command word and the state machine, and plays the operator: fault
+ * reset with run low for a period, then the operator's command again. Only for faults of the dc
+ * link, only while run is asked for, only when the cause has been gone for a while. Off by default.
+ */
+#ifndef AUTO_RESTART_H
+#define AUTO_RESTART_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drive_state.h"
+
+/* The faults a dip leaves. */
+#define AUTO_RESTART_FAULTS (MONITOR_DC_UNDER_VOLTAGE | MONITOR_MAINS_LOST)
+
+typedef struct {
+    uint32_t count;  /* restarts on end; 0: off */
+    float delay_s;   /* the cause has been gone for so long */
+    float forgive_s; /* of running, after which the count begins anew */
+    float period_s;
+} auto_restart_params_t;
+
+typedef struct {
+    uint32_t count;
+    uint32_t delay_periods;
+    uint32_t forgive_periods;
+} auto_restart_config_t;
+
+typedef struct {
+    uint32_t used;    /* restarts so far */
+    uint32_t periods; /* without a cause in FAULT, or of running */
+} auto_restart_state_t;
+
+typedef struct {
+    uint32_t command; /* of the operator */
+    drive_state_id_t id;
+    uint32_t latched; /* faults of the machine */
+    uint32_t faults;  /* of now */
+} auto_restart_in_t;
+
+/* False for a time that is negative, not a number or too long to count. */
+CHECKED bool auto_restart_init(auto_restart_config_t *cfg, const auto_restart_params_t *params);
+
+static inline bool auto_restart_on(const auto_restart_config_t *cfg)
+{
+    return cfg->count > 0u;
+}
+
+/* The command word for the state machine. */
+COLD uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_t *st,
+                                const auto_restart_in_t *in);
+
+#endif

@@ -1,0 +1,81 @@
+/* A motor for tests of the whole control law: double precision, ideal inverter, shaft at constant
+ * speed or free. The duties of a step act from the next crest to the one after, as in a timer.
+ */
+#ifndef PLANT_FIXTURE_H
+#define PLANT_FIXTURE_H
+
+#include "drive_fixture.h"
+
+#define PLANT_PARTS 50
+
+typedef struct {
+    motor_t motor;
+    cplx psi_s_Wb;
+    cplx psi_r_Wb;
+    double omega_e_rad_s;
+    double J_kg_m2; /* 0: constant speed */
+    double u_dc_V;
+    uvw_t duty; /* acts in the interval to come */
+} plant_t;
+
+static inline cplx plant_current(const plant_t *p)
+{
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    const double sigma_Ls = (double)p->motor.Ls_H - kr * (double)p->motor.M_H;
+    return (p->psi_s_Wb - kr * p->psi_r_Wb) / sigma_Ls;
+}
+
+/* Turning, with residual rotor flux along alpha and no stator current. */
+static inline plant_t plant_of(motor_t motor, double omega_e_rad_s, double psi_r_Wb)
+{
+    const double kr = (double)motor.M_H / (double)motor.Lr_H;
+    return (plant_t){.motor = motor,
+                     .psi_s_Wb = kr * psi_r_Wb,
+                     .psi_r_Wb = psi_r_Wb,
+                     .omega_e_rad_s = omega_e_rad_s,
+                     .u_dc_V = 283.0,
+                     .duty = {0.5f, 0.5f, 0.5f}};
+}
+
+static inline measurement_in_t plant_words(const plant_t *p, const drive_params_t *params)
+{
+    double i[3];
+    phases_of(plant_current(p), i);
+    const double u_dc_fs = (double)params->measurement.dc_link_full_scale_V;
+    return (measurement_in_t){counts(i[0], 25.0),
+                              counts(i[1], 25.0),
+                              counts(i[2], 25.0),
+                              8192u,
+                              8192u,
+                              (uint16_t)lrint(p->u_dc_V / u_dc_fs * 16384.0)};
+}
+
+static inline double plant_torque(const plant_t *p)
+{
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    return (double)p->motor.pole_pairs * kr * cimag(conj(p->psi_r_Wb) * plant_current(p));
+}
+
+/* To the next crest. */
+static inline void plant_advance(plant_t *p, uvw_t next, double period_s)
+{
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    const double tau = (double)p->motor.Rr_ohm / (double)p->motor.Lr_H;
+    const double h_s = period_s / PLANT_PARTS;
+    const cplx u = p->u_dc_V * sqrt(2.0 / 3.0) *
+                   ((double)p->duty.u + (double)p->duty.v * cexp(I * THIRD_TURN) +
+                    (double)p->duty.w * cexp(-I * THIRD_TURN));
+    for (int n = 0; n < PLANT_PARTS; n++) {
+        const cplx i = plant_current(p);
+        const cplx rate_r =
+            (I * p->omega_e_rad_s - tau) * p->psi_r_Wb + kr * (double)p->motor.Rr_ohm * i;
+        if (p->J_kg_m2 > 0.0) {
+            p->omega_e_rad_s += h_s * (double)p->motor.pole_pairs * plant_torque(p) / p->J_kg_m2;
+        }
+        p->psi_s_Wb += h_s * (u - (double)p->motor.Rs_ohm * i);
+        p->psi_r_Wb += h_s * rate_r;
+    }
+    p->duty = next;
+}
+
+#endif

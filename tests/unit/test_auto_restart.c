@@ -1,0 +1,160 @@
+/* The substitute operator alone, then before the real state machine. */
+#include "auto_restart.h"
+
+#include <math.h>
+
+#include "exact.h"
+#include "unity.h"
+
+#define RUN   DRIVE_STATE_CMD_RUN
+#define RESET DRIVE_STATE_CMD_FAULT_RESET
+
+static const auto_restart_params_t good = {
+    .count = 2u, .delay_s = 0.001f, .forgive_s = 0.002f, .period_s = 0.0002f};
+
+static auto_restart_config_t cfg;
+static auto_restart_state_t st;
+
+void setUp(void)
+{
+    TEST_ASSERT_TRUE(auto_restart_init(&cfg, &good));
+    st = (auto_restart_state_t){0};
+}
+
+void tearDown(void)
+{
+}
+
+static uint32_t step(drive_state_id_t id, uint32_t latched, uint32_t faults)
+{
+    const auto_restart_in_t in = {RUN, id, latched, faults};
+    return auto_restart_step(&cfg, &st, &in);
+}
+
+static int periods_to_reset(void)
+{
+    for (int k = 1; k < 100; k++) {
+        if (step(DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u) == RESET) {
+            return k;
+        }
+    }
+    return 0;
+}
+
+static void test_init_refuses_bad_times(void)
+{
+    auto_restart_params_t p = good;
+    p.delay_s = -1.0f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.delay_s = 1e9f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p = good;
+    p.forgive_s = NAN;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.forgive_s = 1e9f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p = good;
+    p.period_s = 0.0f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.count = 0u;
+    TEST_ASSERT_TRUE(auto_restart_init(&cfg, &p));
+}
+
+static void test_off_passes_every_command(void)
+{
+    cfg = (auto_restart_config_t){0};
+    for (uint32_t command = 0u; command < 8u; command++) {
+        const auto_restart_in_t in = {command, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u};
+        TEST_ASSERT_EQUAL_HEX32(command, auto_restart_step(&cfg, &st, &in));
+    }
+}
+
+static void test_resets_once_the_cause_has_been_gone_for_the_delay(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u));
+    TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE,
+                                      MONITOR_DC_UNDER_VOLTAGE)); /* back: counted anew */
+    TEST_ASSERT_EQUAL(6, periods_to_reset());
+    TEST_ASSERT_EQUAL_UINT32(1u, st.used);
+}
+
+static void test_only_for_a_dip(void)
+{
+    const uint32_t others[] = {MONITOR_OVER_CURRENT, MONITOR_DC_UNDER_VOLTAGE | MONITOR_CONFIG};
+    for (int n = 0; n < 2; n++) {
+        for (int k = 0; k < 100; k++) {
+            TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_FAULT, others[n], 0u));
+        }
+    }
+    for (int k = 0; k < 5; k++) {
+        (void)step(DRIVE_STATE_FAULT, MONITOR_MAINS_LOST | MONITOR_PERIOD_LATE, 0u);
+    }
+    TEST_ASSERT_EQUAL_HEX32(RESET,
+                            step(DRIVE_STATE_FAULT, MONITOR_MAINS_LOST | MONITOR_PERIOD_LATE, 0u));
+}
+
+static void test_a_limited_number_of_times_unless_it_has_run_since(void)
+{
+    TEST_ASSERT_EQUAL(6, periods_to_reset());
+    TEST_ASSERT_EQUAL(6, periods_to_reset());
+    TEST_ASSERT_EQUAL(0, periods_to_reset());
+    for (int k = 0; k < 11; k++) {
+        TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_RUN, 0u, 0u));
+    }
+    TEST_ASSERT_EQUAL(6, periods_to_reset());
+    /* Not long enough, and interrupted. */
+    for (int k = 0; k < 8; k++) {
+        (void)step(DRIVE_STATE_RUN, 0u, 0u);
+    }
+    (void)step(DRIVE_STATE_PREMAGNETISE, 0u, 0u);
+    for (int k = 0; k < 8; k++) {
+        (void)step(DRIVE_STATE_RUN, 0u, 0u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, st.used);
+}
+
+static void test_the_operator_wins(void)
+{
+    (void)periods_to_reset();
+    const uint32_t commands[] = {0u, RUN | RESET, RUN | DRIVE_STATE_CMD_TORQUE_OFF};
+    for (int n = 0; n < 3; n++) {
+        st.used = 1u;
+        const auto_restart_in_t in = {commands[n], DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u};
+        TEST_ASSERT_EQUAL_HEX32(commands[n], auto_restart_step(&cfg, &st, &in));
+        TEST_ASSERT_EQUAL_UINT32(0u, st.used);
+    }
+}
+
+/* A dip in RUN, the dc link back: the machine is in RUN again without the operator. */
+static void test_the_state_machine_runs_again(void)
+{
+    const drive_state_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
+    drive_state_config_t machine_cfg;
+    TEST_ASSERT_TRUE(drive_state_init(&machine_cfg, &p));
+    drive_machine_t machine = {0};
+    bool was_off = false;
+    for (int k = 0; k < 100; k++) {
+        const uint32_t faults = ((k >= 20) && (k < 40)) ? MONITOR_DC_UNDER_VOLTAGE : 0u;
+        const auto_restart_in_t in = {RUN, machine.id, machine.faults, faults};
+        const drive_state_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
+                                           .faults = faults};
+        const drive_state_out_t out = drive_state_step(&machine_cfg, &machine, &state_in);
+        was_off = was_off || ((k >= 20) && !out.gates_on);
+        TEST_ASSERT_FALSE((faults != 0u) && out.gates_on);
+    }
+    TEST_ASSERT_TRUE(was_off);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, machine.id);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_bad_times);
+    RUN_TEST(test_off_passes_every_command);
+    RUN_TEST(test_resets_once_the_cause_has_been_gone_for_the_delay);
+    RUN_TEST(test_only_for_a_dip);
+    RUN_TEST(test_a_limited_number_of_times_unless_it_has_run_since);
+    RUN_TEST(test_the_operator_wins);
+    RUN_TEST(test_the_state_machine_runs_again);
+    return UNITY_END();
+}

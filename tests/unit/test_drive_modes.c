@@ -1,0 +1,373 @@
+/* What the whole law does beside orientation, on a motor: starts at speed, brakes, runs open loop,
+ * weakens its field, rides through.
+ */
+#include "drive.h"
+
+#include <complex.h>
+#include <math.h>
+
+#include "exact.h"
+#include "plant_fixture.h"
+#include "unity.h"
+
+#define PERIOD_S 2e-4
+
+static drive_params_t p;
+static drive_config_t cfg;
+static drive_state_t st;
+static drive_in_t in;
+static drive_out_t out;
+static plant_t plant;
+
+void setUp(void)
+{
+    p = both_machines(0);
+    p.voltage_source = DRIVE_VOLTAGE_DUTY;
+    p.observer_method = OBSERVER_SECOND_ORDER;
+    p.adaptation.kp_rad_per_s_Wb_A = 4.0f;
+    p.adaptation.ki_rad_per_s2_Wb_A = 2000.0f;
+    p.adaptation.eps1_mode = SPEED_ADAPTATION_EPS1_OFF;
+    p.observer_gain_enable = false;
+    p.dead_time.fraction = 0.0f;
+    p.current.decoupling = 1.0f;
+    p.modes = (drive_modes_params_t){
+        .standing_bandwidth_rad_s = 400.0f,
+        .flying = {.current_A = 4.0f,
+                   .settle_s = 0.02f,
+                   .window_s = 0.1f,
+                   .stand_rad_s = 14.7f,
+                   .omega_max_rad_s = 600.0f},
+        .volts = {.psi_Wb = 0.44f, .boost_V = 4.0f, .slew_rad_s2 = 200.0f, .i_max_A = 15.0f},
+        .brake_from_rad_s = 1000.0f,
+        .brake_s = 0.3f,
+        .brake_slew_A_per_s = 100.0f};
+    st = (drive_state_t){0};
+    in = (drive_in_t){.mode = DRIVE_PREMAGNETISE};
+    plant = plant_of(p.motor, 0.0, 0.0);
+}
+
+void tearDown(void)
+{
+}
+
+static void start(void)
+{
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+}
+
+static uint32_t run(double time_s)
+{
+    uint32_t faults = 0u;
+    for (int k = 0; k < (int)(time_s / PERIOD_S); k++) {
+        in.sample = plant_words(&plant, &p);
+        drive_step(&cfg, &st, &in, &out);
+        faults |= out.faults;
+        plant_advance(&plant, out.duty, PERIOD_S);
+    }
+    return faults;
+}
+
+static double flux_error(void)
+{
+    const ab_t hat = st.observer.lambda_r_hat_Wb;
+    return cabs((double)hat.alpha + I * (double)hat.beta - plant.psi_r_Wb);
+}
+
+static bool refused(void)
+{
+    return !drive_init(&cfg, &p, NULL);
+}
+
+static void test_init_refuses_what_a_mode_cannot_do(void)
+{
+    p.modes.control = (drive_control_t)3;
+    TEST_ASSERT_TRUE(refused());
+    p.modes.control = DRIVE_CONTROL_IMPRESSED; /* without a current to impress */
+    TEST_ASSERT_TRUE(refused());
+    setUp();
+    p.modes.control = DRIVE_CONTROL_VOLTS_PER_HERTZ;
+    p.modes.volts.psi_Wb = 0.0f;
+    TEST_ASSERT_TRUE(refused());
+    setUp();
+    p.modes.flying.enable = true;
+    p.modes.flying.window_s = 0.0f;
+    TEST_ASSERT_TRUE(refused());
+    setUp();
+    p.modes.flying.enable = true;
+    p.modes.standing_bandwidth_rad_s = 0.0f;
+    TEST_ASSERT_TRUE(refused());
+    setUp();
+    p.modes.level.voltage_share = 2.0f;
+    TEST_ASSERT_TRUE(refused());
+    setUp();
+    p.modes.mains.u_lost_V = 100.0f;
+    TEST_ASSERT_TRUE(refused());
+}
+
+static void test_init_refuses_a_brake_that_is_none(void)
+{
+    const float bad_A[] = {NAN, -1.0f, INFINITY};
+    for (int n = 0; n < 3; n++) {
+        p.modes.brake_A = bad_A[n];
+        TEST_ASSERT_TRUE(refused());
+    }
+    setUp();
+    p.modes.brake_A = 5.0f;
+    TEST_ASSERT_FALSE(refused());
+    p.modes.brake_from_rad_s = -1.0f;
+    TEST_ASSERT_TRUE(refused());
+    setUp();
+    p.modes.brake_A = 5.0f;
+    p.modes.brake_s = -1.0f;
+    TEST_ASSERT_TRUE(refused());
+    p.modes.brake_s = 1e9f;
+    TEST_ASSERT_TRUE(refused());
+    p.modes.brake_s = 1.0f;
+    p.modes.brake_slew_A_per_s = 0.0f;
+    TEST_ASSERT_TRUE(refused());
+}
+
+static void test_all_off_asks_nothing(void)
+{
+    start();
+    TEST_ASSERT_FALSE(cfg.modes.any_open);
+    run(0.01);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
+}
+
+/* Both directions, residual flux and none: caught, oriented, and torque at once. */
+static void test_a_turning_motor_is_caught(void)
+{
+    const double speeds[] = {-300.0, -60.0, 60.0, 300.0};
+    for (int n = 0; n < 8; n++) {
+        setUp();
+        p.modes.flying.enable = true;
+        plant = plant_of(p.motor, speeds[n % 4], (n < 4) ? 0.0 : 0.35);
+        start();
+        in.omega_e_ref_rad_s = (float)speeds[n % 4];
+        TEST_ASSERT_EQUAL_HEX32(0u, run(0.1));
+        TEST_ASSERT_EQUAL(RS_MEASUREMENT_BUSY, out.rs_measurement);
+        TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
+        TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.modes.flying.phase);
+        TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
+        ASSERT_NEAR(2.0, speeds[n % 4], st.omega_e_hat_rad_s);
+        /* 2nd order leaves w^3 T^2/6 of angle, the ADC an LSB in volts over w: 7 % of .41 Wb. */
+        ASSERT_NEAR(0.03, 0.0, flux_error());
+        ASSERT_NEAR(0.3, 0.0, out.i_A.q);
+        ASSERT_SAME_FLOAT(st.omega_e_hat_rad_s, st.speed.omega_ref_rad_s);
+        in.mode = DRIVE_RUN;
+        in.omega_e_ref_rad_s += 20.0f;
+        TEST_ASSERT_EQUAL_HEX32(0u, run(0.02));
+        TEST_ASSERT_TRUE(plant_torque(&plant) > 3.0);
+        TEST_ASSERT_TRUE(cabs(plant_current(&plant)) < 15.5);
+    }
+}
+
+static void test_a_standing_motor_is_magnetised_as_ever(void)
+{
+    p.modes.flying.enable = true;
+    start();
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.5));
+    TEST_ASSERT_EQUAL(FLYING_START_STANDS, st.modes.flying.phase);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    run(1.0);
+    ASSERT_NEAR(0.1, 4.0, creal(plant_current(&plant)));
+    ASSERT_NEAR(0.02, 0.0, flux_error());
+    ASSERT_SAME_FLOAT(0.0f, st.omega_e_hat_rad_s);
+}
+
+/* No phase conducts: no current, no speed. */
+static void test_no_current_is_a_fault(void)
+{
+    p.modes.flying.enable = true;
+    start();
+    const measurement_in_t none = plant_words(&plant, &p);
+    uint32_t faults = 0u;
+    for (int k = 0; (k < 3000) && (faults == 0u); k++) {
+        in.sample = none;
+        drive_step(&cfg, &st, &in, &out);
+        faults |= out.faults;
+    }
+    TEST_ASSERT_EQUAL_HEX32(MONITOR_FLYING_START, faults);
+}
+
+/* Magnetised and turning; the reference goes to zero: the current stands, at least for its time. */
+static void magnetised_run(float omega_rad_s)
+{
+    start();
+    TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
+    in.mode = DRIVE_RUN;
+    plant.J_kg_m2 = 0.02;
+    in.omega_e_ref_rad_s = omega_rad_s;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(1.5));
+    ASSERT_NEAR(3.0, omega_rad_s, plant.omega_e_rad_s);
+}
+
+static void test_the_reference_at_zero_brakes_by_direct_current(void)
+{
+    p.modes.brake_A = 8.0f;
+    magnetised_run(100.0f);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    in.omega_e_ref_rad_s = 0.0f;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.15));
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.supervisor.confidence);
+    ASSERT_NEAR(0.3, 8.0, creal(plant_current(&plant)));
+    ASSERT_NEAR(0.3, 0.0, cimag(plant_current(&plant)));
+    TEST_ASSERT_TRUE(plant.omega_e_rad_s < 100.0);
+    in.omega_e_ref_rad_s = 50.0f;
+    run(0.1);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open); /* its time is not over */
+    in.omega_e_ref_rad_s = 0.0f;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(4.0));
+    ASSERT_NEAR(1.0, 0.0, plant.omega_e_rad_s);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    /* Lets go: flux along alpha is where the estimate begins, and the speed follows again. */
+    in.omega_e_ref_rad_s = 50.0f;
+    run(PERIOD_S * 1.5);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    ASSERT_NEAR(0.05, 0.0, flux_error());
+    TEST_ASSERT_EQUAL_HEX32(0u, run(2.0));
+    ASSERT_NEAR(3.0, 50.0, plant.omega_e_rad_s);
+}
+
+static void test_a_small_threshold_only_holds(void)
+{
+    p.modes.brake_A = 8.0f;
+    p.modes.brake_from_rad_s = 5.0f;
+    magnetised_run(100.0f);
+    in.omega_e_ref_rad_s = 0.0f;
+    run(0.01);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+}
+
+static void test_volts_per_hertz_turns_the_motor(void)
+{
+    p.modes.control = DRIVE_CONTROL_VOLTS_PER_HERTZ;
+    start();
+    run(1.0);
+    in.mode = DRIVE_RUN;
+    in.omega_e_ref_rad_s = -150.0f;
+    plant.J_kg_m2 = 0.03;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(4.0));
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_VOLTS, st.modes.open);
+    ASSERT_NEAR(4.0, -150.0, plant.omega_e_rad_s);
+    ASSERT_NEAR(1e-3, -150.0, st.omega_e_hat_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.observer.lambda_r_hat_Wb.alpha);
+}
+
+static void test_impressed_control_turns_the_motor(void)
+{
+    p.modes.control = DRIVE_CONTROL_IMPRESSED;
+    p.impressed = (impressed_current_params_t){.current_A = 6.0f,
+                                               .slew_A_per_s = 100.0f,
+                                               .slew_rad_s2 = 40.0f,
+                                               .return_rad_s = 10.0f,
+                                               .timeout_s = 0.0f};
+    start();
+    run(1.0);
+    in.mode = DRIVE_RUN;
+    in.omega_e_ref_rad_s = 60.0f;
+    plant.J_kg_m2 = 0.03;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(4.0));
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_IMPRESSED, st.modes.open);
+    TEST_ASSERT_TRUE(st.impressed.active);
+    ASSERT_NEAR(3.0, 60.0, plant.omega_e_rad_s);
+    ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
+}
+
+static void level_on(void)
+{
+    p.modes.level = (flux_level_params_t){.voltage_share = 0.9f,
+                                          .bandwidth_rad_s = 20.0f,
+                                          .pull_out_share = 0.8f,
+                                          .economy_filter_s = 0.5f,
+                                          .economy_slew_Wb_per_s = 0.4f,
+                                          .lambda_nominal_Wb = 0.408f,
+                                          .lambda_min_Wb = 0.04f,
+                                          .i_q_max_A = 12.0f};
+}
+
+/* Beyond the speed whose EMF is the dc link: the voltage stays at its share, no fault. */
+static void test_the_field_is_weakened_at_speed(void)
+{
+    level_on();
+    plant.u_dc_V = 150.0;
+    magnetised_run(420.0f);
+    run(1.5);
+    const double share = sqrt((double)ab_norm2(st.u_pending_V)) / (150.0 / sqrt(2.0));
+    ASSERT_NEAR(0.04, 0.9, share);
+    TEST_ASSERT_TRUE(cabs(plant.psi_r_Wb) < 0.3);
+    ASSERT_NEAR(0.02, 0.0, flux_error());
+    ASSERT_SAME_FLOAT(st.modes.level.below_Wb, st.flux_below_Wb);
+}
+
+/* Steering takes more near zero frequency: then its flux counts. */
+static void test_the_lower_of_steering_and_level_counts(void)
+{
+    level_on();
+    p.steering = (flux_steering_params_t){.min_rad_s = 4.2f,
+                                          .hysteresis_rad_s = 1.0f,
+                                          .lambda_nominal_Wb = 0.408f,
+                                          .lambda_min_Wb = 0.2f,
+                                          .torque_min_Nm = 0.5f,
+                                          .torque_filter_s = 0.01f,
+                                          .slew_Wb_per_s = 0.4f,
+                                          .i_q_max_A = 12.0f};
+    magnetised_run(50.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.flux_below_Wb);
+    st.steer.below_Wb = 0.1f;
+    st.steering.below_Wb = 0.1f;
+    run(16.0 * PERIOD_S);
+    TEST_ASSERT_TRUE(st.flux_below_Wb > 0.05f);
+    ASSERT_SAME_FLOAT(st.steer.below_Wb, st.flux_below_Wb);
+}
+
+static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
+{
+    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
+                                          .u_hold_V = 230.0f,
+                                          .u_back_V = 260.0f,
+                                          .back_s = 0.01f,
+                                          .gain_W_per_V = 20.0f,
+                                          .stop_rad_s = 15.0f,
+                                          .lambda_Wb = 0.408f,
+                                          .i_q_max_A = 12.0f};
+    magnetised_run(150.0f);
+    plant.u_dc_V = 215.0;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.05));
+    TEST_ASSERT_TRUE(st.modes.mains.active);
+    ASSERT_NEAR(40.0, -300.0, plant_torque(&plant) * plant.omega_e_rad_s / 2.0);
+    /* The mains is back: speed and torque go on from there. */
+    const double slowed = plant.omega_e_rad_s;
+    plant.u_dc_V = 283.0;
+    run(0.02);
+    TEST_ASSERT_FALSE(st.modes.mains.active);
+    ASSERT_NEAR(20.0, slowed, plant.omega_e_rad_s);
+    run(1.5);
+    ASSERT_NEAR(3.0, 150.0, plant.omega_e_rad_s);
+    /* Gone for good: the shaft gives all it has, then it is a fault. */
+    plant.u_dc_V = 215.0;
+    TEST_ASSERT_EQUAL_HEX32(MONITOR_MAINS_LOST, run(4.0));
+    TEST_ASSERT_TRUE(fabs(plant.omega_e_rad_s) < 20.0);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_what_a_mode_cannot_do);
+    RUN_TEST(test_init_refuses_a_brake_that_is_none);
+    RUN_TEST(test_all_off_asks_nothing);
+    RUN_TEST(test_a_turning_motor_is_caught);
+    RUN_TEST(test_a_standing_motor_is_magnetised_as_ever);
+    RUN_TEST(test_no_current_is_a_fault);
+    RUN_TEST(test_the_reference_at_zero_brakes_by_direct_current);
+    RUN_TEST(test_a_small_threshold_only_holds);
+    RUN_TEST(test_volts_per_hertz_turns_the_motor);
+    RUN_TEST(test_impressed_control_turns_the_motor);
+    RUN_TEST(test_the_field_is_weakened_at_speed);
+    RUN_TEST(test_the_lower_of_steering_and_level_counts);
+    RUN_TEST(test_a_dc_link_that_falls_is_held_by_the_shaft);
+    return UNITY_END();
+}

@@ -1,0 +1,1 @@
+"""Modes and range: what the drive does beside flux-oriented control at rated flux."""
