@@ -126,6 +126,17 @@ static void test_the_operator_wins(void)
 }
 
 /* A dip in RUN, the dc link back: the machine is in RUN again without the operator. */
+static void test_torque_mode_is_restarted_too(void)
+{
+    const uint32_t torque = RUN | DRIVE_STATE_CMD_TORQUE_MODE;
+    const auto_restart_in_t in = {torque, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u};
+    for (int k = 0; k < 5; k++) {
+        TEST_ASSERT_EQUAL_HEX32(torque, auto_restart_step(&cfg, &st, &in));
+    }
+    TEST_ASSERT_EQUAL_HEX32(RESET, auto_restart_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_HEX32(torque, auto_restart_step(&cfg, &st, &in));
+}
+
 static void test_the_state_machine_runs_again(void)
 {
     const drive_state_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
@@ -155,6 +166,7 @@ int main(void)
     RUN_TEST(test_only_for_a_dip);
     RUN_TEST(test_a_limited_number_of_times_unless_it_has_run_since);
     RUN_TEST(test_the_operator_wins);
+    RUN_TEST(test_torque_mode_is_restarted_too);
     RUN_TEST(test_the_state_machine_runs_again);
     return UNITY_END();
 }

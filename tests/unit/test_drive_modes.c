@@ -277,6 +277,77 @@ static void test_impressed_control_turns_the_motor(void)
     ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
 }
 
+/* A torque mode's reference of zero is no stop. */
+static void test_no_brake_while_a_torque_is_asked_for(void)
+{
+    p.modes.brake_A = 8.0f;
+    magnetised_run(100.0f);
+    in.aim = DRIVE_AIM_TORQUE;
+    in.omega_e_ref_rad_s = 0.0f;
+    run(0.01);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    in.aim = DRIVE_AIM_SPEED;
+    run(0.01);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+}
+
+/* Nobody knows the speed meanwhile: the gates may go when the brake has had its time. */
+static void test_a_stop_is_over_when_the_brake_has_had_its_time(void)
+{
+    p.modes.brake_A = 8.0f;
+    magnetised_run(100.0f);
+    in.aim = DRIVE_AIM_STOP;
+    in.omega_e_ref_rad_s = 0.0f;
+    run(0.2);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_FALSE(drive_standing(&st, 5.0f));
+    run(0.2);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_TRUE(drive_standing(&st, 5.0f));
+}
+
+static void test_a_stop_by_volts_per_hertz_ends_at_standstill(void)
+{
+    p.modes.control = DRIVE_CONTROL_VOLTS_PER_HERTZ;
+    start();
+    run(1.0);
+    in.mode = DRIVE_RUN;
+    in.omega_e_ref_rad_s = 100.0f;
+    plant.J_kg_m2 = 0.03;
+    run(1.0);
+    in.aim = DRIVE_AIM_STOP;
+    in.omega_e_ref_rad_s = 0.0f;
+    run(0.2);
+    TEST_ASSERT_FALSE(drive_standing(&st, 5.0f));
+    run(1.0);
+    TEST_ASSERT_TRUE(drive_standing(&st, 5.0f));
+}
+
+/* Holding by direct current can go on for ever: the temperatures are looked at all the same. */
+static void test_a_brake_that_is_too_much_for_the_motor_ends(void)
+{
+    p.modes.brake_A = 8.0f;
+    p.overload.cont_A[OVERLOAD_MOTOR] = 6.0f;
+    p.overload.tau_s[OVERLOAD_MOTOR] = 2.0f;
+    magnetised_run(100.0f);
+    in.omega_e_ref_rad_s = 0.0f;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.3) & MONITOR_OVERLOAD);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL_HEX32(MONITOR_OVERLOAD, run(4.0) & MONITOR_OVERLOAD);
+}
+
+static void test_commissioning_searches_for_nothing(void)
+{
+    p.modes.flying.enable = true;
+    start();
+    in.mode = DRIVE_COMMISSION;
+    in.i_d_ref_A = 2.0f;
+    run(0.3);
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(FLYING_START_SEARCH, st.modes.flying.phase);
+    ASSERT_NEAR(0.1, 2.0, creal(plant_current(&plant)));
+}
+
 static void level_on(void)
 {
     p.modes.level = (flux_level_params_t){.voltage_share = 0.9f,
@@ -366,6 +437,11 @@ int main(void)
     RUN_TEST(test_a_small_threshold_only_holds);
     RUN_TEST(test_volts_per_hertz_turns_the_motor);
     RUN_TEST(test_impressed_control_turns_the_motor);
+    RUN_TEST(test_no_brake_while_a_torque_is_asked_for);
+    RUN_TEST(test_a_stop_is_over_when_the_brake_has_had_its_time);
+    RUN_TEST(test_a_stop_by_volts_per_hertz_ends_at_standstill);
+    RUN_TEST(test_a_brake_that_is_too_much_for_the_motor_ends);
+    RUN_TEST(test_commissioning_searches_for_nothing);
     RUN_TEST(test_the_field_is_weakened_at_speed);
     RUN_TEST(test_the_lower_of_steering_and_level_counts);
     RUN_TEST(test_a_dc_link_that_falls_is_held_by_the_shaft);
