@@ -195,17 +195,9 @@ static void set_flux(const drive_config_t *cfg, drive_state_t *st)
 }
 
 /* In RUN, and in the premagnetisation of a motor that was caught in turning. */
-static bool follows_flux(const drive_state_t *st, const drive_in_t *in)
+static inline bool follows_flux(const drive_state_t *st, const drive_in_t *in)
 {
     return (in->mode == DRIVE_RUN) || (st->modes.flying.phase == FLYING_START_CAUGHT);
-}
-
-/* The flux of a motor caught without any says where it is from the first: nothing else builds it
- * up. */
-static float least_flux_Wb(const drive_config_t *cfg, const drive_in_t *in)
-{
-    return (in->mode == DRIVE_RUN) ? cfg->lambda_min_Wb
-                                   : (DRIVE_CAUGHT_MIN_PU * cfg->lambda_min_Wb);
 }
 
 /* The standing current along alpha goes on as magnetising current; all else starts from rest. */
@@ -553,7 +545,11 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     const float magnitude_Wb = sqrtf(ab_norm2(lambda_Wb));
     /* d axis of the controllers: along the flux, fixed while there is none to follow, as in
      * premagnetisation. A NaN is no flux. */
-    const float least_Wb = least_flux_Wb(cfg, in);
+    float least_Wb = cfg->lambda_min_Wb;
+    if (in->mode != DRIVE_RUN) {
+        /* Caught without flux: it says where it is from the first, nothing else builds it up. */
+        least_Wb = DRIVE_CAUGHT_MIN_PU * cfg->lambda_min_Wb;
+    }
     const bool flux = magnitude_Wb > least_Wb;
     ab_t axis = {1.0f, 0.0f};
     if (st->impressed.active) {
