@@ -75,6 +75,12 @@ def test_a_dip_is_followed_by_a_restart_only_when_asked_for():
     assert int(stands.measured["fault"]) == Fault.DC_UNDER_VOLTAGE
 
 
+def test_the_shaft_holds_the_link_up_when_the_mains_goes():
+    assert cases.mains_lost(2.0).met
+    assert not cases.mains_lost(2.0, on=False).met
+    assert cases.mains_lost(0.0).met
+
+
 @pytest.mark.parametrize("name", ["hasegawa2005", "hasegawa2005_paper", "hasegawa2005_recommended"])
 def test_the_last_gain_is_stable_up_to_twice_rated_speed(name):
     """Beyond the table's end the last L holds: poles of the sampled observer, second order."""

@@ -42,6 +42,7 @@ def run(
     firmware: Mapping[str, float] | None = None,
     u_dc_V: Points = ((0.0, 283.0),),
     scenario: str = "",
+    link: Mapping[str, float] | None = None,
 ) -> sim.Record:
     """One run; the reference begins at speed_rpm's first point."""
     setup = load_setup("recommended")
@@ -63,7 +64,7 @@ def run(
             motor_dir=setup.motor_dir,
             firmware_config=setup.params,
             firmware=told | dict(firmware or {}),
-            rig_overrides=RIGS[rig],
+            rig_overrides=RIGS[rig] | dict(link or {}),
             decimate=5,
         )
     )
@@ -291,6 +292,42 @@ def restart(count: int) -> Finding:
     return Finding(text, "runs" if met else "stands", met, measured)
 
 
+def mains_lost(back_s: float, on: bool = True) -> Finding:
+    """The mains goes at 8 s, 1200 min^-1, and comes back after back_s, or never (0).
+
+    The link is a capacitor. Held is: the link stays near mains_hold_V as long as the shaft can
+    feed it; then the speed of before, or standstill without a trip of the link while it turned.
+    """
+    returns = [(8.0 + back_s, 0.0), (8.001 + back_s, 283.0)] if back_s > 0.0 else []
+    record = run(
+        "atlas",
+        18.0,
+        [(0, 0), (5, 0), (6, 1200)],
+        firmware={"mains_lost_V": 200.0 if on else 0.0, "u_dc_min_V": 150.0},
+        u_dc_V=[(0, 283), (8, 283), (8.001, 0), *returns],
+        link={"dc_link.capacitance_F": 1e-3},
+    )
+    gone = slice(_between(record, 8.0, 18.0).start, len(record.t_s))
+    tripped = np.flatnonzero(record["faults"][gone].astype(np.uint32) != 0)
+    turning = float(abs(record["speed_rpm"][gone][tripped[0]])) if len(tripped) else 0.0
+    until = 8.0 + back_s if back_s > 0.0 else 8.0 + (tripped[0] if len(tripped) else 0) * 1e-3
+    measured = {
+        "link_lowest_V": float(record["u_dc_V"][_between(record, 8.0, until)].min()),
+        "held_s": until - 8.0,
+        "speed_when_told_rpm": turning,
+        "speed_at_end_rpm": float(record["speed_rpm"][-1]),
+        **_numbers(record),
+    }
+    if back_s > 0.0:
+        met = _whole(record) and abs(measured["speed_at_end_rpm"] - 1200.0) < 15.0
+    else:
+        met = record.first_fault == Fault.MAINS_LOST and turning < 150.0
+        met = met and abs(measured["speed_at_end_rpm"]) < 30.0
+    met = met and measured["link_lowest_V"] > 180.0 and measured["largest_A"] <= OVERSHOOT * LIMIT_A
+    text = f"mains back after {back_s:g} s" if back_s > 0.0 else "mains gone for good"
+    return Finding(text + ("" if on else ", off"), "held" if met else "not held", met, measured)
+
+
 FLYING_PU = (-1.2, -1.0, -0.7, -0.4, -0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.2)
 
 GROUPS: Mapping[str, Sequence[Callable[[], Finding]]] = {
@@ -312,4 +349,5 @@ GROUPS: Mapping[str, Sequence[Callable[[], Finding]]] = {
     ],
     "economy": [lambda p=p: economy(p) for p in (0.0, 0.25, 0.5)],
     "restart": [lambda: restart(2)],
+    "mains_loss": [*(lambda b=b: mains_lost(b) for b in (0.5, 2.0, 0.0))],
 }

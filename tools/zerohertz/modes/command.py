@@ -20,6 +20,7 @@ TEXT = {
     "open_loop": "V/f and I-f, without the observer",
     "economy": "Flux of least copper loss at 1200 min^-1, then a step to rated torque",
     "restart": "Automatic restart after a dip of the dc link, shaft turning",
+    "mains_loss": "Controlled stop on the energy of the shaft; a mains that comes back in between",
 }
 
 
@@ -35,7 +36,7 @@ def modes(
     write: Annotated[bool, typer.Option(help="Write tools/docs/modes.md (all groups).")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Weakening, flying start, dc brake, V/f, I-f, economy, restart. Exit 1 when one is missed."""
+    """Weakening, flying start, dc brake, V/f, I-f, economy, restart, mains loss. Exit 1 when one is missed."""
     from zerohertz.modes.cases import GROUPS
 
     asked = names or list(GROUPS)
