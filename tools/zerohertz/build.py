@@ -13,7 +13,9 @@ from pathlib import Path
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, ROOT
 
+PRESETS = ROOT / "CMakePresets.json"
 PRESET = "host"
+STAMP = "configured.stamp"
 SIL_TARGET = "zerohertz_sil"
 
 
@@ -43,10 +45,10 @@ def ensure_built(*targets: str) -> Built:
     # Two commands at once must not run ninja twice in one folder.
     with open(BUILD / f"{PRESET}.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "build.ninja").is_file():
+        if not _configured(folder):
             # A first build for a demo needs no test framework; `zh test` turns the tests on.
             print("zh: configuring the build", file=sys.stderr)
-            _run("cmake", "--preset", PRESET, "-DZH_BUILD_TESTS=OFF")
+            _configure(folder, "--preset", PRESET, "-DZH_BUILD_TESTS=OFF")
         _run("cmake", "--build", "--preset", PRESET, "--target", *(targets or (SIL_TARGET,)))
     return Built(folder, folder / "host_sim" / f"lib{SIL_TARGET}.so")
 
@@ -57,16 +59,31 @@ def build_image(preset: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     with open(BUILD / f"{preset}.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "build.ninja").is_file():
+        if not _configured(folder):
             print(f"zh: configuring the image {preset}", file=sys.stderr)
-            _run("cmake", *_preset_arguments(preset))
+            _configure(folder, *_preset_arguments(preset))
         _run("cmake", "--build", str(folder))
     return folder / "firmware.elf"
 
 
+def _configured(folder: Path) -> bool:
+    """By the presets of today: ninja looks after the CMakeLists, but not after these."""
+    stamp = folder / STAMP
+    return (
+        (folder / "build.ninja").is_file()
+        and stamp.is_file()
+        and stamp.stat().st_mtime >= PRESETS.stat().st_mtime
+    )
+
+
+def _configure(folder: Path, *arguments: str) -> None:
+    _run("cmake", *arguments)
+    (folder / STAMP).touch()
+
+
 def _preset_arguments(preset: str) -> tuple[str, ...]:
     """A port without a preset of its own is built like the template."""
-    known = json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]
+    known = json.loads(PRESETS.read_text())["configurePresets"]
     if any(preset == entry["name"] for entry in known):
         return ("--preset", preset)
     return ("--preset", "template", "-B", str(BUILD / preset), f"-DZH_PORT={preset}")
