@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
 from zerohertz import sim
 from zerohertz.build import build_image
+from zerohertz.drive import Fault
 from zerohertz.errors import UserError
 from zerohertz.image import loop
+from zerohertz.image.emulator import save_memory
 from zerohertz.image.loop import End
 from zerohertz.link.client import Client
 from zerohertz.link.frame import decode
@@ -99,3 +103,40 @@ def test_the_image_saves_and_guards_its_parameters() -> None:
     assert (run.end, run.differing_bits) == (End.EQUAL, 0)
     assert found.pop("locked") != 1.5
     assert found == {"before": 0, "saved": 0, "unlocked": 1}
+
+
+def test_the_fault_record_survives_a_reset() -> None:
+    """The RAM of a drive that tripped, under the start-up code of the next one."""
+    elf = build_image("qemu_mps2")
+    symbols = subprocess.run(
+        ["arm-none-eabi-nm", "-S", elf], capture_output=True, text=True, check=True
+    ).stdout
+    address, size = next(
+        (int(line.split()[0], 16), int(line.split()[1], 16))
+        for line in symbols.splitlines()
+        if line.endswith(" fault_memory")
+    )
+    found: dict[str, Any] = {}
+
+    def trip(socket: Path) -> None:
+        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+            while (record := drive.fault_record()) is None:
+                pass
+            found["first"] = record
+            found["ram"] = save_memory(socket.parent, address, size)
+
+    def ask(socket: Path) -> None:
+        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+            found["second"] = drive.fault_record()
+
+    job = dataclasses.replace(long_job(**{"scenario.duration_s": 10.0}), firmware={"i_trip_A": 2.0})
+    run = loop.run(job, elf, beside=trip)
+    assert (run.end, run.faults & Fault.OVER_CURRENT) == (End.EQUAL, Fault.OVER_CURRENT)
+    quiet = long_job(**{"scenario.duration_s": 10.0, "scenario.run_on_s": 9.0})
+    assert loop.run(quiet, elf, beside=ask, kept=(address, found["ram"])).end is End.EQUAL
+    head, rows = found["first"]
+    assert found["second"] == (dataclasses.replace(head, from_before_reset=True), rows)
+    # Of a cell that changed meanwhile nothing is believed.
+    torn = bytes([*found["ram"][:-2000], found["ram"][-2000] ^ 1, *found["ram"][-1999:]])
+    assert loop.run(quiet, elf, beside=ask, kept=(address, torn)).end is End.EQUAL
+    assert found["second"] is None

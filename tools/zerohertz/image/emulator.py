@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from pathlib import Path
 from zerohertz.errors import UserError
 
 LINK = "link"  # socket of the image's host link, in its folder
+MONITOR = "monitor"  # and the emulator's own
 # hal/qemu_mps2/pil_protocol.h
 TO_IMAGE, FROM_IMAGE, LINK_FILE = "to_image", "from_image", "link_frames"
 EXIT_DONE = 50  # hal/qemu_mps2/main.c
@@ -46,13 +48,29 @@ class Emulator:
         return self.exit_code
 
 
+def save_memory(folder: Path, address: int, size: int) -> bytes:
+    """RAM of the image that runs in `folder`, while it runs."""
+    with socket.socket(socket.AF_UNIX) as monitor:
+        monitor.settimeout(_PATIENCE_S)
+        monitor.connect(str(folder / MONITOR))
+        prompts = 0
+        monitor.sendall(f'pmemsave {address:#x} {size} "saved"\n'.encode())
+        while prompts < 2:  # before the command and behind it
+            prompts += monitor.recv(4096).count(b"(qemu) ")
+    return (folder / "saved").read_bytes()
+
+
 @contextlib.contextmanager
 def emulator(
-    elf: Path, machine: str = "mps2-an386", link_frames: bytes = b""
+    elf: Path,
+    machine: str = "mps2-an386",
+    link_frames: bytes = b"",
+    kept: tuple[int, bytes] | None = None,
 ) -> Iterator[Emulator]:
     """The image, started in a folder of its own; killed when the block is left early.
 
-    `link_frames` is what its host link hears first.
+    `link_frames` is what its host link hears first; `kept` an address in RAM and what stands there
+    from before the reset.
     """
     with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
         folder = Path(name)
@@ -60,11 +78,19 @@ def emulator(
             os.mkfifo(folder / fifo)
         if link_frames:
             (folder / LINK_FILE).write_bytes(link_frames)
+        before: tuple[str, ...] = ()
+        kernel = elf
+        if kept is not None:
+            (folder / "kept").write_bytes(kept[1])
+            # An ELF would clear all that its headers name; flash alone leaves RAM to the image.
+            kernel = elf.with_suffix(".bin")
+            before = ("-device", f"loader,file=kept,addr={kept[0]:#x},force-raw=on")
         command = (
-            *("qemu-system-arm", "-M", machine, "-nographic", "-monitor", "none"),
+            *("qemu-system-arm", "-M", machine, "-nographic"),
+            *("-monitor", f"unix:{MONITOR},server=on,wait=off", *before),
             *("-chardev", f"socket,id=link,path={LINK},server=on,wait=off"),
             *("-serial", "chardev:link", "-no-reboot", *_ICOUNT),
-            *("-semihosting-config", "enable=on,target=native", "-kernel", str(elf.resolve())),
+            *("-semihosting-config", "enable=on,target=native", "-kernel", str(kernel.resolve())),
         )
         try:
             process = subprocess.Popen(

@@ -113,17 +113,18 @@ def run(
     machine: str = "mps2-an386",
     beside: Callable[[Path], None] | None = None,
     link_frames: bytes = b"",
+    kept: tuple[int, bytes] | None = None,
 ) -> PilRun:
     """The image against the plant. UserError when it does not start or is of other sources.
 
     `beside` runs in a thread of its own meanwhile, given the socket of the image's host link;
-    `link_frames` is what that link hears first.
+    `link_frames` is what that link hears first, `kept` what RAM holds from before (emulator.py).
     """
     lib = library()
     lib.zh_pil_run.restype = c_int
     raw, keep = sim._raw_job(job)
     result = _Result(struct_size=ctypes.sizeof(_Result))
-    with emulator(elf, machine, link_frames) as image:
+    with emulator(elf, machine, link_frames, kept) as image:
         pil = _Job(
             struct_size=ctypes.sizeof(_Job),
             inject=inject,
