@@ -36,7 +36,7 @@ def modes(
     write: Annotated[bool, typer.Option(help="Write tools/docs/modes.md (all groups).")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Weakening, flying start, dc brake, V/f, I-f, economy, restart, mains loss. Exit 1 when one is missed."""
+    """Range and modes of operation, each run judged. Exit 1 when one is missed."""
     from zerohertz.modes.cases import GROUPS
 
     asked = names or list(GROUPS)
