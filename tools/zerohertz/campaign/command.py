@@ -81,17 +81,17 @@ def register(app: typer.Typer) -> None:
         """Does anything that a host can say break the link, or change a duty?"""
         from zerohertz.campaign import fuzz as campaign_fuzz
 
-        parts = campaign_fuzz.run_all(parser, whole, sil, image, seed)
-        text = json.dumps(campaign_fuzz.as_dict(seed, parts), indent=2)
-        if output is not None:
-            campaign_fuzz.write(output, text)
+        tell = sys.stderr if as_json else sys.stdout
+        parts: list[campaign_fuzz.Part] = []
+        for part in campaign_fuzz.run_all(parser, whole, sil, image, seed):
+            parts.append(part)
+            word = "holds" if part.good else "DOES NOT HOLD"
+            said = f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}"
+            print("\n  ".join(filter(None, (said, part.note))), file=tell, flush=True)
+            if output is not None:
+                campaign_fuzz.write(output, campaign_fuzz.as_json(seed, parts))
         if as_json:
-            print(text)
-        else:
-            for part in parts:
-                word = "holds" if part.good else "DOES NOT HOLD"
-                print(f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}")
-                print(f"  {part.note}" if part.note else "", end="\n" if part.note else "")
+            print(campaign_fuzz.as_json(seed, parts))
         raise typer.Exit(0 if all(part.good for part in parts) else 1)
 
     _register_monitor(campaign)

@@ -6,14 +6,15 @@ SIL drive in closed loop and into the running image, not one duty of which may c
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from zerohertz.build import configure_tests, ensure_built
 from zerohertz.errors import UserError
@@ -39,24 +40,23 @@ class Part:
     note: str
 
 
-def run_all(parser: int, link: int, sil: int, image: int, seed: int) -> list[Part]:
-    """Each part that was asked for (0: none)."""
-    parts = []
+def run_all(parser: int, link: int, sil: int, image: int, seed: int) -> Iterator[Part]:
+    """Each part that was asked for (0: none), as it ends."""
     long = round(parser * _LONG_SHARE)
     if parser:
-        parts.append(_libfuzzer("fuzz_command", parser - long, _SHORT_BYTES, seed))
-        parts.append(_libfuzzer("fuzz_command", long, _LONG_BYTES, seed))
+        yield _libfuzzer("fuzz_command", parser - long, _SHORT_BYTES, seed)
+        yield _libfuzzer("fuzz_command", long, _LONG_BYTES, seed)
     if link:
-        parts.append(_libfuzzer("fuzz_link", link, _LONG_BYTES // 2, seed))
+        yield _libfuzzer("fuzz_link", link, _LONG_BYTES // 2, seed)
     if sil:
-        parts.append(_sil(sil, seed))
+        yield _sil(sil, seed)
     if image:
-        parts.append(_image(image, seed))
-    return parts
+        yield _image(image, seed)
 
 
-def as_dict(seed: int, parts: list[Part]) -> dict[str, Any]:
-    return {"seed": seed, "parts": [asdict(p) | {"seconds": round(p.seconds)} for p in parts]}
+def as_json(seed: int, parts: list[Part]) -> str:
+    rows = [asdict(p) | {"seconds": round(p.seconds)} for p in parts]
+    return json.dumps({"seed": seed, "parts": rows}, indent=2)
 
 
 def _libfuzzer(target: str, runs: int, max_bytes: int, seed: int) -> Part:
