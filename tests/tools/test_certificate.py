@@ -336,6 +336,7 @@ def test_pole_that_is_none_is_a_fault(copied: Path) -> None:
         ("motor.toml", "Rs_ohm = 0.930", "Rs_ohm = -0.930", r"circuit\.Rs_ohm: .* positive"),
         ("motor.toml", "Rs_ohm = 0.930", "", r"circuit\.Rs_ohm: is missing"),
         ("motor.toml", "M_H = 0.102", "M_H = 0.110", r"circuit\.M_H: leaves no leakage"),
+        ("motor.toml", "Ls_H = 0.110", "Ls_H = 110", r"toml:18: circuit\.Ls_H: .*; 0\.11 H if mH"),
         ("motor.toml", "[circuit]", "[circuit", r"not valid TOML"),
         ("l_gain.json", '"gamma"', '"gama"', r"gamma: key is missing"),
         ("l_gain.json", '"entries": 1801', '"entries": 1800', r"l_words has 7204 values, not 7200"),

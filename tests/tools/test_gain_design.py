@@ -6,6 +6,7 @@ import ctypes
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -27,7 +28,6 @@ from zerohertz.motor import (
     Circuit,
     MotorError,
     load_motor,
-    motor_from_dict,
     motor_toml,
     with_design,
 )
@@ -215,10 +215,9 @@ def test_impossible_requirements_name_the_keys() -> None:
 
 
 def test_circuit_whose_gain_no_float_holds_is_an_error() -> None:
-    inputs = with_design(MOTORS[0], method="closed_form", p1_per_s=-1e29, a=1e12).inputs()
-    inputs["circuit"] |= {"Rr_ohm": 1e3}
+    motor = with_design(MOTORS[0], method="closed_form", p1_per_s=-1e29, a=1e15)
     with pytest.raises(MotorError, match=r"circuit: L is beyond float32"):
-        design_table(motor_from_dict(inputs))
+        design_table(motor)
 
 
 @BOTH
@@ -373,7 +372,7 @@ def test_bad_motor_data_ends_with_one_line_and_exit_code_2(short_motor: Path) ->
     path.write_text(text.replace("M_H = 0.1722", "M_H = 0.2"), encoding="utf-8")
     run = zh("design", short_motor)
     assert run.returncode == 2
-    assert run.stderr.startswith(f"error: {path}: circuit.M_H: ")
+    assert re.match(rf"error: {path}:\d+: circuit\.M_H: ", run.stderr)
     assert run.stderr.count("\n") == 1
     shutil.rmtree(short_motor)
     assert zh("design", short_motor).returncode == 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import re
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -87,9 +88,12 @@ def test_leakage_is_needed_right_up_to_the_limit(content: dict) -> None:
 @pytest.mark.parametrize(
     ("section", "key", "value", "text"),
     [
-        ("circuit", "Ls_H", 110.0, "circuit.Ls_H: is 110, outside 1e-06 .. 10; give henry"),
-        ("circuit", "Rs_ohm", 2e3, "circuit.Rs_ohm: is 2000, outside"),
-        ("circuit", "Rr_ohm", 5e-5, "circuit.Rr_ohm: is 5e-05, outside"),
+        ("circuit", "Ls_H", 110.0, "circuit.Ls_H: is 110 H, 2.23e+03 times the rated impedance"),
+        ("circuit", "M_H", 102.0, "0.102 H if mH was meant"),
+        ("circuit", "Lr_H", 1.02e-4, "circuit.Lr_H: is 0.000102 H, 0.00206 times"),
+        ("circuit", "Rs_ohm", 930.0, "0.93 ohm if mohm was meant"),
+        ("circuit", "Rr_ohm", 5e-5, "circuit.Rr_ohm: is 5e-05 ohm, 2.68e-06 times"),
+        ("nameplate", "current_A", 8700.0, "look at its unit, and at voltage_V and current_A"),
         ("nameplate", "speed_rpm", 1800.0, "nameplate.speed_rpm: is 1800; rated speed lies"),
         ("nameplate", "speed_rpm", 900.0, "the synchronous 1800 min"),
         ("nameplate", "pole_pairs", 4, "the synchronous 900 min"),
@@ -101,6 +105,23 @@ def test_what_no_motor_has_is_a_slip_of_the_unit(
     content[section][key] = value
     with pytest.raises(MotorError, match=re.escape(text)):
         motor_from_dict(content)
+
+
+def test_ten_henry_are_the_firmware_s_end_even_where_the_nameplate_agrees(content: dict) -> None:
+    content["nameplate"] |= {"voltage_V": 28300.0}
+    content["circuit"] |= {"Rs_ohm": 93.0, "Rr_ohm": 50.0, "Ls_H": 11.0, "Lr_H": 10.2, "M_H": 10.2}
+    with pytest.raises(MotorError, match=r"Ls_H: is 11 H; the firmware takes 1e-06 \.\. 10"):
+        motor_from_dict(content)
+
+
+def test_a_mistake_in_a_file_is_shown_with_its_line(tmp_path: Path) -> None:
+    lines = (FOLDERS[1] / "motor.toml").read_text(encoding="utf-8").splitlines()
+    number = next(k for k, line in enumerate(lines, start=1) if line.startswith("Ls_H"))
+    lines[number - 1] = "Ls_H = 178.039"
+    file = tmp_path / "motor.toml"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(MotorError, match=rf"motor\.toml:{number}: circuit\.Ls_H: is 178\.039 H"):
+        load_motor(tmp_path)
 
 
 def test_every_missing_key_is_named(content: dict) -> None:

@@ -194,15 +194,18 @@ def load_motor(path: Path | str) -> Motor:
     if file.is_dir():
         file = file / "motor.toml"
     try:
-        with file.open("rb") as stream:
-            data = tomllib.load(stream)
+        text = file.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
     except FileNotFoundError:
         raise MotorError(f"{file}: no such file; name a folder with a motor.toml") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise MotorError(f"{file}: not valid TOML: {error}; correct the syntax") from None
     except OSError as error:
         raise MotorError(f"{file}: cannot be read: {error.strerror}") from None
-    return motor_from_dict(data, str(file))
+    try:
+        return motor_from_dict(data, str(file))
+    except MotorError as error:
+        raise MotorError(_with_line(str(error), str(file), text)) from None
 
 
 def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
@@ -221,10 +224,22 @@ def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
         design=Design(**values["design"]),
         file=file,
     )
-    _require_leakage(motor.circuit, file)
     _require_plausible(motor, file)
+    _require_leakage(motor.circuit, file)
     _require_schedule(motor.design, file)
     return motor
+
+
+def _with_line(message: str, file: str, text: str) -> str:
+    """`file: section.key: ...` with the line of the key, where the text has it."""
+    named = re.match(rf"{re.escape(file)}: (\w+)\.(\w+): ", message)
+    section = ""
+    for number, line in enumerate(text.splitlines() if named else (), start=1):
+        if header := re.match(r"\s*\[(\w+)\]", line):
+            section = header[1]
+        elif section == named[1] and re.match(rf"\s*{named[2]}\s*=", line):
+            return f"{file}:{number}" + message.removeprefix(file)
+    return message
 
 
 def with_design(motor: Motor, **changes: Any) -> Motor:
@@ -308,21 +323,38 @@ def _require_leakage(circuit: Circuit, file: str) -> None:
         )
 
 
-# What the firmware takes (param_list.def), and beyond which a unit has slipped.
+# What the firmware takes (param_list.def).
 _CIRCUIT_LIMITS = {
-    **dict.fromkeys(("Rs_ohm", "Rr_ohm"), (1e-4, 1e3, "ohm, not milliohm")),
-    **dict.fromkeys(("Ls_H", "Lr_H", "M_H"), (1e-6, 10.0, "henry, not millihenry")),
+    **dict.fromkeys(("Rs_ohm", "Rr_ohm"), (1e-4, 1e3)),
+    **dict.fromkeys(("Ls_H", "Lr_H", "M_H"), (1e-6, 10.0)),
 }
+# Of the rated impedance: far beyond any motor's (.003 .. .3 and .5 .. 10), and still less than the
+# factor of 1000 by which a slipped unit misses.
+_RESISTANCE_PU = (1e-4, 3.0)
+_REACTANCE_PU = (0.05, 50.0)
 
 
 def _require_plausible(motor: Motor, file: str) -> None:
-    for key, (low, high, unit) in _CIRCUIT_LIMITS.items():
+    plate = motor.nameplate
+    rated_ohm = plate.voltage_V / (math.sqrt(3.0) * plate.current_A)
+    for key, (low, high) in _CIRCUIT_LIMITS.items():
         value = getattr(motor.circuit, key)
+        unit = key.rpartition("_")[2]
+        factor = 1.0 if unit == "ohm" else 2.0 * math.pi * plate.frequency_Hz
+        low_pu, high_pu = _RESISTANCE_PU if unit == "ohm" else _REACTANCE_PU
+        pu = value * factor / rated_ohm
+        if not low_pu <= pu <= high_pu:
+            slip = f"{value / 1e3:g} {unit} if m{unit} was meant; " if pu > high_pu else ""
+            raise MotorError(
+                f"{file}: circuit.{key}: is {value:g} {unit}, {pu:.3g} times the rated impedance "
+                f"of {rated_ohm:.3g} ohm, where motors have {low_pu:g} to {high_pu:g}; {slip}"
+                f"look at its unit, and at voltage_V and current_A"
+            )
         if not low <= value <= high:
             raise MotorError(
-                f"{file}: circuit.{key}: is {value:g}, outside {low:g} .. {high:g}; give {unit}"
+                f"{file}: circuit.{key}: is {value:g} {unit}; "
+                f"the firmware takes {low:g} .. {high:g}"
             )
-    plate = motor.nameplate
     synchronous_rpm = 60.0 * plate.frequency_Hz / plate.pole_pairs
     if not 0.5 * synchronous_rpm < plate.speed_rpm < synchronous_rpm:
         raise MotorError(

@@ -41,6 +41,7 @@ def read_stored_table(folder: Path) -> StoredTable:
     motor_path, path = folder / "motor.toml", folder / "l_gain.json"
     motor = _read_toml(motor_path)
     machine = _machine(motor, motor_path)
+    _require_henry(motor, motor_path)
     table = _read_json(path)
     try:
         return _stored_table(motor, machine, table)
@@ -122,6 +123,25 @@ def _machine(motor: Mapping[str, Any], path: Path) -> Machine:
     if machine.M_H**2 >= machine.Ls_H * machine.Lr_H:
         raise UserError(f"{path}: circuit.M_H: leaves no leakage (M^2 >= Ls Lr); lower it")
     return machine
+
+
+def _require_henry(motor: Mapping[str, Any], path: Path) -> None:
+    """A slipped unit shall not look like a table without proof; motors have .5 to 10 pu."""
+    try:
+        plate, circuit = motor["nameplate"], motor["circuit"]
+        rated_ohm = float(plate["voltage_V"]) / (math.sqrt(3.0) * float(plate["current_A"]))
+        rated_H = rated_ohm / (2.0 * math.pi * float(plate["frequency_Hz"]))
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        return  # no nameplate to compare with; the proof needs none
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for key in ("Ls_H", "Lr_H", "M_H"):
+        value_H = float(circuit[key])
+        if value_H > 50.0 * rated_H:
+            at = (f":{n}" for n, text in enumerate(lines, start=1) if text.lstrip().startswith(key))
+            raise UserError(
+                f"{path}{next(at, '')}: circuit.{key}: is {value_H:g} H, {value_H / rated_H:.3g} "
+                f"times the nameplate's; {value_H / 1e3:g} H if mH was meant"
+            )
 
 
 def _number(motor: Mapping[str, Any], section: str, key: str, path: Path) -> Fraction:
