@@ -9,6 +9,7 @@ import pytest
 import typer
 
 from zerohertz import __version__, build, cli
+from zerohertz.console import short_paths
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
@@ -49,6 +50,22 @@ def test_bad_usage_is_one_line_and_exit_code_2(words):
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
     assert "nonsense" in done.stderr
+
+
+def test_a_path_below_the_current_folder_is_shown_from_there(tmp_path, monkeypatch):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    text = f"{here}/a.toml: is not {here}/b/c.toml; see {tmp_path}/d.toml, {here}"
+    assert short_paths(text) == f"a.toml: is not b/c.toml; see {tmp_path}/d.toml, {here}"
+    assert short_paths(f"/other{here}/a.toml") == f"/other{here}/a.toml"
+
+
+def test_an_error_names_the_file_from_the_current_folder():
+    done = zh("certify", "docs/nosuch")
+    assert done.stderr.startswith("error: docs/nosuch")
+    done = zh("design", str(ROOT / "tools" / "nosuch"))
+    assert done.stderr.startswith("error: nosuch: no such file")
 
 
 def test_an_error_of_the_user_shows_no_traceback(monkeypatch, capsys):

@@ -8,11 +8,12 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from zerohertz.atlas import compare, means, means_table, output, points
+from zerohertz.atlas import compare, means, means_table, points
 from zerohertz.atlas.means import DROPPED, KEPT, RECIPES, REFERENCE, Recipe, recipes
 from zerohertz.atlas.run import Means
 from zerohertz.atlas.simulate import job_of, make_bench
 from zerohertz.cli import main
+from zerohertz.console import tell
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import load_setup, parameter_defaults
@@ -168,7 +169,7 @@ def test_bad_input_is_one_line(line, text, monkeypatch, capsys):
 def test_maps_of_configurations_stand_in_one_picture(tmp_path, monkeypatch):
     few = [p for p in points.standard_map("i") if p.load_pu == 0.0 and p.speed_rpm == 120.0]
     monkeypatch.setattr(compare, "standard_map", lambda _name: few)
-    rows = compare.run(["no_gain", "recommended"], "i", Means(tmp_path, 1), output.tell, _bar)
+    rows = compare.run(["no_gain", "recommended"], "i", Means(tmp_path, 1), tell, _bar)
     assert [len(r) for r in rows.values()] == [5, 5]
     assert list(rows) == ["no_gain", "recommended"]
     compare.write_png(tmp_path / "atlas.png", rows)

@@ -8,6 +8,7 @@ import sys
 import typer
 
 from zerohertz import __version__
+from zerohertz.console import short_paths
 from zerohertz.errors import UserError
 
 # Each feature brings one module with `register(app)`. The order is that of the help.
@@ -78,7 +79,7 @@ def main() -> None:
     except (UserError, typer.TyperException) as error:
         # Of an error of usage (no such option, value missing) only typer knows the whole text.
         text = error.format_message() if isinstance(error, typer.TyperException) else str(error)
-        print("error: " + " ".join(text.split()), file=sys.stderr)
+        print("error: " + short_paths(" ".join(text.split())), file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         code = EXIT_INTERRUPTED

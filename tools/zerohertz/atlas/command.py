@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
 
@@ -121,27 +122,25 @@ def atlas(
         how = Means(folder / other, workers, scheduler, fresh)
         for points in chosen:
             name = "/".join(filter(None, (other, points[0].map)))
-            with output.progress_bar(name, len(points)) as progress:
-                results[name] = run_map(on, points, how, output.tell, progress)
+            with progress_bar(name, len(points)) as progress:
+                results[name] = run_map(on, points, how, tell, progress)
     test_R = output.test_R(setup, bench, workers) if standard else None
     content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:
         print(json.dumps(content))
     else:
         output.print_table(setup.name, results)
-        output.tell(f"rows, PNG and HTML: {folder}/*/")
+        tell(f"rows, PNG and HTML: {short_paths(folder)}/*/")
 
 
 def _means(names: list[str], how: Means, points: int, write: bool, as_json: bool) -> None:
-    from zerohertz.atlas import means_table, output
+    from zerohertz.atlas import means_table
     from zerohertz.atlas.means import recipes
 
     if write and points:
         raise UserError("--write: the page has every point; leave out --points")
     began = time.monotonic()
-    found = list(
-        means_table.run_recipes(recipes(names), points, how, output.tell, output.progress_bar)
-    )
+    found = list(means_table.run_recipes(recipes(names), points, how, tell, progress_bar))
     if write:
         means_table.write_page(found, names)
     if as_json:
@@ -151,16 +150,16 @@ def _means(names: list[str], how: Means, points: int, write: bool, as_json: bool
 
 
 def _compare(names: list[str], how: Means, maps: list[str], write: bool) -> None:
-    from zerohertz.atlas import compare, output
+    from zerohertz.atlas import compare
     from zerohertz.paths import ROOT
 
     if len(maps) > 1:
         raise UserError("--map: --compare draws one")
     name = maps[0] if maps else "i"
-    rows = compare.run(names or list(compare.CONFIGS), name, how, output.tell, output.progress_bar)
+    rows = compare.run(names or list(compare.CONFIGS), name, how, tell, progress_bar)
     path = ROOT / "tools" / "docs" / "atlas.png" if write else how.out / "compare.png"
     compare.write_png(path, rows)
-    output.tell(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    tell(f"{short_paths(path)}: {path.stat().st_size / 1000:.0f} kB")
 
 
 def _firmware(lines: list[str], voltage: str | None) -> dict[str, Any]:

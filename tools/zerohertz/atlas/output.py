@@ -2,44 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import importlib.util
 import json
-import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from zerohertz.atlas import picture
 from zerohertz.atlas.simulate import Bench
 from zerohertz.atlas.summary import counts, percent, shares
+from zerohertz.console import tell
 from zerohertz.scenario.setup import Setup
 
 Results = dict[str, list[dict[str, Any]]]
-
-_console = Console(stderr=True)
-
-
-def tell(text: str) -> None:
-    """One line on the way, beside stdout."""
-    _console.print(text, highlight=False, soft_wrap=True)
-
-
-@contextlib.contextmanager
-def progress_bar(text: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A bar where somebody looks; what is done is set, not added."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}"))
-    hidden = not sys.stderr.isatty()
-    with Progress(
-        *columns, TimeRemainingColumn(), console=_console, transient=True, disable=hidden
-    ) as bar:
-        task = bar.add_task(text, total=total)
-        yield lambda done: bar.update(task, completed=done)
 
 
 def test_R(setup: Setup, bench: Bench, workers: int) -> dict[str, Any] | None:

@@ -31,8 +31,8 @@ def special(
     test_R, slow_crossing, dwell, situations, speed_range, static_accuracy, torque_rise,
     speed_bandwidth, starting_torque. Exit 1 when a goal is missed.
     """
-    from zerohertz.atlas.output import progress_bar
     from zerohertz.atlas.special import case_count, run_tests
+    from zerohertz.console import progress_bar
     from zerohertz.scenario.setup import load_setup
 
     setup = load_setup(config)

@@ -13,6 +13,7 @@ import typer
 from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
 from zerohertz.commission.command import register_campaign
+from zerohertz.console import progress_bar, tell
 from zerohertz.errors import UserError
 
 
@@ -113,7 +114,6 @@ def _register_monitor(campaign: typer.Typer) -> None:
     ) -> None:
         """Is everything that breaks noticed or harmless, and nothing noticed that is whole?"""
         # Here and not above: other commands need not wait for numpy and pyarrow.
-        from zerohertz.atlas import output
         from zerohertz.atlas.run import Means
         from zerohertz.campaign import monitor as watched
         from zerohertz.paths import BUILD
@@ -121,7 +121,7 @@ def _register_monitor(campaign: typer.Typer) -> None:
         if write and (sample or not hours):
             raise UserError("--write: the page has every case and the quiet hours")
         how = Means(out or BUILD / "monitor", workers, None, fresh)
-        result = watched.run_all(hours, sample, seed, how, output.tell, output.progress_bar)
+        result = watched.run_all(hours, sample, seed, how, tell, progress_bar)
         if write:
             command = f"tools/zh campaign monitor --hours {hours:g} --write"
             watched.PAGE.write_text(watched.page_text(result, command), encoding="utf-8")

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
 
 from zerohertz.check.certificate import Report, certify
 from zerohertz.check.stored_table import StoredTable, read_stored_table
+from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, ROOT
 
@@ -41,7 +40,6 @@ def certify_tables(
     have to be stable, and it is said which inequalities hold. "any" (null in the JSON) is a bound
     that does not exist: the orientation error where gamma is 1 or more or where there is no gamma.
     """
-    console = Console(stderr=True)
     # What was found is the answer; with --json that is the object alone.
     answer = Console(stderr=as_json)
     reports = []
@@ -50,10 +48,10 @@ def certify_tables(
         folder = given.parent if given.name == "motor.toml" else given
         if given.exists() and not folder.is_dir():
             raise UserError(f"{given}: is no folder of a motor; name the one that has l_gain.json")
-        reports.append(_certified(read_stored_table(folder), console))
+        reports.append(_certified(read_stored_table(folder)))
         _say(reports[-1], answer)
         if plot:
-            _draw(folder, reports[-1].name, console)
+            _draw(folder, reports[-1].name)
     if as_json:
         print(json.dumps({"motors": {report.name: _as_json(report) for report in reports}}))
     if not all(report.passed for report in reports):
@@ -64,10 +62,9 @@ def _default_motor_dirs() -> list[Path]:
     return sorted(path.parent for path in (ROOT / "gain_tables").glob("*/motor.toml"))
 
 
-def _certified(table: StoredTable, console: Console) -> Report:
-    with Progress(console=console, transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task(f"{table.name}: proving", total=len(table.gain))
-        return certify(table, lambda done: bar.update(task, completed=done))
+def _certified(table: StoredTable) -> Report:
+    with progress_bar(f"{table.name}: proving", len(table.gain)) as progress:
+        return certify(table, progress)
 
 
 def _say(report: Report, console: Console) -> None:
@@ -115,10 +112,10 @@ def _as_json(report: Report) -> dict[str, Any]:
     }
 
 
-def _draw(folder: Path, name: str, console: Console) -> None:
+def _draw(folder: Path, name: str) -> None:
     from zerohertz.check.plots import figure_4, figure_gamma  # matplotlib takes half a second
 
     for draw, kind in ((figure_4, "fig04"), (figure_gamma, "gamma")):
         path = BUILD / "certify" / f"{name}_{kind}.png"
         draw(folder / "l_gain.json", path)
-        console.print(f"  {path}", highlight=False, soft_wrap=True)
+        tell(f"  {short_paths(path)}")

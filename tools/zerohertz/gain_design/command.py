@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,8 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import Progress
 
+from zerohertz.console import progress_bar, short_paths
 from zerohertz.errors import UserError
 from zerohertz.gain_design.c_source import c_files, read_table_json
 from zerohertz.gain_design.table import Table, design_table, table_json
@@ -77,7 +76,6 @@ def design(
         raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
     if out:
         make_folder(out, "--out")
-    console = Console(stderr=True)
     # What was found is the answer; with --json that is the object alone.
     answer = Console(stderr=as_json)
     outcomes = []
@@ -88,7 +86,7 @@ def design(
         _require_own_name(motor, folder)
         if method:
             motor = with_design(motor, method=method)
-        fresh, cpu_s = _timed_design(motor, console)
+        fresh, cpu_s = _timed_design(motor)
         if check:
             outcomes.append(_check(folder, fresh, cpu_s))
         else:
@@ -134,11 +132,10 @@ def default_motor_dirs() -> list[Path]:
     return sorted(path.parent for path in (ROOT / "gain_tables").glob("*/motor.toml"))
 
 
-def _timed_design(motor: Motor, console: Console) -> tuple[Table, float]:
-    with Progress(console=console, transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task(f"{motor.name}: {motor.design.method}", total=motor.design.entries)
+def _timed_design(motor: Motor) -> tuple[Table, float]:
+    with progress_bar(f"{motor.name}: {motor.design.method}", motor.design.entries) as progress:
         start_s = time.process_time()
-        table = design_table(motor, progress=lambda done: bar.update(task, completed=done))
+        table = design_table(motor, progress=progress)
         return table, time.process_time() - start_s
 
 
@@ -212,11 +209,11 @@ def _say(outcome: Outcome, console: Console) -> None:
     gamma = "no common X" if outcome.max_gamma is None else f"gamma <= {outcome.max_gamma:.4g}"
     console.print(
         f"{outcome.motor}: {outcome.method}, {outcome.entries} entries, {gamma}, "
-        f"{outcome.cpu_s:.1f} CPU s: {outcome.done}",
+        f"{outcome.cpu_s:.1f} CPU s: {short_paths(outcome.done)}",
         highlight=False,
         soft_wrap=True,
     )
     for fault in outcome.faults:
-        console.print(f"  {fault}", highlight=False, soft_wrap=True)
+        console.print(f"  {short_paths(fault)}", highlight=False, soft_wrap=True)
     if outcome.max_gamma is not None and outcome.max_gamma >= 1.0:
         console.print("  gamma >= 1 bounds nothing: lower design.dw0_rad_s below 2 Rr/Lr")

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from zerohertz.console import short_paths
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, make_folder
 
@@ -53,7 +54,7 @@ def demo(
     )
     _print_verdicts(report)
     page = out / "index.html"
-    print(f"\nreport: {page} ({page.stat().st_size / 1e6:.1f} MB)")
+    print(f"\nreport: {short_paths(page)} ({page.stat().st_size / 1e6:.1f} MB)")
     print(f"{time.monotonic() - start_s:.0f} s in all; open it in a browser")
     wrong = [table.motor for table in report.tables if not table.holds]
     if wrong:

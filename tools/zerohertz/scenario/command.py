@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, make_folder
 
@@ -64,19 +61,18 @@ def figures(
 
     setup = load_setup(config)
     paper = setup.name == "paper"
-    console = Console(stderr=True)
     evaluated = evaluate.evaluate_figures if paper else evaluate.evaluate_situations
-    with _bar(console, "experiments", seeds * (13 if paper else 4)) as progress:
+    with progress_bar("experiments", seeds * (13 if paper else 4)) as progress:
         results = evaluated(setup, seeds, workers, progress)
     if sensitivity and paper:
-        with _bar(console, "sensitivity", run_count()) as progress:
+        with progress_bar("sensitivity", run_count()) as progress:
             spread, redrawn = compute_sensitivity(setup, workers=workers, progress=progress)
         source = f"{COMPUTED_NOW}{redraw_note(redrawn)}"
     else:
         spread, source = committed_sensitivity(setup)
     content = result_json(setup, results, spread, source)
     if write:
-        console.print(f"written: {write_committed(setup, content)}", highlight=False)
+        tell(f"written: {short_paths(write_committed(setup, content))}")
     if as_json:
         print(json.dumps(content))
     else:
@@ -138,7 +134,6 @@ def identify(
     from zerohertz.scenario.identify import Search, read_point, search
     from zerohertz.scenario.propose import write_proposal
 
-    console = Console(stderr=True)
     for option, folder in (("--log", log.parent), ("--write", write)):
         if folder:
             make_folder(folder, option)
@@ -148,11 +143,10 @@ def identify(
     def report(state: Search, better: bool) -> None:
         if better and state.best:
             missing = [n for n, v in state.best.figures.items() if v < 1.0]
-            console.print(
+            tell(
                 f"{time.monotonic() - begin:7.0f} s  {state.tried} tried, {state.full} to the end: "
                 f"{state.best.matches} match, value {state.best.value:.3f} "
-                f"(from {state.best.origin}; missing {', '.join(missing) or 'none'})",
-                highlight=False,
+                f"(from {state.best.origin}; missing {', '.join(missing) or 'none'})"
             )
 
     search(run, 3600.0 * hours, workers, report)
@@ -161,15 +155,4 @@ def identify(
     print(json.dumps({"tried": run.tried, "value": run.best.value, "figures": run.best.figures}))
     if write:
         for path in write_proposal(run.best.point, write):
-            console.print(f"written: {path}", highlight=False)
-
-
-@contextlib.contextmanager
-def _bar(console: Console, text: str, total: int) -> Iterator[Callable[[int], None]]:
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}"))
-    hidden = not sys.stderr.isatty()
-    with Progress(
-        *columns, TimeRemainingColumn(), console=console, transient=True, disable=hidden
-    ) as bar:
-        task = bar.add_task(text, total=total)
-        yield lambda done: bar.update(task, completed=done)
+            tell(f"written: {path}")

@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import sys
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, ROOT
 
@@ -142,7 +141,7 @@ def _map(
     from zerohertz.stability import maps, picture, plane
 
     fw = plane.firmware_of(load_setup(asked.config), table, changes)
-    with _progress("operating points", maps.count(asked)) as progress:
+    with progress_bar("operating points", maps.count(asked)) as progress:
         shown = maps.make(fw, asked, progress)
     png, html = files[0], files[1] or files[0].with_suffix(".html")
     for path, write in ((png, picture.write_png), (html, picture.write_html)):
@@ -151,7 +150,7 @@ def _map(
             write(path, shown)
         except OSError as error:
             raise UserError(f"{path}: cannot be written: {error.strerror}; name another") from None
-        print(f"written: {_shown(path.resolve())}", file=sys.stderr)
+        tell(f"written: {short_paths(path)}")
     if as_json:
         print(json.dumps(maps.as_json(shown, asked)))
     else:
@@ -166,7 +165,7 @@ def _compare(
 
     rows = compare.read(path)
     fw = plane.firmware_of(load_setup(asked.config), table, changes)
-    with _progress("operating points", len(rows["started"])) as progress:
+    with progress_bar("operating points", len(rows["started"])) as progress:
         found = compare.compare(fw, rows, progress)
     if as_json:
         agreement = found.agreement if found.judged else None
@@ -181,16 +180,6 @@ def _compare(
         )
     if not found.agreement >= 0.95:
         raise typer.Exit(1)
-
-
-@contextmanager
-def _progress(text: str, total: int) -> Any:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(text, total=total)
-        yield lambda done: bar.update(task, completed=done)
 
 
 def _table(text: str | None, changes: dict[str, float]) -> Path | None:
@@ -215,10 +204,6 @@ def _assignments(texts: list[str]) -> dict[str, float]:
         except ValueError:
             raise UserError(f"--set: '{text}' is not NAME=VALUE with a number") from None
     return found
-
-
-def _shown(path: Path) -> Path:
-    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
 
 
 def _choice(text: str) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from zerohertz.console import short_paths
 from zerohertz.errors import UserError
 from zerohertz.testing.runner import run_stages
 from zerohertz.testing.stage import Report, Stage, Stopwatch
@@ -45,7 +46,8 @@ def register(app: typer.Typer) -> None:
                 _show_log(report, out)
         if as_json:
             print(json.dumps(_as_dict(reports, passed, failed, watch.read()), indent=2))
-        print(f"\n{len(reports)} stages in {watch.read():.0f} s; logs in {LOGS}", file=out)
+        logs = short_paths(LOGS)
+        print(f"\n{len(reports)} stages in {watch.read():.0f} s; logs in {logs}", file=out)
         # The closing line that CI reads: alone on its line, and the last.
         print(f"{passed} passed, {failed} failed", file=out, flush=True)
         raise typer.Exit(0 if all(report.ok for report in reports) else 1)
@@ -111,7 +113,7 @@ def _show_log(report: Report, out) -> None:
     if report.skipped or not report.log.is_file():
         return
     lines = report.log.read_text(errors="replace").splitlines()
-    print(f"\n--- {report.stage.name}: end of {report.log}", file=out)
+    print(f"\n--- {report.stage.name}: end of {short_paths(report.log)}", file=out)
     print("\n".join(lines[-LOG_LINES_SHOWN:]), file=out)
 
 
