@@ -114,6 +114,23 @@ def test_the_launcher_is_plain_shell():
         subprocess.run(["sh", "-n", script], check=True)
 
 
+def test_the_launcher_refuses_an_unknown_stage_before_it_sets_anything_up(tmp_path):
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    (tools / "zh").write_text(LAUNCHER.read_text())
+    (tools / "zerohertz").symlink_to(ROOT / "tools" / "zerohertz")
+    done = subprocess.run(
+        ["sh", str(tools / "zh"), "test", "--only", "unit,nosuch"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: --only: no stage 'nosuch'; there are build, images, ")
+    assert done.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tools"]
+
+
 def test_the_launcher_asks_for_packages_where_it_cannot_install(tmp_path):
     (tmp_path / "tools").mkdir()
     copy = tmp_path / "tools" / "zh"

@@ -10,8 +10,8 @@ from typing import Annotated
 import typer
 
 from zerohertz.console import short_paths
-from zerohertz.errors import UserError
 from zerohertz.testing.runner import run_stages
+from zerohertz.testing.selection import select
 from zerohertz.testing.stage import Report, Stage, Stopwatch
 from zerohertz.testing.stages import LOGS, all_stages
 
@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
     ) -> None:
         """Build with gcc and clang, run all tests and every check; exit 1 if one fails."""
         out = sys.stderr if as_json else sys.stdout
-        stages = _select(all_stages(), quick, only)
+        stages = select(all_stages(), quick, only)
         watch = Stopwatch()
         live = _Live(out, len(stages))
         reports = run_stages(stages, LOGS, _cores(), live.started, live.ended)
@@ -51,21 +51,6 @@ def register(app: typer.Typer) -> None:
         # The closing line that CI reads: alone on its line, and the last.
         print(f"{passed} passed, {failed} failed", file=out, flush=True)
         raise typer.Exit(0 if all(report.ok for report in reports) else 1)
-
-
-def _select(stages: list[Stage], quick: bool, only: str) -> list[Stage]:
-    if only:
-        by_name = {stage.name: stage for stage in stages}
-        wanted: set[str] = set()
-        todo = [name.strip() for name in only.split(",")]
-        while todo:
-            name = todo.pop()
-            if name not in by_name:
-                raise UserError(f"--only: no stage '{name}'; there are {', '.join(by_name)}")
-            wanted.add(name)
-            todo += by_name[name].needs
-        return [stage for stage in stages if stage.name in wanted]
-    return [stage for stage in stages if stage.quick or not quick]
 
 
 def _cores() -> int:
