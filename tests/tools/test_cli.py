@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 
@@ -129,6 +130,25 @@ def test_the_launcher_refuses_an_unknown_stage_before_it_sets_anything_up(tmp_pa
     assert done.stderr.startswith("error: --only: no stage 'nosuch'; there are build, images, ")
     assert done.stderr.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tools"]
+
+
+def test_a_build_keeps_unity_when_the_cache_is_gone(tmp_path):
+    cache = tmp_path / ".cache" / "unity"
+    cache.mkdir(parents=True)
+    (cache / "unity.c").write_text('#include "unity.h"\nint unity = UNITY;\n')
+    (cache / "unity.h").write_text("#define UNITY 1\n")
+    include = f'include("{ROOT}/tools/cmake/ZhUnity.cmake")'
+    lists = tmp_path / "CMakeLists.txt"
+    lists.write_text(f"cmake_minimum_required(VERSION 3.22)\nproject(some C)\n{include}\n")
+
+    def run(*words: str) -> None:
+        done = subprocess.run(["cmake", *words], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    run("-B", "build")
+    shutil.rmtree(cache)
+    run("-B", "build")
+    run("--build", "build")
 
 
 def test_the_launcher_asks_for_packages_where_it_cannot_install(tmp_path):

@@ -1,11 +1,15 @@
 # Target `unity`: the Unity test framework, from the first of
 #   1. -DUNITY_DIR=<folder with unity.c>
-#   2. .cache/unity, which tools/zh fills from the Debian archive (verified there)
+#   2. .cache/unity, which tools/zh fills from the Debian archive (verified there); the build keeps a
+#      copy, so that it needs neither .cache nor a network again
 #   3. the upstream tag, when a network is at hand
 set(UNITY_DIR "" CACHE PATH "Folder with unity.c and unity.h; empty: look in .cache/unity, then download")
 set(ZH_UNITY_DIR "${UNITY_DIR}")
 if(NOT ZH_UNITY_DIR AND EXISTS "${CMAKE_SOURCE_DIR}/.cache/unity/unity.c")
-    set(ZH_UNITY_DIR "${CMAKE_SOURCE_DIR}/.cache/unity")
+    file(COPY "${CMAKE_SOURCE_DIR}/.cache/unity" DESTINATION "${CMAKE_BINARY_DIR}")
+endif()
+if(NOT ZH_UNITY_DIR AND EXISTS "${CMAKE_BINARY_DIR}/unity/unity.c")
+    set(ZH_UNITY_DIR "${CMAKE_BINARY_DIR}/unity")
 endif()
 if(NOT ZH_UNITY_DIR)
     include(FetchContent)
