@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import dataclasses
 import json
 import threading
 from collections.abc import Iterator
@@ -16,9 +17,10 @@ from typer.testing import CliRunner
 
 from zerohertz import sim
 from zerohertz.cli import make_app
+from zerohertz.drive import Fault
 from zerohertz.errors import UserError
 from zerohertz.link import client as link
-from zerohertz.link import command
+from zerohertz.link import command, run_command
 from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.line import SerialLine, TcpLine
 from zerohertz.link.live import picture
@@ -28,6 +30,7 @@ from zerohertz.link.siphash import DEVELOPMENT_KEY, load_key, siphash_2_4
 
 QUICK = {"offset_calibration_s": 0.02, "premagnetise_s": 0.5, "observer_gain_enable": 1}
 PERIOD_S = 200e-6
+IDEAL_J_KG_M2 = 0.015  # host_sim/rigs/ideal.toml
 
 
 class SilLine:
@@ -135,6 +138,28 @@ def test_runs_to_a_speed_changes_a_parameter_while_running_and_stops(
     drive.stop()
     seconds(sil, 0.01)
     assert not sil.state.gates_on
+
+
+@pytest.mark.parametrize("torque_Nm", [2.0, -2.0])
+def test_gives_a_torque_instead_of_a_speed(
+    sil: LinkedDrive, drive: Client, torque_Nm: float
+) -> None:
+    drive.command(link.RUN, torque_Nm=0.0)
+    seconds(sil, 2.0)
+    assert command.state_name(drive.status().state) == "RUN"
+    drive.command(link.RUN, torque_Nm=torque_Nm)
+    seconds(sil, 0.3)  # at standstill the estimated speed lags, and the field with it
+    begin_rpm = sil.state.speed_rpm
+    seconds(sil, 0.2)
+    # Without load and friction the torque is what the rotor's inertia takes.
+    rise_rad_s = (sil.state.speed_rpm - begin_rpm) / command.RPM_PER_RAD_S
+    assert rise_rad_s / 0.2 * IDEAL_J_KG_M2 == pytest.approx(torque_Nm, rel=0.05)
+    status = drive.status()
+    assert status.command == link.RUN | link.TORQUE_MODE
+    line = command.status_line(status)
+    assert f" of {status.i_q_ref_A:.2f} A" in line
+    assert " min^-1" in line
+    assert " of 0.0 min^-1" not in line
 
 
 def test_a_host_that_dies_stops_the_drive(sil: LinkedDrive, drive: Client) -> None:
@@ -314,11 +339,46 @@ def test_the_commands_over_tcp(tmp_path: Path) -> None:
         assert json.loads(zh("get", "i_d_A", "--json")) == {"i_d_A": 4.25}
         assert "premagnetise_s" in zh("get")
         zh("run", "--rpm", "60", "--seconds", "0.5", "--valid", "0")
+        zh("run", "--torque-Nm", "0.5", "--seconds", "0.5", "--valid", "0")
         out = tmp_path / "t.csv"
         zh("trace", "--signals", "duty_u,state", "--rows", "20", "--out", str(out))
         assert len(out.read_text().splitlines()) == 21
         assert json.loads(zh("faults", "--json"))["record"] is None
         assert "READY" in zh("run", "--stop")
+
+
+class Scripted:
+    """A client whose drive says what the test says."""
+
+    def __init__(self, drive: Client, faults: list[int]) -> None:
+        self.drive, self.faults, self.asked = drive, faults, 0
+
+    def status(self) -> link.Status:
+        faults = self.faults[min(self.asked, len(self.faults) - 1)]
+        self.asked += 1
+        return dataclasses.replace(self.drive.status(), faults=faults)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.drive, name)
+
+
+def test_a_run_ends_with_a_fault_and_goes_on_after_a_warning(
+    drive: Client, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(run_command, "KEEP_ALIVE_S", 0.0)
+    late, derated, stall = Fault.PERIOD_LATE, Fault.DERATED, Fault.STALL
+    assert run_command.stopping(late | derated | Fault.REGENERATION) == 0
+    assert run_command.stopping(late | stall) == stall
+    assert run_command.stopping(1 << 31) == 1 << 31  # of a newer firmware: better stop
+
+    scripted = Scripted(drive, [0, late, late, late | derated, late | derated | stall])
+    run_command._run_until(scripted, 0.0, None, 60.0, 1.0)
+    assert scripted.asked == 5
+    said = capsys.readouterr().err
+    assert said.count("warning: PERIOD_LATE: one control period ended after the next") == 1
+    assert said.count("warning: DERATED: the current is limited") == 1
+    assert "warning: STALL" not in said
+    assert drive.status().command == 0  # stopped on the way out
 
 
 def test_the_commands_refuse_what_makes_no_sense() -> None:
@@ -327,6 +387,8 @@ def test_the_commands_refuse_what_makes_no_sense() -> None:
         (["connect"], "which drive"),
         (["connect", "--sil", "--port", "x"], "which drive"),
         (["run", "--sil"], "--rpm"),
+        (["run", "--sil", "--rpm", "1", "--torque-Nm", "1"], "--torque-Nm"),
+        (["run", "--sil", "--torque-Nm", "nan"], "finite"),
         (["run", "--sil", "--stop", "--rpm", "1"], "--rpm"),
         (["trace", "--sil", "--signals", ",", "--out", "x.csv"], "one to eight"),
         (["trace", "--sil", "--signals", "state"], "--out"),

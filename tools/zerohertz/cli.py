@@ -25,6 +25,7 @@ COMMAND_MODULES = (
     "zerohertz.stability.command",
     "zerohertz.replay.command",
     "zerohertz.link.command",
+    "zerohertz.link.run_command",
     "zerohertz.image.command",
     "zerohertz.image.params",
     "zerohertz.flash.command",

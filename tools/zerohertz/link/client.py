@@ -16,7 +16,7 @@ from zerohertz.link.line import Line
 from zerohertz.link.siphash import response
 
 PROTOCOL = 1
-RUN, RESET, TORQUE_OFF = 1, 2, 4
+RUN, RESET, TORQUE_OFF, TORQUE_MODE = 1, 2, 4, 16
 _ANSWER = 0x80
 _TRIES = 4
 _WORDS_U, _WORDS_F = 9, 10  # of a status
@@ -333,10 +333,21 @@ class Client:
     def _acting(self) -> bytes:
         return struct.pack("<I", self.session)
 
-    def command(self, bits: int, speed_rad_s: float = 0.0, valid_s: float = 0.0) -> None:
-        """valid_s: the drive stops by itself when no command follows in this time; 0: never."""
+    def command(
+        self,
+        bits: int,
+        speed_rad_s: float = 0.0,
+        valid_s: float = 0.0,
+        torque_Nm: float | None = None,
+    ) -> None:
+        """valid_s: the drive stops by itself when no command follows in this time; 0: never.
+
+        torque_Nm: the drive gives this torque instead of holding a speed.
+        """
         valid_ms = min(round(valid_s * 1000.0), 0xFFFF)
-        body = struct.pack("<IIfH", self.session, bits, speed_rad_s, valid_ms)
+        torque = b"" if torque_Nm is None else struct.pack("<f", torque_Nm)
+        bits |= TORQUE_MODE if torque else 0
+        body = struct.pack("<IIfH", self.session, bits, speed_rad_s, valid_ms) + torque
         self.request(Op.COMMAND, body)
 
     def status(self) -> Status:

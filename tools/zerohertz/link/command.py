@@ -1,4 +1,4 @@
-"""`zh serve`, and what talks to a drive: `zh connect`, `get`, `set`, `run`, `trace`, `faults`."""
+"""`zh serve`, and what talks to a drive: `zh connect`, `get`, `set`, `save`, `trace`, `faults`."""
 
 from __future__ import annotations
 
@@ -27,10 +27,9 @@ from zerohertz.link.recording import Recording, recording, write
 from zerohertz.link.siphash import load_key
 
 RPM_PER_RAD_S = 30.0 / math.pi
-KEEP_ALIVE_S = 0.2
 EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
 CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "impressed current"}
-_POLL_S = 0.05
+POLL_S = 0.05
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEVICE", help="Serial port of the drive.")
@@ -50,7 +49,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on std
 
 def register(app: typer.Typer) -> None:
     """Add the commands of the link."""
-    for command in (serve, connect, get, set_, save, run, trace, faults):
+    for command in (serve, connect, get, set_, save, trace, faults):
         app.command(command.__name__.rstrip("_"))(command)
 
 
@@ -221,64 +220,6 @@ def store_text(s: link.StoreState) -> str:
     return ", ".join(parts + ["saving"] * bool(s.saving) + ["last save FAILED"] * bool(s.failed))
 
 
-def run(
-    rpm: Annotated[float | None, typer.Option(help="Speed, the sign is the direction.")] = None,
-    seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="Then stop; without: until interrupted.")
-    ] = None,
-    valid_s: Annotated[
-        float,
-        typer.Option(
-            "--valid",
-            min=0.0,
-            max=60.0,
-            help="The drive stops when it hears nothing for this long, in its own time; 0: never.",
-        ),
-    ] = 1.0,
-    reset: Annotated[bool, typer.Option("--reset", help="Reset faults first.")] = False,
-    stop: Annotated[bool, typer.Option("--stop", help="Only stop.")] = False,
-    port: PortOption = None,
-    baud: BaudOption = DEFAULT_BAUD,
-    sil: SilOption = False,
-    tcp: TcpOption = DEFAULT_TCP_PORT,
-) -> None:
-    """Run the drive at a speed and show what it does; it stops when this command ends or dies.
-
-    Exit code 1 when a fault stands at the end.
-    """
-    if (rpm is None) == (not stop and not reset):
-        raise UserError("give --rpm SPEED, or --stop, or --reset")
-    with open_client(port, baud, sil, tcp) as drive:
-        if reset:
-            drive.command(link.RESET)
-            time.sleep(_POLL_S)
-        if rpm is None or stop:
-            drive.command(0)
-        else:
-            _run_until(drive, rpm / RPM_PER_RAD_S, seconds, valid_s)
-        time.sleep(_POLL_S)
-        status = drive.status()
-        Console(highlight=False).print(status_line(status))
-        raise typer.Exit(1 if status.faults != 0 else 0)
-
-
-def _run_until(drive: Client, speed_rad_s: float, seconds: float | None, valid_s: float) -> None:
-    until_s = math.inf if seconds is None else time.monotonic() + seconds
-    try:
-        with Live(console=Console(stderr=True, highlight=False), auto_refresh=False) as live:
-            while time.monotonic() < until_s:
-                drive.command(link.RUN, speed_rad_s, valid_s)
-                status = drive.status()
-                live.update(Text(status_line(status)), refresh=True)
-                if status.faults != 0:
-                    return
-                time.sleep(max(min(KEEP_ALIVE_S, until_s - time.monotonic()), 0.0))
-    except KeyboardInterrupt:
-        pass
-    finally:
-        drive.stop()
-
-
 _TRIGGER = re.compile(r"^(?P<signal>\w+)\s*(?P<how><|>|=)\s*(?P<level>[-+.\deE]+)$")
 
 
@@ -350,7 +291,7 @@ def take(
         if time.monotonic() > until_s:
             drive.stop_trace()
             raise UserError(f"no trigger within {wait_s:g} s; look at the signal with --live")
-        time.sleep(_POLL_S)
+        time.sleep(POLL_S)
     words = drive.trace_words(state)
     return recording(drive, words, state.signals, state.trigger_row, state.decimation)
 
@@ -419,11 +360,12 @@ def _show_faults(
 def status_line(s: link.Status) -> str:
     """What the drive is doing, on one line."""
     speed_rpm, reference_rpm = s.speed_hat_rad_s * RPM_PER_RAD_S, s.speed_ref_rad_s * RPM_PER_RAD_S
+    torque_mode = s.command & link.TORQUE_MODE != 0
     parts = [
         state_name(s.state),
-        f"{speed_rpm:8.1f} of {reference_rpm:.1f} min^-1",
+        f"{speed_rpm:8.1f}" + ("" if torque_mode else f" of {reference_rpm:.1f}") + " min^-1",
         f"i_d {s.i_d_A:.2f} A",
-        f"i_q {s.i_q_A:.2f} A",
+        f"i_q {s.i_q_A:.2f}" + (f" of {s.i_q_ref_A:.2f}" if torque_mode else "") + " A",
         f"f_s {s.stator_frequency_Hz:.2f} Hz",
         f"dc {s.u_dc_V:.0f} V",
     ]
