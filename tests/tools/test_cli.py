@@ -109,6 +109,23 @@ def test_a_foreign_library_is_taken_and_must_exist(monkeypatch, tmp_path):
     assert build.ensure_built().sil_library == library
 
 
+@pytest.mark.parametrize("tests", ["ON", "OFF"])
+def test_configuring_anew_leaves_the_tests_as_they_are(monkeypatch, tmp_path, tests):
+    folder = tmp_path / "host"
+    folder.mkdir()
+    (folder / "build.ninja").touch()  # of plain cmake: without our stamp
+    (folder / "CMakeCache.txt").write_text(f"ZH_BUILD_TESTS:BOOL={tests}\n")
+    commands = []
+    monkeypatch.setattr(build, "BUILD", tmp_path)
+    monkeypatch.setattr(build, "_run", lambda *words: commands.append(words))
+    monkeypatch.delenv("ZEROHERTZ_SIL", raising=False)
+    build.ensure_built()
+    assert commands[0] == ("cmake", "--preset", "host", f"-DZH_BUILD_TESTS={tests}")
+    assert [words[1] for words in commands] == ["--preset", "--build"]
+    build.ensure_built()
+    assert [words[1] for words in commands] == ["--preset", "--build", "--build"]
+
+
 def test_the_launcher_is_plain_shell():
     for script in (LAUNCHER, ROOT / "tools" / "fetch_unity.sh"):
         assert script.read_text().startswith("#!/bin/sh\n")

@@ -46,9 +46,8 @@ def ensure_built(*targets: str) -> Built:
     with open(BUILD / f"{PRESET}.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not _configured(folder):
-            # A first build for a demo needs no test framework; `zh test` turns the tests on.
             print("zh: configuring the build", file=sys.stderr)
-            _configure(folder, "--preset", PRESET, "-DZH_BUILD_TESTS=OFF")
+            _configure(folder, "--preset", PRESET, f"-DZH_BUILD_TESTS={_tests(folder)}")
         _run("cmake", "--build", "--preset", PRESET, "--target", *(targets or (SIL_TARGET,)))
     return Built(folder, folder / "host_sim" / f"lib{SIL_TARGET}.so")
 
@@ -74,6 +73,14 @@ def _configured(folder: Path) -> bool:
         and stamp.is_file()
         and stamp.stat().st_mtime >= PRESETS.stat().st_mtime
     )
+
+
+def _tests(folder: Path) -> str:
+    """Off in a first build: a demo needs no test framework. Once `zh test` has them on they stay:
+    its stages run beside each other, and one that builds must not take the others' tests away."""
+    cache = folder / "CMakeCache.txt"
+    on = cache.is_file() and "ZH_BUILD_TESTS:BOOL=ON" in cache.read_text(encoding="utf-8")
+    return "ON" if on else "OFF"
 
 
 def _configure(folder: Path, *arguments: str) -> None:
