@@ -8,7 +8,7 @@ import pytest
 
 from zerohertz.errors import UserError
 from zerohertz.testing.counts import junit_outcome
-from zerohertz.testing.misra import cppcheck_suppressions
+from zerohertz.testing.misra import cppcheck_suppressions, notices
 from zerohertz.testing.runner import run_stages
 from zerohertz.testing.stage import Log, Outcome, Stage
 from zerohertz.testing.stages import all_stages, coverage_outcome, unbuilt
@@ -125,6 +125,17 @@ def test_a_deviation_from_misra_needs_its_reason(tmp_path):
     listed.write_text("15.5\n")
     with pytest.raises(UserError, match="line 1"):
         cppcheck_suppressions(listed)
+
+
+def test_what_cppcheck_only_lists_is_counted():
+    said = (
+        "$ cppcheck --std=c11 --suppress=misra-c2012-2.5 /x/pi.c\n"
+        "/x/pi.c:15:13: style: misra violation (use --rule-texts) [misra-c2012-5.9]\n"
+        "static bool params_valid(void)\n            ^\n"
+        "/x/pi.h:2:1: warning: Something is odd. [uninitvar]\n"
+    )
+    assert [line[:12] for line in notices(said)] == ["/x/pi.c:15:1", "/x/pi.h:2:1:"]
+    assert notices("$ cppcheck --std=c11 /x/pi.c\n") == []
 
 
 def test_a_source_that_no_target_builds_is_told():
