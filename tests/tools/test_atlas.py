@@ -265,6 +265,7 @@ def test_pictures_of_a_grid_and_of_a_sample(few_rows, tmp_path):
         page = (tmp_path / "map.html").read_text()
         assert "Rs 0.67 of nameplate" in page
         assert 'script src="http' not in page
+    assert picture.title("no_gain", grid).startswith("no_gain, rig atlas, rr, 10 points: ")
     assert "20.0 % oriented, 40.0 % held, 2 unsafe" in picture.title("no_gain", grid)
     assert "Rs 1.5 of nameplate, Rr 1.3" in page
     assert "is drawn" not in page

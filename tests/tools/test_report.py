@@ -22,7 +22,7 @@ from zerohertz.errors import UserError
 from zerohertz.gain_design.table import design_table, table_json
 from zerohertz.motor import load_motor, motor_toml, with_design
 from zerohertz.paths import ROOT
-from zerohertz.report import command, demo, figure_plot, style
+from zerohertz.report import command, demo, figure_plot, pictures, style
 from zerohertz.report.experiments import EXPERIMENTS, GROUPS, SITUATIONS, observed
 from zerohertz.report.page import Report, build_page, short_reason
 from zerohertz.report.tables import TableOutcome, _difference, check_tables
@@ -31,6 +31,8 @@ from zerohertz.scenario.evaluate import Result
 from zerohertz.scenario.predicates import FIGURES, Clause, Judgement, measure_ramp, measure_step
 from zerohertz.scenario.setup import load_setup
 from zerohertz.scenario.signals import Signals
+
+SOURCE = "configuration some, rig some, seed 1"
 
 
 def signals(ramp: bool = False, wild: bool = False, trips: bool = False) -> Signals:
@@ -83,7 +85,7 @@ def report() -> Report:
 
     results = [result(str(n), n % 2 == 0, n >= 17) for n in FIGURES]
     situations = [result(name, True, n >= 17) for name, n in evaluate.SITUATIONS.items()]
-    with figure_plot.draw(signals()) as drawn:
+    with figure_plot.draw(signals(), SOURCE) as drawn:
         picture = style.svg(drawn)
     certificate = Certificate("m", "gamma_pr", 1801, 1801, 0.32, 35.8, 0.999, 3.7, {}, (), ())
     setup = load_setup("paper")
@@ -120,7 +122,7 @@ def test_thinning_keeps_every_spike_and_the_order_of_time() -> None:
     ids=["step", "ramp", "wild", "trip"],
 )
 def test_a_plot_is_svg_with_the_panels_of_its_protocol(run: Signals) -> None:
-    with figure_plot.draw(run) as drawn:
+    with figure_plot.draw(run, SOURCE) as drawn:
         titles = [axes.get_title(loc="left") for axes in drawn.axes]
         picture = style.svg(drawn)
     assert ElementTree.fromstring(picture).tag == "{http://www.w3.org/2000/svg}svg"
@@ -131,7 +133,7 @@ def test_a_plot_is_svg_with_the_panels_of_its_protocol(run: Signals) -> None:
 
 
 def drawn_texts(run: Signals) -> set[str]:
-    with figure_plot.draw(run) as drawn:
+    with figure_plot.draw(run, SOURCE) as drawn:
         return {text.get_text() for axes in drawn.axes for text in axes.texts}
 
 
@@ -146,16 +148,28 @@ def test_the_end_of_a_run_is_marked() -> None:
     assert "lost" in drawn_texts(signals(ramp=True))
 
 
+def test_a_picture_names_configuration_rig_and_seed() -> None:
+    setup = load_setup("recommended")
+    source = pictures.source(evaluate.Run(setup, 18, 3))
+    assert source == "configuration recommended, rig hasegawa2005, seed 3"
+    with figure_plot.draw(signals(), source) as drawn:
+        assert source in [text.get_text() for text in drawn.texts]
+    changed = dataclasses.replace(setup, rig_overrides={"motor.Rs_ohm": 1.0})
+    assert (
+        pictures.source(evaluate.Run(changed, 18, 3)).split(", ")[1] == "rig hasegawa2005 changed"
+    )
+
+
 def test_the_same_run_gives_the_same_bytes() -> None:
-    pictures = []
+    found = []
     for _ in range(2):
-        with figure_plot.draw(signals()) as drawn:
-            pictures.append((style.svg(drawn), style.png(drawn, 800)))
-    assert pictures[0] == pictures[1]
+        with figure_plot.draw(signals(), SOURCE) as drawn:
+            found.append((style.svg(drawn), style.png(drawn, 800)))
+    assert found[0] == found[1]
 
 
 def test_a_png_has_the_width_asked_for() -> None:
-    with figure_plot.draw(signals(ramp=True), title="a title") as drawn:
+    with figure_plot.draw(signals(ramp=True), SOURCE, title="a title") as drawn:
         data = style.png(drawn, 1200)
     assert Image.open(io.BytesIO(data)).width == 1200
     assert len(data) < 150_000
@@ -378,7 +392,7 @@ def test_a_folder_that_cannot_be_is_refused_before_any_work() -> None:
 
 def test_the_hold_is_enlarged_where_the_drive_holds() -> None:
     for wild in (False, True):
-        with figure_plot.draw(signals(wild=wild)) as drawn:
+        with figure_plot.draw(signals(wild=wild), SOURCE) as drawn:
             insets = [c for c in drawn.axes[0].child_axes if c.get_title("left")]
             assert len(insets) == (0 if wild else 1)
             if not wild:

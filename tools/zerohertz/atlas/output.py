@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from zerohertz.atlas import picture
-from zerohertz.atlas.simulate import Bench
+from zerohertz.atlas.simulate import RIG_NAME, Bench
 from zerohertz.atlas.summary import counts, percent, shares
 from zerohertz.console import tell
 from zerohertz.scenario.setup import Setup
@@ -50,7 +50,7 @@ def store(
 
 def print_table(config: str, results: Results) -> None:
     """Classes in points and percent; what the supervisor said, in percent of the time."""
-    table = Table(title=f"configuration {config}", title_justify="left")
+    table = Table(title=f"configuration {config}, {RIG_NAME}", title_justify="left")
     for text in "map points oriented% held% takeover safe_stop unsafe silent".split():
         table.add_column(text, justify="left" if text == "map" else "right", no_wrap=True)
     for text in ("closed%", "degraded%", "impressed%", "closed% >1Hz", "no start"):

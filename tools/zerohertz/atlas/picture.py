@@ -14,6 +14,7 @@ import numpy as np
 
 from zerohertz.atlas.classes import Outcome
 from zerohertz.atlas.points import LOADS_PU, RS_RATIOS, SPEEDS_RPM
+from zerohertz.atlas.simulate import RIG_NAME
 from zerohertz.atlas.summary import counts, percent
 from zerohertz.report import style
 
@@ -38,7 +39,7 @@ def title(config: str, rows: Rows) -> str:
     parts = [f"{percent(count[k], len(rows)):.1f} % {k}" for k in ("oriented", "held")]
     parts += [f"{count[k]} {k.replace('_', ' ')}" for k in ("unsafe", "silent")]
     name = rows[0]["map"].replace("_", " ")
-    return f"{config}, {name}, {len(rows)} points: {', '.join(parts)}"
+    return f"{config}, {RIG_NAME}, {name}, {len(rows)} points: {', '.join(parts)}"
 
 
 def write_png(path: Path, config: str, rows: Rows) -> None:

@@ -27,6 +27,7 @@ from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import Setup, Value
 
 RIG = sim.HOST_SIM / "rigs" / "atlas.toml"
+RIG_NAME = f"rig {RIG.stem}"
 DECIMATE = 5  # 1 ms of 200 us: ten rows in the shortest time that is judged
 RATED_TORQUE_NM = 8.4
 RATED_FLUX_WB = 0.5

@@ -24,9 +24,12 @@ LOST_RPM = 100.0  # protocol R
 LOST_AT_LIMIT_S = 0.3
 
 
-def draw(signals: Signals, width_in: float = 6.6, title: str = "") -> Any:
-    """Context manager with the drawn figure; is_ramp adds the panel of the load."""
-    return _Drawn(signals, width_in, title)
+def draw(signals: Signals, source: str, width_in: float = 6.6, title: str = "") -> Any:
+    """Context manager with the drawn figure; is_ramp adds the panel of the load.
+
+    source: what was run, in the lower right corner, for who sees the picture alone.
+    """
+    return _Drawn(signals, source, width_in, title)
 
 
 def extremes(t_s: Array, values: Array, buckets: int = BUCKETS) -> tuple[Array, Array]:
@@ -44,8 +47,9 @@ def extremes(t_s: Array, values: Array, buckets: int = BUCKETS) -> tuple[Array, 
 
 
 class _Drawn:
-    def __init__(self, signals: Signals, width_in: float, title: str) -> None:
+    def __init__(self, signals: Signals, source: str, width_in: float, title: str) -> None:
         self.signals = signals
+        self.source = source
         self.ramp = _is_ramp(signals)
         ratios = [3.0, 2.4, 1.8, 1.1] if self.ramp else [3.0, 2.4, 1.8]
         self.ratios = ratios
@@ -76,7 +80,9 @@ class _Drawn:
             _hold_enlarged(panels[0], self.signals)
         _mark_end(panels[0], self.signals, self.ramp)
         since = "start of the load ramp" if self.ramp else "speed step t₀"
-        panels[-1].set_xlabel(f"time from the {since} [s]")
+        panels[-1].set_xlabel(f"time from the {since} [s]", loc="left")
+        corner = {"ha": "right", "va": "bottom", "fontsize": 7.0, "color": style.MUTED}
+        drawn.text(0.995, 0.007, self.source, **corner)
         return drawn
 
     def __exit__(self, *error: Any) -> None:

@@ -21,15 +21,20 @@ def simulate(run: Run) -> Signals:
     return signals(sim.run(job(run)), begin_s, run.setup)
 
 
+def source(run: Run) -> str:
+    """What a picture shows, for its corner."""
+    return f"configuration {run.setup.name}, {run.setup.rig_name}, seed {run.seed}"
+
+
 def picture_svg(run: Run) -> bytes:
     """The plot for the report."""
-    with figure_plot.draw(simulate(run)) as drawn:
+    with figure_plot.draw(simulate(run), source(run)) as drawn:
         return style.svg(drawn)
 
 
 def write_png(run: Run, file: Path, title: str, width_px: int) -> int:
     """The plot as a PNG file, for a README; its size in bytes."""
-    with figure_plot.draw(simulate(run), title=title) as drawn:
+    with figure_plot.draw(simulate(run), source(run), title=title) as drawn:
         data = style.png(drawn, width_px)
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(data)

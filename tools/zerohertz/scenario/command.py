@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,6 +14,9 @@ from rich.table import Table
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, make_folder
+
+if TYPE_CHECKING:
+    from zerohertz.scenario.setup import Setup
 
 IDENTIFY_LOG = BUILD / "identify" / "log.jsonl"
 
@@ -76,15 +79,16 @@ def figures(
     if as_json:
         print(json.dumps(content))
     else:
-        _print_table(content, results, paper)
+        _print_table(content, results, setup)
     if require is not None and content["score"] < require:
         raise typer.Exit(1)
 
 
-def _print_table(content: dict[str, Any], results: list[Any], paper: bool) -> None:
+def _print_table(content: dict[str, Any], results: list[Any], setup: Setup) -> None:
     from zerohertz.scenario.figures import PAPER, our_verdict
 
-    table = Table(title=f"configuration {content['config']}", title_justify="left")
+    paper = setup.name == "paper"
+    table = Table(title=f"configuration {setup.name}, {setup.rig_name}", title_justify="left")
     table.add_column("figure" if paper else "situation", justify="right" if paper else "left")
     if paper:
         table.add_column("experiment")

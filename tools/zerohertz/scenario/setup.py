@@ -42,6 +42,11 @@ class Setup:
     rig_overrides: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     gain: npt.NDArray[np.float32] | None = None
 
+    @property
+    def rig_name(self) -> str:
+        """As tables and pictures name it."""
+        return f"rig {self.rig.stem}" + (" changed" if self.rig_overrides else "")
+
     def parameters(self) -> dict[str, Value]:
         """Every firmware parameter but those that a figure prescribes."""
         return parameter_defaults() | dict(self.params)
