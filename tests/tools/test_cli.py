@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -147,6 +148,30 @@ def test_the_launcher_refuses_an_unknown_stage_before_it_sets_anything_up(tmp_pa
     assert done.stderr.startswith("error: --only: no stage 'nosuch'; there are build, images, ")
     assert done.stderr.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tools"]
+
+
+def pins(file: str) -> dict[str, str]:
+    """Package and version, by the name as pip compares it."""
+    text = (ROOT / "tools" / file).read_text(encoding="utf-8")
+    found = re.findall(r"^([\w.-]+)==([\w.]+)", text, re.MULTILINE)
+    return {name.lower().replace("_", "-"): version for name, version in found}
+
+
+def test_the_locks_are_those_of_the_requirements():
+    wanted, locked = pins("requirements.txt"), pins("requirements.lock")
+    assert set(locked) - set(wanted) == {"colorama"}  # of Windows alone
+    assert wanted.items() <= locked.items()
+    beside = pins("requirements-test.lock")
+    assert pins("requirements-test.txt").items() <= beside.items()
+    assert beside.items() <= (wanted | pins("requirements-test.txt")).items()
+
+
+@pytest.mark.parametrize("file", ["requirements.lock", "requirements-test.lock"])
+def test_every_package_of_a_lock_has_its_hashes(file):
+    text = (ROOT / "tools" / file).read_text(encoding="utf-8")
+    blocks = re.split(r"^(?=[\w.-]+==)", text, flags=re.MULTILINE)[1:]
+    assert len(blocks) == len(pins(file))
+    assert all(re.search(r"--hash=sha256:[0-9a-f]{64}\b", block) for block in blocks)
 
 
 def test_a_build_keeps_unity_when_the_cache_is_gone(tmp_path):
