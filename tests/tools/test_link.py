@@ -345,6 +345,8 @@ def test_the_commands_over_tcp(tmp_path: Path) -> None:
         assert len(out.read_text().splitlines()) == 21
         assert json.loads(zh("faults", "--json"))["record"] is None
         assert "READY" in zh("run", "--stop")
+        assert "READY" in zh("run", "--reset")
+        zh("run", "--reset", "--torque-Nm", "0", "--seconds", "0.1", "--valid", "0")
 
 
 class Scripted:

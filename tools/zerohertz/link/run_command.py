@@ -71,7 +71,7 @@ def run(
     stands at the end.
     """
     wanted = [value for value in (rpm, torque_Nm) if value is not None]
-    if len(wanted) > 1 or bool(wanted) == stop or not (wanted or stop or reset):
+    if len(wanted) + stop > 1 or not (wanted or stop or reset):
         raise UserError("give --rpm SPEED or --torque-Nm TORQUE, or --stop, or --reset")
     if not all(map(math.isfinite, wanted)):
         raise UserError("--rpm, --torque-Nm: a finite number is needed")
