@@ -221,7 +221,9 @@ COLD static uint32_t substituted(app_t *app, uint32_t command, uint32_t faults)
     const auto_restart_in_t in = {.command = command,
                                   .id = app->machine.id,
                                   .latched = app->machine.faults,
-                                  .faults = faults};
+                                  .faults = faults,
+                                  .fed = app->last.meas.u_dc_V >=
+                                         app->config.drive.modes.mains.u_back_V};
     return auto_restart_step(&app->config.restart, &app->restart, &in);
 }
 

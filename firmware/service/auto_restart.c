@@ -27,7 +27,8 @@ static bool due(const auto_restart_config_t *cfg, auto_restart_state_t *st,
                 const auto_restart_in_t *in)
 {
     const bool dip = (fault_stopping(in->latched) & ~AUTO_RESTART_FAULTS) == 0u;
-    if (!dip || (in->faults != 0u) || (st->used >= cfg->count)) {
+    const bool cause = (fault_stopping(in->faults) != 0u) || !in->fed;
+    if (!st->ran || !dip || cause || (st->used >= cfg->count)) {
         st->periods = 0u;
         return false;
     }
@@ -46,6 +47,11 @@ uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_
         *st = (auto_restart_state_t){0};
         return in->command;
     }
+    if (in->id != st->id) {
+        st->id = in->id;
+        st->periods = 0u;
+    }
+    st->ran = st->ran || (in->id == DRIVE_STATE_PREMAGNETISE) || (in->id == DRIVE_STATE_RUN);
     if (in->id == DRIVE_STATE_FAULT) {
         if (due(cfg, st, in)) {
             st->periods = 0u;
@@ -55,10 +61,10 @@ uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_
     } else if ((in->id == DRIVE_STATE_RUN) && (st->used > 0u)) {
         st->periods++;
         if (st->periods > cfg->forgive_periods) {
-            *st = (auto_restart_state_t){0};
+            st->used = 0u;
         }
     } else {
-        st->periods = 0u;
+        /* on the way */
     }
     return in->command;
 }

@@ -2,7 +2,9 @@
  *
  * Stands between the operator's command word and the state machine, and plays the operator: fault
  * reset with run low for a period, then the operator's command again. Only for faults of the dc
- * link, only while run is asked for, only when the cause has been gone for a while. Off by default.
+ * link, only while run and nothing else has been asked for since the drive ran: a run command that
+ * torque-off or a fault reset left standing starts nothing. Only when the cause has been gone for a
+ * while. Off by default.
  */
 #ifndef AUTO_RESTART_H
 #define AUTO_RESTART_H
@@ -29,8 +31,10 @@ typedef struct {
 } auto_restart_config_t;
 
 typedef struct {
-    uint32_t used;    /* restarts so far */
-    uint32_t periods; /* without a cause in FAULT, or of running */
+    uint32_t used;       /* restarts so far */
+    uint32_t periods;    /* without a cause in FAULT, or of running */
+    drive_state_id_t id; /* in which these are counted */
+    bool ran;            /* by the command that still stands */
 } auto_restart_state_t;
 
 typedef struct {
@@ -38,6 +42,7 @@ typedef struct {
     drive_state_id_t id;
     uint32_t latched; /* faults of the machine */
     uint32_t faults;  /* of now */
+    bool fed;         /* the dc link is where the mains puts it */
 } auto_restart_in_t;
 
 /* False for a time that is negative, not a number or too long to count. */

@@ -18,7 +18,7 @@ static auto_restart_state_t st;
 void setUp(void)
 {
     TEST_ASSERT_TRUE(auto_restart_init(&cfg, &good));
-    st = (auto_restart_state_t){0};
+    st = (auto_restart_state_t){.ran = true};
 }
 
 void tearDown(void)
@@ -27,7 +27,7 @@ void tearDown(void)
 
 static uint32_t step(drive_state_id_t id, uint32_t latched, uint32_t faults)
 {
-    const auto_restart_in_t in = {RUN, id, latched, faults};
+    const auto_restart_in_t in = {RUN, id, latched, faults, true};
     return auto_restart_step(&cfg, &st, &in);
 }
 
@@ -64,7 +64,8 @@ static void test_off_passes_every_command(void)
 {
     cfg = (auto_restart_config_t){0};
     for (uint32_t command = 0u; command < 8u; command++) {
-        const auto_restart_in_t in = {command, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u};
+        const auto_restart_in_t in = {command, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u,
+                                      true};
         TEST_ASSERT_EQUAL_HEX32(command, auto_restart_step(&cfg, &st, &in));
     }
 }
@@ -119,7 +120,8 @@ static void test_the_operator_wins(void)
     const uint32_t commands[] = {0u, RUN | RESET, RUN | DRIVE_STATE_CMD_TORQUE_OFF};
     for (int n = 0; n < 3; n++) {
         st.used = 1u;
-        const auto_restart_in_t in = {commands[n], DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u};
+        const auto_restart_in_t in = {commands[n], DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u,
+                                      true};
         TEST_ASSERT_EQUAL_HEX32(commands[n], auto_restart_step(&cfg, &st, &in));
         TEST_ASSERT_EQUAL_UINT32(0u, st.used);
     }
@@ -129,7 +131,7 @@ static void test_the_operator_wins(void)
 static void test_torque_mode_is_restarted_too(void)
 {
     const uint32_t torque = RUN | DRIVE_STATE_CMD_TORQUE_MODE;
-    const auto_restart_in_t in = {torque, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u};
+    const auto_restart_in_t in = {torque, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u, true};
     for (int k = 0; k < 5; k++) {
         TEST_ASSERT_EQUAL_HEX32(torque, auto_restart_step(&cfg, &st, &in));
     }
@@ -146,7 +148,7 @@ static void test_the_state_machine_runs_again(void)
     bool was_off = false;
     for (int k = 0; k < 100; k++) {
         const uint32_t faults = ((k >= 20) && (k < 40)) ? MONITOR_DC_UNDER_VOLTAGE : 0u;
-        const auto_restart_in_t in = {RUN, machine.id, machine.faults, faults};
+        const auto_restart_in_t in = {RUN, machine.id, machine.faults, faults, true};
         const drive_state_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
                                            .faults = faults};
         const drive_state_out_t out = drive_state_step(&machine_cfg, &machine, &state_in);
@@ -155,6 +157,69 @@ static void test_the_state_machine_runs_again(void)
     }
     TEST_ASSERT_TRUE(was_off);
     TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, machine.id);
+}
+
+/* What the drive was told before the dip decides: a run command that only stands starts nothing. */
+static void test_what_did_not_run_is_not_restarted(void)
+{
+    st.ran = false;
+    TEST_ASSERT_EQUAL(0, periods_to_reset());
+    (void)step(DRIVE_STATE_READY, 0u, 0u);
+    TEST_ASSERT_EQUAL(0, periods_to_reset());
+    (void)step(DRIVE_STATE_PREMAGNETISE, 0u, 0u);
+    TEST_ASSERT_EQUAL(6, periods_to_reset());
+    const auto_restart_in_t off = {.command = RUN | DRIVE_STATE_CMD_TORQUE_OFF,
+                                   .id = DRIVE_STATE_RUN};
+    (void)auto_restart_step(&cfg, &st, &off);
+    (void)step(DRIVE_STATE_TORQUE_OFF, 0u, 0u);
+    TEST_ASSERT_EQUAL(0, periods_to_reset());
+}
+
+/* The dip was one sample long: FAULT is first seen without a cause. */
+static void test_the_delay_begins_with_the_fault_not_with_the_run(void)
+{
+    st.used = 1u;
+    for (int k = 0; k < 9; k++) {
+        (void)step(DRIVE_STATE_RUN, 0u, 0u);
+    }
+    TEST_ASSERT_EQUAL(6, periods_to_reset());
+}
+
+/* Held up by nothing but its capacitors the dc link is not back; a warning is no cause. */
+static void test_waits_for_the_mains_not_for_warnings(void)
+{
+    auto_restart_in_t in = {RUN, DRIVE_STATE_FAULT, MONITOR_MAINS_LOST, 0u, false};
+    for (int k = 0; k < 100; k++) {
+        TEST_ASSERT_EQUAL_HEX32(RUN, auto_restart_step(&cfg, &st, &in));
+    }
+    in.fed = true;
+    in.faults = MONITOR_DERATED | MONITOR_PERIOD_LATE;
+    for (int k = 0; k < 5; k++) {
+        TEST_ASSERT_EQUAL_HEX32(RUN, auto_restart_step(&cfg, &st, &in));
+    }
+    TEST_ASSERT_EQUAL_HEX32(RESET, auto_restart_step(&cfg, &st, &in));
+}
+
+/* Torque-off, and the mains goes meanwhile: what was stopped stays stopped. */
+static void test_torque_off_is_not_undone_by_a_dip(void)
+{
+    const drive_state_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
+    drive_state_config_t machine_cfg;
+    TEST_ASSERT_TRUE(drive_state_init(&machine_cfg, &p));
+    drive_machine_t machine = {0};
+    bool ran = false;
+    for (int k = 0; k < 200; k++) {
+        const uint32_t off = ((k >= 20) && (k < 60)) ? DRIVE_STATE_CMD_TORQUE_OFF : 0u;
+        const uint32_t faults = ((k >= 30) && (k < 40)) ? MONITOR_DC_UNDER_VOLTAGE : 0u;
+        const auto_restart_in_t in = {RUN | off, machine.id, machine.faults, faults, true};
+        const drive_state_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
+                                           .faults = faults};
+        const drive_state_out_t out = drive_state_step(&machine_cfg, &machine, &state_in);
+        ran = ran || out.gates_on;
+        TEST_ASSERT_FALSE((k >= 20) && out.gates_on);
+    }
+    TEST_ASSERT_TRUE(ran);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, machine.id);
 }
 
 int main(void)
@@ -168,5 +233,9 @@ int main(void)
     RUN_TEST(test_the_operator_wins);
     RUN_TEST(test_torque_mode_is_restarted_too);
     RUN_TEST(test_the_state_machine_runs_again);
+    RUN_TEST(test_what_did_not_run_is_not_restarted);
+    RUN_TEST(test_the_delay_begins_with_the_fault_not_with_the_run);
+    RUN_TEST(test_waits_for_the_mains_not_for_warnings);
+    RUN_TEST(test_torque_off_is_not_undone_by_a_dip);
     return UNITY_END();
 }
