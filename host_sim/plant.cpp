@@ -209,7 +209,8 @@ void Plant::apply(Vec u_s_V, Vec i_s_A, double h_s)
     motor_.step(x_, u_s_V, shaft, h_s);
     settle_shaft(omega_before, h_s);
     u_s_V_s_ = u_s_V_s_ + h_s * u_s_V;
-    energy_J_ += h_s * dot(u_s_V, i_s_A);
+    // The mean current: that of the start lags by w h/2, and reactive power would feed the link.
+    energy_J_ += 0.5 * h_s * dot(u_s_V, i_s_A + motor_.stator_current(x_));
 }
 
 void Plant::settle_shaft(double omega_before_rad_s, double h_s)

@@ -351,6 +351,37 @@ void overspeed_feeds_the_dc_link()
     CHECK(!plant.diverged());
 }
 
+// At no load and 111 Hz the link pays for what Rs turns into heat, 5 W of 400 VA; whole steps and
+// finer ones.
+void the_dc_link_pays_for_the_heat_alone()
+{
+    for (const double threshold_A : {0.3, 0.03}) {
+        Rig rig = ideal();
+        rig.inverter.i_threshold_A = threshold_A;
+        rig.mechanics.J_kg_m2 = 1e6;
+        rig.dc_link.capacitance_F = 1.0;
+        Disturbances mains;
+        mains.u_dc_V = Profile(0.0);
+        Plant plant(rig, Board{}, mains, 1);
+        const double omega = 700.0;
+        plant.set_state({{}, {}, omega / 2.0});
+        double heat_J = 0.0, before_V = 0.0;
+        for (long k = 0; k < 22000; ++k) {
+            const Truth t = plant.truth();
+            const double angle = std::fmod(omega * static_cast<double>(k) * 200e-6, two_pi);
+            if (k == 20000) {
+                before_V = t.u_dc_V;
+                heat_J = 0.0;
+            }
+            heat_J += 200e-6 * rig.motor.Rs_ohm * zh::dot(t.i_s_A, t.i_s_A);
+            plant.advance(duty_of(std::polar(180.0 / t.u_dc_V, angle + 0.5 * omega * 200e-6)),
+                          true);
+        }
+        const double after_V = plant.truth().u_dc_V;
+        CHECK_RELATIVE(0.5 * (before_V * before_V - after_V * after_V), heat_J, 0.1);
+    }
+}
+
 void load_and_friction_act_on_the_shaft()
 {
     Rig rig = ideal();
@@ -481,6 +512,7 @@ int main()
         {"an open phase floats on its EMF", an_open_phase_floats_on_its_emf},
         {"the blocked machine shows its decaying EMF", the_blocked_machine_shows_its_decaying_emf},
         {"overspeed feeds the dc link", overspeed_feeds_the_dc_link},
+        {"the dc link pays for the heat alone", the_dc_link_pays_for_the_heat_alone},
         {"load and friction act on the shaft", load_and_friction_act_on_the_shaft},
         {"resistance and dc link follow their profiles",
          resistance_and_dc_link_follow_their_profiles},
