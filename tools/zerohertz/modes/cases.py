@@ -123,6 +123,24 @@ def weakening(rig: str, direction: float = 1.0, on: bool = True) -> Finding:
     return Finding(text, "held" if met else "not held", met, measured)
 
 
+def slow_stop(rig: str, direction: float = 1.0) -> Finding:
+    """From twice rated speed to standstill in 3 s: half of rated torque brakes, a current at rest.
+
+    Judged between 3100 and 2300 min^-1: torque and current are constant on a ramp.
+    """
+    top = direction * 2.0 * RATED_RPM
+    record = run(rig, 13.0, [(0, 0), (5, 0), (7, top), (9, top), (12, 0)], firmware=WIDE)
+    part = _between(record, 9.3, 10.0)
+    measured = {
+        "torque_swing_Nm": float(np.ptp(record["torque_Nm"][part])),
+        "angle_error_deg": float(np.abs(record["flux_angle_err_deg"][part]).max()),
+        **_numbers(record),
+    }
+    met = _whole(record) and measured["torque_swing_Nm"] < RATED_TORQUE_NM / 2.0
+    text = f"stop in 3 s from {top:g} min^-1, {rig}"
+    return Finding(text, "held" if met else "not held", met, measured)
+
+
 def sag(rig: str) -> Finding:
     """The dc link falls by 30 % for a second at twice rated speed and two thirds of rated power."""
     top = 2.0 * RATED_RPM
@@ -333,6 +351,7 @@ FLYING_PU = (-1.2, -1.0, -0.7, -0.4, -0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2, 0.4
 GROUPS: Mapping[str, Sequence[Callable[[], Finding]]] = {
     "weakening": [
         *(lambda r=rig, d=d: weakening(r, d) for rig in RIGS for d in (1.0, -1.0)),
+        *(lambda r=rig, d=d: slow_stop(r, d) for rig in RIGS for d in (1.0, -1.0)),
         *(lambda r=rig: sag(r) for rig in RIGS),
     ],
     "flying_start": [
