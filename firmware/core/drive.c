@@ -261,6 +261,16 @@ static float open_wanted_rad_s(const drive_config_t *cfg, const drive_state_t *s
                                                                 : 0.0f;
 }
 
+/* I-f begins at the speed a flying start has found; the integrator takes over what the decoupling
+ * knew of the EMF. */
+COLD static void impress(const drive_config_t *cfg, drive_state_t *st, ab_t i_s_A, ab_t lambda_Wb)
+{
+    const float omega_rad_s = st->omega_e_hat_rad_s;
+    impressed_current_start(&st->impressed, i_s_A, omega_rad_s);
+    st->current.q.x +=
+        cfg->current.decoupling * cfg->current.kr * omega_rad_s * sqrtf(ab_norm2(lambda_Wb));
+}
+
 /* What acts without orientation, if anything does: then there is nothing to estimate. */
 COLD static bool open_loop(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                            drive_out_t *out)
@@ -270,8 +280,10 @@ COLD static bool open_loop(const drive_config_t *cfg, drive_state_t *st, const d
     }
     const drive_modes_in_t modes_in = {.running = in->mode == DRIVE_RUN,
                                        .torque = in->aim == DRIVE_AIM_TORQUE,
+                                       .lost = st->impressed.active,
                                        .omega_ref_rad_s = open_reference_rad_s(st, in),
                                        .omega_hat_rad_s = st->omega_e_hat_rad_s,
+                                       .lambda_Wb = st->observer.lambda_r_hat_Wb,
                                        .i_A = out->meas.i_s_A,
                                        .u_V = st->u_acting_V,
                                        .u_dc_V = out->meas.u_dc_V,
@@ -288,7 +300,7 @@ COLD static bool open_loop(const drive_config_t *cfg, drive_state_t *st, const d
     st->observer = (observer_state_t){.i_s_hat_A = out->meas.i_s_A};
     if (st->modes.open == DRIVE_OPEN_IMPRESSED) {
         if (!st->impressed.active) {
-            impressed_current_start(&st->impressed, out->meas.i_s_A, 0.0f);
+            impress(cfg, st, out->meas.i_s_A, modes_in.lambda_Wb);
         }
         st->omega_e_hat_rad_s = st->impressed.omega_rad_s;
     } else {
@@ -415,7 +427,7 @@ static void slow_turn(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->slow_period = (st->slow_period + 1u) % DRIVE_SLOW_PERIODS;
     switch (st->slow_period) {
     case DRIVE_TURN_LEVEL:
-        if (flux_level_on(&cfg->modes.level)) {
+        if (flux_level_on(&cfg->modes.level) || (st->modes.level.below_Wb > 0.0f)) {
             level_flux(cfg, st, out, lambda_Wb);
         }
         break;
@@ -504,6 +516,8 @@ COLD static float ride_through(const drive_config_t *cfg, drive_state_t *st, dri
         out->faults |= MONITOR_MAINS_LOST;
     }
     st->speed.pi.x = st->modes.mains.i_q_A;
+    st->speed.i_q_A = st->modes.mains.i_q_A; /* where a torque mode's slew goes on */
+    st->ramp = (speed_ramp_state_t){0};
     st->speed.omega_ref_rad_s = st->speed.omega_filtered_rad_s;
     return limitf(st->modes.mains.i_q_A * (1.0f + st->torque_more_pu), cfg->speed.i_q_max_A);
 }

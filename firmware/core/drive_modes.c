@@ -52,7 +52,7 @@ bool drive_modes_init(drive_modes_config_t *cfg, const drive_modes_params_t *par
 static bool brakes(const drive_modes_config_t *cfg, const drive_modes_state_t *st,
                    const drive_modes_in_t *in)
 {
-    if (!(cfg->brake_A > 0.0f)) {
+    if (!(cfg->brake_A > 0.0f) || in->lost) {
         return false;
     }
     const bool stop = !in->torque && (absf(in->omega_ref_rad_s) <= DRIVE_MODES_STOP_RAD_S);
@@ -88,6 +88,10 @@ bool drive_modes_select(const drive_modes_config_t *cfg, drive_modes_state_t *st
         st->brake_i_ref_A = in->i_A;
         st->brake_omega_rad_s = in->omega_hat_rad_s;
         st->brake_periods = 0u;
+    }
+    if ((st->open == DRIVE_OPEN_VOLTS) && (before != DRIVE_OPEN_VOLTS) &&
+        (st->flying.phase == FLYING_START_CAUGHT)) {
+        volts_per_hertz_start(&cfg->volts, &st->volts, in->lambda_Wb, in->omega_hat_rad_s);
     }
     return (before == DRIVE_OPEN_BRAKE) && (st->open != DRIVE_OPEN_BRAKE);
 }

@@ -77,8 +77,10 @@ typedef struct {
 typedef struct {
     bool running; /* RUN, not the premagnetisation */
     bool torque;  /* is asked for: a reference of zero is no stop */
+    bool lost;    /* impressed current holds what orientation lost: no brake takes over */
     float omega_ref_rad_s;
     float omega_hat_rad_s;
+    ab_t lambda_Wb;
     ab_t i_A;
     ab_t u_V; /* of the duties that acted in the interval that ended */
     float u_dc_V;

@@ -75,6 +75,9 @@ static void weaken(const flux_level_config_t *cfg, flux_level_state_t *st,
 static void economise(const flux_level_config_t *cfg, flux_level_state_t *st,
                       const flux_level_in_t *in)
 {
+    if (!is_finite(in->omega_s_rad_s + in->torque_Nm)) {
+        return;
+    }
     float lambda_Wb = cfg->lambda_nominal_Wb;
     if (absf(in->omega_s_rad_s) > cfg->economy_from_rad_s) {
         lambda_Wb = clampf(sqrtf(cfg->economy_Wb2_per_Nm * absf(in->torque_Nm)),
@@ -90,9 +93,13 @@ void flux_level_step(const flux_level_config_t *cfg, flux_level_state_t *st,
 {
     if (cfg->voltage_share > 0.0f) {
         weaken(cfg, st, in);
+    } else {
+        st->weakened_Wb = 0.0f; /* switched off while it acted */
     }
     if (cfg->economy_Wb2_per_Nm > 0.0f) {
         economise(cfg, st, in);
+    } else {
+        st->economy_Wb = 0.0f;
     }
     const float below_Wb = maxf(st->weakened_Wb, st->economy_Wb);
     st->rate_Wb_per_s = (st->below_Wb - below_Wb) * cfg->inv_period_per_s;

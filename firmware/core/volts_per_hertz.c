@@ -1,5 +1,7 @@
 #include "volts_per_hertz.h"
 
+#include <math.h>
+
 #include "trig.h"
 
 /* The boost comes up in this time: the current follows Rs, not the leakage. */
@@ -21,6 +23,20 @@ bool volts_per_hertz_init(volts_per_hertz_config_t *cfg, const volts_per_hertz_p
         .period_s = period_s,
     };
     return true;
+}
+
+void volts_per_hertz_start(const volts_per_hertz_config_t *cfg, volts_per_hertz_state_t *st,
+                           ab_t lambda_r_Wb, float omega_rad_s)
+{
+    const float length_Wb = sqrtf(ab_norm2(lambda_r_Wb));
+    *st = (volts_per_hertz_state_t){0};
+    if (positivef(length_Wb) && is_finite(omega_rad_s)) {
+        const float per_Wb = ((omega_rad_s < 0.0f) ? -1.0f : 1.0f) / length_Wb;
+        const ab_t axis = ab_scale((ab_t){-lambda_r_Wb.beta, lambda_r_Wb.alpha}, per_Wb);
+        st->off_axis = ab_sub(axis, (ab_t){1.0f, 0.0f});
+        st->omega_rad_s = omega_rad_s;
+        st->boost_V = cfg->boost_V;
+    }
 }
 
 ab_t volts_per_hertz_step(const volts_per_hertz_config_t *cfg, volts_per_hertz_state_t *st,

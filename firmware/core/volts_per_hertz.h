@@ -38,6 +38,11 @@ typedef struct {
 CHECKED bool volts_per_hertz_init(volts_per_hertz_config_t *cfg,
                                   const volts_per_hertz_params_t *params, float period_s);
 
+/* On a motor that turns already, from its rotor flux on: the voltage a quarter turn ahead of it.
+ * Zeroed when that says no direction or speed. */
+COLD void volts_per_hertz_start(const volts_per_hertz_config_t *cfg, volts_per_hertz_state_t *st,
+                                ab_t lambda_r_Wb, float omega_rad_s);
+
 /* Voltage for the middle of the interval in which the next duties act. */
 COLD ab_t volts_per_hertz_step(const volts_per_hertz_config_t *cfg, volts_per_hertz_state_t *st,
                                float omega_ref_rad_s, ab_t i_s_A, float u_dc_V);

@@ -291,6 +291,57 @@ static void test_no_brake_while_a_torque_is_asked_for(void)
     TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
 }
 
+/* Lost orientation: its current stands in for the brake, and goes to the reference by itself. */
+static void test_no_brake_takes_over_from_impressed_current(void)
+{
+    p.modes.brake_A = 8.0f;
+    p.lost_action = DRIVE_LOST_IMPRESS;
+    p.impressed = (impressed_current_params_t){.current_A = 6.0f,
+                                               .slew_A_per_s = 100.0f,
+                                               .slew_rad_s2 = 40.0f,
+                                               .return_rad_s = 10.0f,
+                                               .timeout_s = 5.0f};
+    magnetised_run(8.0f);
+    impressed_current_start(&st.impressed, out.meas.i_s_A, 8.0f);
+    in.omega_e_ref_rad_s = 0.0f;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_TRUE(st.impressed.active);
+    ASSERT_SAME_FLOAT(0.0f, st.impressed.omega_rad_s);
+    ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
+}
+
+/* Without the observer a motor that was caught goes on at the speed it turns with. */
+static void test_open_loop_goes_on_with_a_motor_that_was_caught(void)
+{
+    const drive_control_t controls[] = {DRIVE_CONTROL_VOLTS_PER_HERTZ, DRIVE_CONTROL_IMPRESSED};
+    for (int n = 0; n < 4; n++) {
+        setUp();
+        const float omega_rad_s = (n < 2) ? 200.0f : -200.0f;
+        p.modes.flying.enable = true;
+        p.modes.control = controls[n % 2];
+        p.impressed = (impressed_current_params_t){.current_A = 6.0f,
+                                                   .slew_A_per_s = 100.0f,
+                                                   .slew_rad_s2 = 40.0f,
+                                                   .return_rad_s = 10.0f,
+                                                   .timeout_s = 0.0f};
+        plant = plant_of(p.motor, (double)omega_rad_s, 0.35);
+        start();
+        TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
+        TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.modes.flying.phase);
+        plant.J_kg_m2 = 0.03;
+        in.mode = DRIVE_RUN;
+        in.omega_e_ref_rad_s = omega_rad_s;
+        double most_A = 0.0;
+        for (int k = 0; k < 2500; k++) {
+            TEST_ASSERT_EQUAL_HEX32(0u, run(PERIOD_S));
+            most_A = fmax(most_A, cabs(plant_current(&plant)));
+        }
+        TEST_ASSERT_TRUE(most_A < 8.0);
+        ASSERT_NEAR(10.0, (double)omega_rad_s, plant.omega_e_rad_s);
+    }
+}
+
 /* Nobody knows the speed meanwhile: the gates may go when the brake has had its time. */
 static void test_a_stop_is_over_when_the_brake_has_had_its_time(void)
 {
@@ -374,6 +425,23 @@ static void test_the_field_is_weakened_at_speed(void)
     ASSERT_SAME_FLOAT(st.modes.level.below_Wb, st.flux_below_Wb);
 }
 
+/* Switched off while it acts: nominal flux is asked for again. */
+static void test_weakening_may_be_switched_off_while_it_acts(void)
+{
+    level_on();
+    plant.u_dc_V = 150.0;
+    magnetised_run(420.0f);
+    run(1.5);
+    TEST_ASSERT_TRUE(st.flux_below_Wb > 0.1f);
+    p.modes.level.voltage_share = 0.0f;
+    start();
+    plant.u_dc_V = 283.0;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
+    ASSERT_SAME_FLOAT(0.0f, st.flux_below_Wb);
+    TEST_ASSERT_FALSE(st.pull_out_near);
+    ASSERT_NEAR(0.05, 0.408, cabs(plant.psi_r_Wb));
+}
+
 /* Steering takes more near zero frequency: then its flux counts. */
 static void test_the_lower_of_steering_and_level_counts(void)
 {
@@ -424,6 +492,33 @@ static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
     TEST_ASSERT_TRUE(fabs(plant.omega_e_rad_s) < 20.0);
 }
 
+/* Torque mode: the torque that was wanted comes back on its slew, not at once. */
+static void test_torque_mode_slews_back_from_a_dip(void)
+{
+    p.speed.torque_slew_Nm_per_s = 20.0f;
+    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
+                                          .u_hold_V = 230.0f,
+                                          .u_back_V = 260.0f,
+                                          .back_s = 0.01f,
+                                          .gain_W_per_V = 20.0f,
+                                          .stop_rad_s = 15.0f,
+                                          .lambda_Wb = 0.408f,
+                                          .i_q_max_A = 12.0f};
+    magnetised_run(150.0f);
+    in.aim = DRIVE_AIM_TORQUE;
+    in.torque_ref_Nm = 5.0f;
+    run(0.3);
+    plant.u_dc_V = 215.0;
+    run(0.1);
+    plant.u_dc_V = 283.0;
+    while (st.modes.mains.active) {
+        run(PERIOD_S);
+    }
+    TEST_ASSERT_TRUE(plant_torque(&plant) < 0.5);
+    run(0.1);
+    ASSERT_NEAR(0.5, 2.0, plant_torque(&plant));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -445,5 +540,9 @@ int main(void)
     RUN_TEST(test_the_field_is_weakened_at_speed);
     RUN_TEST(test_the_lower_of_steering_and_level_counts);
     RUN_TEST(test_a_dc_link_that_falls_is_held_by_the_shaft);
+    RUN_TEST(test_no_brake_takes_over_from_impressed_current);
+    RUN_TEST(test_open_loop_goes_on_with_a_motor_that_was_caught);
+    RUN_TEST(test_weakening_may_be_switched_off_while_it_acts);
+    RUN_TEST(test_torque_mode_slews_back_from_a_dip);
     return UNITY_END();
 }

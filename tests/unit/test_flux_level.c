@@ -177,6 +177,37 @@ static void test_a_number_that_is_none_changes_nothing(void)
         step(220.0f, NAN, 500.0f, 100.0f);
         ASSERT_SAME_FLOAT(before_Wb, st.weakened_Wb);
     }
+    step(220.0f, 283.0f, 500.0f, 0.0f);
+    const float economy_Wb = st.economy_Wb;
+    TEST_ASSERT_TRUE(economy_Wb > 0.0f);
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        step(220.0f, 283.0f, 500.0f, not_finite(k));
+        step(220.0f, 283.0f, not_finite(k), 0.0f);
+        ASSERT_SAME_FLOAT(economy_Wb, st.economy_Wb);
+    }
+}
+
+/* A parameter may be changed while it acts. */
+static void test_what_is_switched_off_gives_its_flux_back(void)
+{
+    st = (flux_level_state_t){.weakened_Wb = 0.1f, .economy_Wb = 0.2f};
+    flux_level_params_t p = good;
+    p.economy_min_pu = 0.0f;
+    TEST_ASSERT_TRUE(flux_level_init(&cfg, &p, &table1, TURN_S));
+    step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 400.0f, 0.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.economy_Wb);
+    ASSERT_NEAR(1e-4, 0.1, st.below_Wb);
+    p = good;
+    p.voltage_share = 0.0f;
+    TEST_ASSERT_TRUE(flux_level_init(&cfg, &p, &table1, TURN_S));
+    step(300.0f, 283.0f, 400.0f, 100.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    st = (flux_level_state_t){.weakened_Wb = 0.4f, .economy_Wb = 0.2f, .i_q_less_A = 2.0f};
+    p.economy_min_pu = 0.0f;
+    TEST_ASSERT_TRUE(flux_level_init(&cfg, &p, &table1, TURN_S));
+    step(300.0f, 283.0f, 400.0f, 100.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.i_q_less_A);
 }
 
 /* Slip below pull-out: sigma Ls i_q <= share Ls i_d. Takes nothing while i_q_max is lower. */
@@ -269,6 +300,7 @@ int main(void)
     RUN_TEST(test_one_step_of_the_voltage_controller_by_hand);
     RUN_TEST(test_floor_of_the_frequency);
     RUN_TEST(test_a_number_that_is_none_changes_nothing);
+    RUN_TEST(test_what_is_switched_off_gives_its_flux_back);
     RUN_TEST(test_torque_current_keeps_away_from_pull_out);
     RUN_TEST(test_economy_is_the_least_copper_loss);
     RUN_TEST(test_economy_is_slow_down_quick_up_and_bounded);

@@ -115,6 +115,33 @@ static void test_a_reference_that_is_no_number_moves_nothing(void)
     }
 }
 
+/* A quarter turn ahead of the flux, whichever way that turns, with all the boost. */
+static void test_start_goes_on_with_a_motor_that_turns(void)
+{
+    const float speeds[] = {200.0f, -200.0f};
+    for (int n = 0; n < 2; n++) {
+        volts_per_hertz_start(&cfg, &st, (ab_t){0.3f, 0.4f}, speeds[n]);
+        ASSERT_SAME_FLOAT(speeds[n], st.omega_rad_s);
+        const double complex u_V = of(volts_per_hertz_step(&cfg, &st, speeds[n], no_A, 283.0f));
+        const double complex turn = I * copysign(1.0, (double)speeds[n]);
+        const double complex expected = turn * (0.6 + 0.8 * I) * cexp(I * (double)speeds[n] * 2e-4);
+        ASSERT_NEAR(1e-5, 0.0, cabs(u_V / cabs(u_V) - expected));
+        ASSERT_NEAR(1e-3, (double)cfg.boost_V + (double)cfg.psi_Wb * 200.0, cabs(u_V));
+    }
+}
+
+static void test_start_without_flux_or_speed_is_from_rest(void)
+{
+    const ab_t fluxes_Wb[] = {{0.0f, 0.0f}, {NAN, 0.3f}, {0.3f, 0.4f}};
+    const float speeds[] = {200.0f, 200.0f, NAN};
+    for (int n = 0; n < 3; n++) {
+        volts_per_hertz_start(&cfg, &st, fluxes_Wb[n], speeds[n]);
+        ASSERT_SAME_FLOAT(0.0f, st.omega_rad_s);
+        ASSERT_SAME_FLOAT(0.0f, st.off_axis.beta);
+        ASSERT_SAME_FLOAT(0.0f, st.boost_V);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -124,5 +151,7 @@ int main(void)
     RUN_TEST(test_slews_and_stops_at_the_dc_link);
     RUN_TEST(test_waits_while_the_current_is_beyond_its_limit);
     RUN_TEST(test_a_reference_that_is_no_number_moves_nothing);
+    RUN_TEST(test_start_goes_on_with_a_motor_that_turns);
+    RUN_TEST(test_start_without_flux_or_speed_is_from_rest);
     return UNITY_END();
 }
