@@ -26,6 +26,9 @@
 /* Torque current from this share of its limit on is all there is (square of .95). */
 #define DRIVE_AT_LIMIT_PU2 0.9f
 
+/* Slower than a slip of so many 1/Tr a motor that brakes takes from the dc link. */
+#define DRIVE_FEEDS_TAU 3.0f
+
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *params)
 {
     return measurement_init(&cfg->measurement, &params->measurement) &&
@@ -473,7 +476,8 @@ COLD static torque_window_t torque_window(const drive_config_t *cfg, const drive
     torque_window_t w = {-most_A, most_A};
     if (st->link.limiting) {
         const float braking_A = st->link.braking_pu * most_A;
-        const float motoring_A = st->link.motoring_pu * most_A;
+        const bool feeds = absf(st->omega_e_hat_rad_s) >= (DRIVE_FEEDS_TAU * cfg->motor.tau_per_s);
+        const float motoring_A = maxf(st->link.motoring_pu, feeds ? -1.0f : 0.0f) * most_A;
         w = (st->omega_e_hat_rad_s < 0.0f) ? (torque_window_t){-motoring_A, braking_A}
                                            : (torque_window_t){-braking_A, motoring_A};
     }
@@ -755,17 +759,31 @@ static void rest(drive_state_t *st, drive_out_t *out)
 {
     const monitor_state_t monitor = st->monitor;
     const link_limit_state_t link = st->link;
-    overload_state_t overload;
-    overload = st->overload;
+    const overload_state_t overload = st->overload;
+    const uint32_t idle_periods = st->idle_periods;
     drive_reset(st);
     st->monitor = monitor;
     st->link = link;
     st->overload = overload;
+    st->idle_periods = idle_periods;
     out->duty = (uvw_t){0.5f, 0.5f, 0.5f};
     out->u_s_V = (ab_t){0.0f, 0.0f};
     out->i_ref_A = (dq_t){0.0f, 0.0f};
     out->i_A = (dq_t){0.0f, 0.0f};
     out->gain = (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+}
+
+/* Outside RUN the supervisor's turn stands still, but motor and inverter cool, or are magnetised;
+ * with the gates off nothing has to stop for it. */
+COLD static void cool(const drive_config_t *cfg, drive_state_t *st, drive_mode_t mode,
+                      drive_out_t *out)
+{
+    st->idle_periods = (st->idle_periods + 1u) % DRIVE_SLOW_PERIODS;
+    if ((st->idle_periods == 0u) &&
+        overload_step(&cfg->overload, &st->overload, ab_norm2(out->meas.i_s_A)) &&
+        (mode != DRIVE_OFF)) {
+        out->faults |= MONITOR_OVERLOAD;
+    }
 }
 
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
@@ -784,6 +802,9 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
         }
         control(cfg, st, in, open, out);
         supervise(cfg, st, in, open, out);
+    }
+    if (in->mode != DRIVE_RUN) {
+        cool(cfg, st, in->mode, out);
     }
     const monitor_in_t mon_in = {.meas = &out->meas,
                                  .duty = out->duty,

@@ -152,6 +152,7 @@ typedef struct {
     monitor_state_t monitor;
     link_limit_state_t link;
     overload_state_t overload;
+    uint32_t idle_periods; /* of its turn while not in RUN */
     plausibility_state_t plausibility;
     supervisor_state_t supervisor;
     impressed_current_state_t impressed;

@@ -2,9 +2,9 @@
  *
  * u_dc above regen_start_V: the braking current allowed falls in a line, to none where a quarter of
  * the way to u_dc_max_V is left. Below 1.2 hold_V the motoring current falls likewise, is none at
- * hold_V and turns into braking below: the shaft feeds the link through a dip. The resistor goes
- * off 3 % below where it goes on. Each is off at 0 V; inside the window in which none acts nothing
- * is computed.
+ * hold_V and turns into braking below: the shaft feeds the link through a dip (drive: if fast
+ * enough to). The resistor goes off 3 % below where it goes on. Each is off at 0 V; inside the
+ * window in which none acts nothing is computed.
  */
 #ifndef LINK_LIMIT_H
 #define LINK_LIMIT_H

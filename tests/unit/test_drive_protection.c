@@ -247,6 +247,11 @@ static void test_a_link_that_empties_makes_the_motor_brake(void)
     TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(270.0, 100.0f, 300.0f));
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(270.0, -100.0f, -300.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(400.0, 100.0f, 300.0f));
+    /* A motor that stands feeds nothing: it is not driven the other way either. */
+    const float slow_rad_s = 2.9f * cfg.motor.tau_per_s;
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, i_q_at(270.0, slow_rad_s, 300.0f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, i_q_at(270.0, -slow_rad_s, -300.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(270.0, 3.2f * cfg.motor.tau_per_s, 300.0f));
 }
 
 /* What is hot stays hot, and the brake resistor works, while the gates are off. */
@@ -265,6 +270,32 @@ static void test_gates_off_forgets_neither_heat_nor_brake_resistor(void)
     in.sample = sampled(0.0, 0.0, 580.0);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
     TEST_ASSERT_FALSE(st.link.brake_on);
+}
+
+/* The image follows the current in every mode: with the gates off it cools, tells nothing, and the
+ * derating ends. */
+static void test_heat_goes_on_outside_run(void)
+{
+    p.overload.cont_A[OVERLOAD_MOTOR] = 5.0f;
+    p.overload.tau_s[OVERLOAD_MOTOR] = 1.0f;
+    configure();
+    in.mode = DRIVE_OFF;
+    in.sample = sampled(0.0, 0.0, 540.0);
+    st.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_DERATED, faults_in(TURN));
+    (void)faults_in(299 * TURN); /* .96 s */
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f), st.overload.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
+    const drive_mode_t modes[] = {DRIVE_PREMAGNETISE, DRIVE_COMMISSION};
+    for (int n = 0; n < 2; n++) {
+        configure();
+        in.mode = modes[n];
+        in.sample = sampled(8.0, 0.0, 540.0);
+        TEST_ASSERT_EQUAL_UINT32(0u, faults_in(100 * TURN) & MONITOR_OVERLOAD);
+        TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.56f * (1.0f - expf(-0.32f)),
+                                 st.overload.image_pu[OVERLOAD_MOTOR]);
+        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVERLOAD, faults_in(200 * TURN) & MONITOR_OVERLOAD);
+    }
 }
 
 /* With the gates off a full link limits nothing that anybody asked for. */
@@ -293,6 +324,7 @@ int main(void)
     RUN_TEST(test_a_link_that_fills_limits_braking_in_both_directions);
     RUN_TEST(test_a_link_that_empties_makes_the_motor_brake);
     RUN_TEST(test_gates_off_forgets_neither_heat_nor_brake_resistor);
+    RUN_TEST(test_heat_goes_on_outside_run);
     RUN_TEST(test_gates_off_warns_of_no_limit);
     return UNITY_END();
 }
