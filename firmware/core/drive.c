@@ -23,6 +23,11 @@
 #define DRIVE_CHECK_PHASES  6u
 #define DRIVE_CHECK_REST    10u
 
+/* With weakening L's imaginary parts grow with the speed beyond the table's end, up to so many
+ * times: no motor runs at more. Without, the last entry holds, as the paper's estimate at its
+ * bounds has it. */
+#define DRIVE_BEYOND_TABLE_MAX 3.0f
+
 /* Torque current from this share of its limit on is all there is (square of .95). */
 #define DRIVE_AT_LIMIT_PU2 0.9f
 
@@ -87,6 +92,9 @@ bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_ta
             return false;
         }
         cfg->table = table;
+        cfg->table_end_rad_s = (params->modes.level.voltage_share > 0.0f)
+                                   ? (table->step_rad_s * (float)(table->entry_count - 1u))
+                                   : FLT_MAX;
     }
     cfg->period_s = params->period_s;
     cfg->voltage_source = params->voltage_source;
@@ -118,10 +126,24 @@ static inline ab_t turn_ahead(float omega_rad_s, float time_s)
     return trig_unit_small(limitf(omega_rad_s * time_s, TRIG_SMALL_MAX_RAD));
 }
 
+/* Beyond the table's end: l1 = .. - j w no longer fits, a braking motor would swing (zh modes). */
+COLD static void turn_gain(const drive_config_t *cfg, observer_gain_t *gain, float omega_e_rad_s)
+{
+    const float turn = minf(absf(omega_e_rad_s) / cfg->table_end_rad_s, DRIVE_BEYOND_TABLE_MAX);
+    gain->l1_im_per_s *= turn;
+    gain->l2_im_ohm *= turn;
+}
+
 static observer_gain_t gain_at(const drive_config_t *cfg, float omega_e_rad_s)
 {
-    return (cfg->table != NULL) ? gain_table_at(cfg->table, omega_e_rad_s)
-                                : (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+    if (cfg->table == NULL) {
+        return (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+    }
+    observer_gain_t gain = gain_table_at(cfg->table, omega_e_rad_s);
+    if (absf(omega_e_rad_s) > cfg->table_end_rad_s) {
+        turn_gain(cfg, &gain, omega_e_rad_s);
+    }
+    return gain;
 }
 
 float drive_rs_ohm(const drive_config_t *cfg, const drive_state_t *st)

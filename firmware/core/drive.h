@@ -108,6 +108,7 @@ typedef struct {
     float delay_comp_s;
     float lambda_min_Wb;       /* below: no orientation from the estimate */
     const gain_table_t *table; /* NULL: L = 0 */
+    float table_end_rad_s;     /* from here on L turns with the speed; FLT_MAX: it holds */
     observer_config_t observer;
     speed_adaptation_config_t adaptation;
     speed_control_config_t speed;

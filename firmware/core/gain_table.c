@@ -2,9 +2,6 @@
 
 #include <stddef.h>
 
-/* No motor runs at more than three times the speed where its table ends. */
-#define GAIN_TABLE_BEYOND_MAX 3.0f
-
 static bool gain_finite(const observer_gain_t *gain)
 {
     return is_finite(gain->l1_re_per_s) && is_finite(gain->l1_im_per_s) &&
@@ -40,15 +37,13 @@ observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s)
 {
     const float last = (float)(table->entry_count - 1u);
     float nearest = absf(omega_e_rad_s) / table->step_rad_s + 0.5f;
-    float turn = 1.0f;
     if (!(nearest <= last)) {
-        turn = clampf((nearest - 0.5f) / last, 1.0f, GAIN_TABLE_BEYOND_MAX);
         nearest = clampf(nearest, 0.0f, last);
     }
     const observer_gain_t *gain = &table->entry[(uint32_t)nearest];
-    turn = (omega_e_rad_s < 0.0f) ? -turn : turn;
+    const bool backward = omega_e_rad_s < 0.0f;
     return (observer_gain_t){.l1_re_per_s = gain->l1_re_per_s,
-                             .l1_im_per_s = turn * gain->l1_im_per_s,
+                             .l1_im_per_s = backward ? -gain->l1_im_per_s : gain->l1_im_per_s,
                              .l2_re_ohm = gain->l2_re_ohm,
-                             .l2_im_ohm = turn * gain->l2_im_ohm};
+                             .l2_im_ohm = backward ? -gain->l2_im_ohm : gain->l2_im_ohm};
 }

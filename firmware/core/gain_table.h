@@ -1,9 +1,8 @@
 /* Observer gain L over speed: nearest entry of a table with one entry per 2 elec. min^-1.
  *
  * xh' = A(wh) xh + B u_s + L e1, L = [l1; l2] complex, e1 = i_s_hat - i_s (eq. (3), (17)).
- * L(-w) = conj L(w). Beyond the table's end the real parts hold and the imaginary ones grow with
- * the speed, as they do inside (l1 = .. - j w): held, a braking motor swings there (zh modes).
- * Designed and proven offline (tools/zh design, tools/zh certify).
+ * L(-w) = conj L(w); beyond the table's end the last entry holds. Designed and proven offline
+ * (tools/zh design, tools/zh certify).
  */
 #ifndef GAIN_TABLE_H
 #define GAIN_TABLE_H

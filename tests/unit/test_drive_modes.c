@@ -425,6 +425,39 @@ static void test_the_field_is_weakened_at_speed(void)
     ASSERT_SAME_FLOAT(st.modes.level.below_Wb, st.flux_below_Wb);
 }
 
+static observer_gain_t gain_of_a_step_at(float omega_rad_s)
+{
+    p.observer_gain_enable = true;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    in.mode = DRIVE_RUN;
+    st.omega_e_hat_rad_s = omega_rad_s;
+    in.sample = plant_words(&plant, &p);
+    drive_step(&cfg, &st, &in, &out);
+    return out.gain;
+}
+
+/* Real parts hold, imaginary ones grow with the speed: without a step, and no more than threefold.
+ * Without weakening the last entry holds. */
+static void test_beyond_the_tables_end_its_gain_turns_with_the_speed(void)
+{
+    const observer_gain_t *last = &test_gain[3];
+    const float end_rad_s = 3.0f * test_table.step_rad_s;
+    const float turns[] = {1.0f, 1.5f, -2.0f, 3.0f, -3.0f};
+    const float speeds[] = {1.0f, 1.5f, -2.0f, 4.0f, -5.0f};
+    level_on();
+    for (int n = 0; n < 5; n++) {
+        const observer_gain_t gain = gain_of_a_step_at(speeds[n] * end_rad_s);
+        ASSERT_SAME_FLOAT(last->l1_re_per_s, gain.l1_re_per_s);
+        ASSERT_SAME_FLOAT(last->l2_re_ohm, gain.l2_re_ohm);
+        ASSERT_NEAR(1e-4, turns[n] * last->l1_im_per_s, gain.l1_im_per_s);
+        ASSERT_NEAR(1e-6, turns[n] * last->l2_im_ohm, gain.l2_im_ohm);
+    }
+    p.modes.level.voltage_share = 0.0f;
+    const observer_gain_t held = gain_of_a_step_at(2.0f * end_rad_s);
+    ASSERT_SAME_FLOAT(last->l1_im_per_s, held.l1_im_per_s);
+    ASSERT_SAME_FLOAT(last->l2_im_ohm, held.l2_im_ohm);
+}
+
 /* Switched off while it acts: nominal flux is asked for again. */
 static void test_weakening_may_be_switched_off_while_it_acts(void)
 {
@@ -542,6 +575,7 @@ int main(void)
     RUN_TEST(test_a_dc_link_that_falls_is_held_by_the_shaft);
     RUN_TEST(test_no_brake_takes_over_from_impressed_current);
     RUN_TEST(test_open_loop_goes_on_with_a_motor_that_was_caught);
+    RUN_TEST(test_beyond_the_tables_end_its_gain_turns_with_the_speed);
     RUN_TEST(test_weakening_may_be_switched_off_while_it_acts);
     RUN_TEST(test_torque_mode_slews_back_from_a_dip);
     return UNITY_END();
