@@ -88,7 +88,7 @@ def test_the_shaft_holds_the_link_up_when_the_mains_goes():
 
 @pytest.mark.parametrize("name", ["hasegawa2005", "hasegawa2005_paper", "hasegawa2005_recommended"])
 def test_the_last_gain_is_stable_up_to_twice_rated_speed(name):
-    """Beyond the table's end L turns with the speed: poles of the sampled observer, second order."""
+    """Beyond the table's end L turns with the speed: the sampled observer's poles, second order."""
     folder = ROOT / "gain_tables" / name
     stored = json.loads((folder / "l_gain.json").read_text())
     words = np.array([int(word, 16) for word in stored["l_words"]], dtype=np.uint32)

@@ -46,7 +46,8 @@ def make_app() -> typer.Typer:
         "Start with `zh demo`: it sets up, builds, designs, runs the paper's experiments and "
         "writes a report. Also: `zh setup` installs everything any command needs; `zh python` "
         "runs a script with the package `zerohertz` at hand.",
-        epilog="Exit codes: 0 fine, 1 what was checked does not hold, 2 bad input, 130 interrupted.",
+        epilog="Exit codes: 0 fine, 1 what was checked does not hold, 2 bad input, "
+        "130 interrupted.",
         add_completion=False,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
