@@ -8,6 +8,9 @@
 /* A slice stays short: the watchdog and the checks wait behind it. */
 #define BYTES_PER_SLICE 64u
 
+/* What turns the gates on, and what a host that fell silent must not go on asking for. */
+#define STARTS (DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_COMMISSION)
+
 /* Control periods a reset is held: the mailbox is read once in each. */
 #define RESET_PERIODS 2u
 
@@ -23,9 +26,9 @@ app_command_t app_link_command(app_t *app)
     } else {
         /* still to be seen */
     }
-    const bool runs = (link->command & DRIVE_STATE_CMD_RUN) != 0u;
+    const bool runs = (link->command & STARTS) != 0u;
     if (runs && (link->valid_periods != 0u) && (now - link->commanded_at > link->valid_periods)) {
-        link->command &= ~DRIVE_STATE_CMD_RUN;
+        link->command &= ~STARTS;
         link->expired = true;
     }
     return (app_command_t){.command = link->command,

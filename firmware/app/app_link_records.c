@@ -2,6 +2,7 @@
 
 #include "app_record.h"
 #include "app_signal.h"
+#include "handover.h"
 
 #include <stddef.h>
 
@@ -69,6 +70,28 @@ app_link_status_t app_link_trace_read(const app_t *app, command_reader_t *body, 
             command_put_u32(w, trace_word(t, row, k));
         }
         row++;
+    }
+    return APP_LINK_OK;
+}
+
+app_link_status_t app_link_commissioning(const app_t *app, command_writer_t *w)
+{
+    const commissioning_state_t *c = &app->commissioning;
+    const commissioning_result_t *r = &c->result;
+    command_put_u32(w, (uint32_t)app->commissioned.status);
+    command_put_u32(w, (uint32_t)c->refusal);
+    command_put_u32(w, (uint32_t)c->stage);
+    command_put_u32(w, c->level);
+    handover(); /* once the status says that all is found, what follows does not change any more */
+    const float found[] = {r->Rs_ohm,       r->lost_V,    r->sigma_Ls_H,
+                           r->Rr_gamma_ohm, r->M_gamma_H, r->bias_A};
+    for (size_t k = 0u; k < sizeof found / sizeof found[0]; k++) {
+        command_put_float(w, found[k]);
+    }
+    for (size_t k = 0u; k < COMMISSIONING_LEVELS; k++) {
+        command_put_float(w, r->level_A[k]);
+        command_put_float(w, r->flux_Wb[k]);
+        command_put_float(w, r->error_V[k]);
     }
     return APP_LINK_OK;
 }

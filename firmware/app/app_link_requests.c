@@ -10,7 +10,7 @@
 
 #define KNOWN_COMMANDS                                                                             \
     (DRIVE_STATE_CMD_RUN | DRIVE_STATE_CMD_FAULT_RESET | DRIVE_STATE_CMD_TORQUE_OFF |              \
-     DRIVE_STATE_CMD_TORQUE_MODE)
+     DRIVE_STATE_CMD_COMMISSION | DRIVE_STATE_CMD_TORQUE_MODE)
 
 /* A consistent sample is one that no control period fell into; the second look nearly always is. */
 #define SAMPLE_TRIES 4u
@@ -369,6 +369,8 @@ static app_link_status_t tell(app_t *app, const hal_devices_t *devices, uint8_t 
         return do_status(app, w);
     case APP_LINK_SAMPLE:
         return do_sample(app, body, w);
+    case APP_LINK_COMMISSIONING:
+        return app_link_commissioning(app, w);
     case APP_LINK_TRACE_STATE:
         return app_link_trace_status(app, w);
     case APP_LINK_TRACE_READ:

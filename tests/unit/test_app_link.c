@@ -299,7 +299,7 @@ static void test_a_torque_may_come_with_the_command(void)
 static void test_a_command_that_is_none_is_refused_and_the_old_one_stands(void)
 {
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 3.5f, 0u));
-    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, command(8u, 1.0f, 0u));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OUT_OF_RANGE, command(32u, 1.0f, 0u));
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_FINITE, command(0u, INFINITY, 0u));
     const app_command_t c = app_link_command(app());
     TEST_ASSERT_EQUAL_HEX32(DRIVE_STATE_CMD_RUN, c.command);
@@ -320,6 +320,74 @@ static void test_a_silent_host_stops_the_drive_when_it_said_so(void)
     TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_RUN, 0.0f, 0u));
     rounds(10000u);
     TEST_ASSERT_TRUE(app()->mode != DRIVE_OFF); /* 0: without end */
+}
+
+static uint8_t ask_commissioning(uint32_t word[4], float value[6u + 3u * COMMISSIONING_LEVELS])
+{
+    command_writer_t w = ask(APP_LINK_COMMISSIONING);
+    command_reader_t body;
+    const uint8_t status = send(&w, &body);
+    for (size_t k = 0u; k < 4u; k++) {
+        word[k] = command_take_u32(&body);
+    }
+    for (size_t k = 0u; k < 6u + 3u * COMMISSIONING_LEVELS; k++) {
+        value[k] = command_take_float(&body);
+    }
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+    return status;
+}
+
+/* No motor is connected here: the currents stay zero. */
+static void test_a_commissioning_is_started_and_its_refusal_told(void)
+{
+    uint32_t word[4];
+    float value[6u + 3u * COMMISSIONING_LEVELS];
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, set("com_level_s", 0.02f));
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_COMMISSION, 0.0f, 0u));
+    rounds(50u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_COMMISSIONING, app()->machine.id);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, ask_commissioning(word, value));
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_BUSY, word[0]);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_NOT_NOW, set("com_level_s", 0.03f));
+    rounds(200u);
+    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, app()->machine.id);
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, ask_commissioning(word, value));
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_REFUSED, word[0]);
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_NO_CURRENT, word[1]);
+}
+
+static void test_what_a_commissioning_found_is_told_in_order(void)
+{
+    uint32_t word[4];
+    float value[6u + 3u * COMMISSIONING_LEVELS];
+    commissioning_result_t *r = &app()->commissioning.result;
+    app()->commissioned.status = COMMISSIONING_DONE;
+    app()->commissioning.stage = COMMISSIONING_STAGE_END;
+    app()->commissioning.level = COMMISSIONING_LEVELS;
+    *r = (commissioning_result_t){1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, {0}, {0}, {0}};
+    for (uint32_t k = 0u; k < COMMISSIONING_LEVELS; k++) {
+        r->level_A[k] = 7.0f + 3.0f * (float)k;
+        r->flux_Wb[k] = 8.0f + 3.0f * (float)k;
+        r->error_V[k] = 9.0f + 3.0f * (float)k;
+    }
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, ask_commissioning(word, value));
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_DONE, word[0]);
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_NOT_REFUSED, word[1]);
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_STAGE_END, word[2]);
+    TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_LEVELS, word[3]);
+    for (uint32_t k = 0u; k < 6u + 3u * COMMISSIONING_LEVELS; k++) {
+        TEST_ASSERT_EQUAL_FLOAT(1.0f + (float)k, value[k]);
+    }
+}
+
+static void test_a_silent_host_ends_a_commissioning_too(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(APP_LINK_OK, command(DRIVE_STATE_CMD_COMMISSION, 0.0f, 20u));
+    rounds(85u); /* of 100 */
+    TEST_ASSERT_EQUAL(DRIVE_STATE_COMMISSIONING, app()->machine.id);
+    rounds(30u);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, app()->mode);
+    TEST_ASSERT_TRUE(app()->link.expired);
 }
 
 /* The drive takes the edge; a level would swallow the next reset. */
@@ -853,6 +921,9 @@ int main(void)
     RUN_TEST(test_a_torque_may_come_with_the_command);
     RUN_TEST(test_a_command_that_is_none_is_refused_and_the_old_one_stands);
     RUN_TEST(test_a_silent_host_stops_the_drive_when_it_said_so);
+    RUN_TEST(test_a_commissioning_is_started_and_its_refusal_told);
+    RUN_TEST(test_what_a_commissioning_found_is_told_in_order);
+    RUN_TEST(test_a_silent_host_ends_a_commissioning_too);
     RUN_TEST(test_a_reset_is_a_pulse_and_can_be_given_again);
     RUN_TEST(test_who_is_not_in_session_changes_nothing);
     RUN_TEST(test_before_any_session_zero_is_none_either);

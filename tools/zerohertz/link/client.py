@@ -16,7 +16,7 @@ from zerohertz.link.line import Line
 from zerohertz.link.siphash import response
 
 PROTOCOL = 1
-RUN, RESET, TORQUE_OFF, TORQUE_MODE = 1, 2, 4, 16
+RUN, RESET, TORQUE_OFF, COMMISSION, TORQUE_MODE = 1, 2, 4, 8, 16
 _ANSWER = 0x80
 _TRIES = 4
 _WORDS_U, _WORDS_F = 9, 10  # of a status
@@ -39,6 +39,7 @@ class Op(IntEnum):
     COMMAND = 0x20
     STATUS = 0x21
     SAMPLE = 0x22
+    COMMISSIONING = 0x23
     TRACE_ARM = 0x30
     TRACE_STATE = 0x31
     TRACE_READ = 0x32
@@ -161,6 +162,18 @@ FOUND = {
     1: "as saved",
     2: "LOST: what was saved cannot be read; check them and save anew",
 }
+
+
+@dataclass(frozen=True)
+class Commissioning:
+    """How far the drive is with finding its motor, and what it found."""
+
+    status: int  # 0 going on or never begun, 1 done, 2 refused
+    refusal: int
+    stage: int
+    level: int
+    found: tuple[float, ...]  # Rs, loss of a leg, sigma Ls, (M/Lr)^2 Rr, M^2/Lr, current of both
+    curve: tuple[tuple[float, float, float], ...]  # current, flux, error of the inverter
 
 
 @dataclass(frozen=True)
@@ -353,6 +366,13 @@ class Client:
     def status(self) -> Status:
         layout = struct.Struct(f"<{_WORDS_U}I{_WORDS_F}f")
         return Status(*layout.unpack_from(self.request(Op.STATUS)))
+
+    def commissioning(self) -> Commissioning:
+        body = self.request(Op.COMMISSIONING, what="telling what commissioning found")
+        head = struct.Struct("<4I6f")
+        *words, Rs, lost, leak, Rr, M, bias = head.unpack_from(body)
+        curve = tuple(struct.iter_unpack("<3f", body[head.size :]))
+        return Commissioning(*words, (Rs, lost, leak, Rr, M, bias), curve)
 
     def sample(self, names: list[str]) -> tuple[int, list[float]]:
         """Up to eight signals of one and the same period, and its number."""
