@@ -5,19 +5,24 @@ The walk-through's commands are executed as they are printed.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import math
 import os
 import re
 import shlex
+import shutil
 import subprocess
+import sys
 import tomllib
+from collections.abc import Iterator
 
 import pytest
 from test_special import record
 
 from zerohertz.commission import campaign, rotate, run, solve
+from zerohertz.commission.board import Board
 from zerohertz.commission.folder import all_rigs, rig_file, store, stored_parameters
 from zerohertz.commission.plate import guess, plate_from, read_plate, warnings
 from zerohertz.commission.trial import Times, judge
@@ -179,7 +184,7 @@ def test_the_page_is_of_these_motors() -> None:
 
 def test_a_board_that_is_too_small_for_the_motor_trips() -> None:
     rig = rig_file("im_75kw_400v")
-    board = ROOT / "host_sim" / "boards" / "board_540V.toml"  # 25 A
+    board = Board.of_file(ROOT / "host_sim" / "boards" / "board_540V.toml")  # 25 A
     with pytest.raises(UserError, match="tripped"):
         run.commission(rig, read_plate(rig), board=board)
 
@@ -201,7 +206,7 @@ def test_another_motor_than_the_plate_s_is_refused() -> None:
 def test_what_is_stored_is_read_back(tmp_path) -> None:
     true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
     motor = solve.solve(found_of(true, 13.7), plate())
-    store(tmp_path, "my_motor", motor, plate(), None)
+    store(tmp_path, "my_motor", motor, plate())
     assert load_motor(tmp_path).circuit == true
     assert stored_parameters(tmp_path)["i_d_A"] == pytest.approx(motor.i_d_A, rel=1e-6)
     with pytest.raises(UserError, match=r"firmware\.toml"):
@@ -243,14 +248,38 @@ def commands(page: str) -> list[str]:
 def test_the_walk_through_does_what_it_says() -> None:
     """Every command of the page, in order, as printed; its results are those in build/walk."""
     lines = commands(WALK.read_text())
-    assert len(lines) >= 5
-    for line in lines:
-        words = shlex.split(line)
-        assert words[0] == "tools/zh", line
-        done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, env=os.environ)
-        assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
-        if "--json" in words:
-            json.loads(done.stdout)
+    assert len(lines) >= 10
+    walk = ROOT / "build" / "walk"
+    shutil.rmtree(walk, ignore_errors=True)
+    walk.mkdir(parents=True)
+    with contextlib.ExitStack() as served:
+        for line in lines:
+            words = shlex.split(line)
+            assert words[0] == "tools/zh", line
+            if words[-1] == "&":
+                served.enter_context(in_background(words[1:-1]))
+                continue
+            done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, env=os.environ)
+            assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+            if "--json" in words:
+                json.loads(done.stdout)
+    found, by_board = (load_motor(walk / name).circuit for name in ("im_4kw_400v", "board"))
+    for key, value in dataclasses.asdict(found).items():
+        assert getattr(by_board, key) == pytest.approx(value, rel=0.01), key
+
+
+@contextlib.contextmanager
+def in_background(words: list[str]) -> Iterator[None]:
+    """Until the page is through; begins once the server has said where it listens."""
+    command = (sys.executable, "-m", "zerohertz", *words)
+    env = os.environ | {"PYTHONPATH": str(ROOT / "tools")}
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, env=env) as server:
+        try:
+            assert server.stderr is not None
+            assert "serving" in server.stderr.readline()
+            yield
+        finally:
+            server.terminate()
 
 
 def ramps(t_s):

@@ -97,7 +97,7 @@ def one_motor(rig: Path, seed: int = 1, certificate: bool = False) -> Row:
         folder = Path(name)
         mechanics = find_mechanics(rig, motor, plate, seed=seed)
         plate = dataclasses.replace(plate, J_kg_m2=mechanics.J_kg_m2)
-        store(folder, rig.stem, motor, plate, None)
+        store(folder, rig.stem, motor, plate)
         table = design_table(load_motor(folder), certificate=certificate)
         (folder / JSON_NAME).write_text(table_json(table), encoding="utf-8")
         trial = run_trial(folder, rig, seed)

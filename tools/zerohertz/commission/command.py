@@ -15,6 +15,17 @@ import typer
 from rich.console import Console
 
 from zerohertz.errors import UserError
+from zerohertz.link.command import (
+    BaudOption,
+    KeyOption,
+    PortOption,
+    SilOption,
+    TcpOption,
+    UnlockOption,
+    open_client,
+    unlock_drive,
+)
+from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT
 
 
 def register(app: typer.Typer) -> None:
@@ -29,7 +40,12 @@ def register_campaign(campaign: typer.Typer) -> None:
 
 
 def commission(
-    rig: Annotated[str, typer.Option(help="Name in host_sim/rigs/motors, or a file.")],
+    rig: Annotated[
+        str | None, typer.Option(help="Simulated: name in host_sim/rigs/motors, or a file.")
+    ] = None,
+    plate: Annotated[
+        str | None, typer.Option(help="Of a drive's motor: file with [nameplate], or a rig.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder, or its motor.toml, that receives the result.")
     ] = None,
@@ -39,62 +55,57 @@ def commission(
     rotate: Annotated[
         bool, typer.Option("--rotate", help="Then turn the free shaft: inertia and friction.")
     ] = False,
+    save: Annotated[
+        bool, typer.Option("--save", help="Set and save what was found in the drive.")
+    ] = False,
+    unlock: UnlockOption = False,
+    key: KeyOption = None,
+    port: PortOption = None,
+    baud: BaudOption = DEFAULT_BAUD,
+    sil: SilOption = False,
+    tcp: TcpOption = DEFAULT_TCP_PORT,
     seed: Annotated[int, typer.Option(min=1, help="Of the sensors' noise.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Find a motor's circuit with the firmware at standstill, and derive all parameters.
 
-    The rig's [nameplate] is all that is told: kW, V and A of the line (rms), Hz, min^-1, cos phi,
-    star or delta. With --out: motor.toml for `zh design`, board.toml and firmware.toml. Exit 1 when
-    the firmware refuses what it found.
+    --rig: the firmware in the simulated rig. --plate with --port or --sil: a drive on its line; it
+    has to be unlocked. [nameplate] is all that is told: kW, V and A of the line (rms), Hz, min^-1,
+    cos phi, star or delta. With --out: motor.toml for `zh design`, board.toml and firmware.toml.
+    Exit 1 when the firmware refuses what it found.
     """
+    linked = port is not None or sil
+    if (rig is not None) == linked or (plate is not None) != linked:
+        raise UserError("give --rig NAME, or --plate FILE with --port DEVICE or --sil")
+    if linked and (rotate or board is not None):
+        raise UserError("--rotate and --board are for --rig; a drive says itself what its board is")
+    if not linked and save:
+        raise UserError("--save: is for a drive, with --port or --sil")
     # Here and not above: other commands need not wait for scipy.
-    from zerohertz.commission import run as firmware
-    from zerohertz.commission.folder import rig_file, store
+    from zerohertz.commission import board_run, finding
+    from zerohertz.commission.folder import rig_file
     from zerohertz.commission.plate import read_plate, warnings
-    from zerohertz.commission.rotate import find_mechanics
-    from zerohertz.commission.solve import solve
 
-    path = rig_file(rig)
-    plate = read_plate(path)
-    notes = Console(stderr=True)
-    doubts = warnings(plate)
-    for doubt in doubts:
-        notes.print(f"warning: nameplate: {doubt}", highlight=False)
-    found, seconds = firmware.commission(path, plate, board, seed)
-    refusal = firmware.refused(found)
-    answer = {"rig": path.stem, "seconds": seconds, "warnings": doubts, "refusal": refusal}
-    answer["firmware"] = dataclasses.asdict(found)
-    if refusal is not None:
-        _show_refusal(answer, as_json)
-        raise typer.Exit(1)
-    motor = solve(found, plate)
-    answer["motor"] = dataclasses.asdict(motor)
-    if rotate:
-        mechanics = find_mechanics(path, motor, plate, board, seed)
-        answer["mechanics"] = dataclasses.asdict(mechanics)
-        plate = dataclasses.replace(plate, J_kg_m2=mechanics.J_kg_m2)
-    if out is not None:
+    path = rig_file(rig or plate or "")
+    told = read_plate(path)
+    notes = Console(stderr=True, highlight=False)
+    for doubt in warnings(told):
+        notes.print(f"warning: nameplate: {doubt}")
+    if linked:
+        with open_client(port, baud, sil, tcp) as drive:
+            unlock_drive(drive, unlock, key)
+            found = finding.of_drive(drive, path.stem, told, notes.print)
+            if save and found.motor is not None:
+                board_run.keep(drive, found.motor, found.plate, found.board)
+                notes.print("set and saved in the drive, gain table off until it has this motor's")
+    else:
+        found = finding.of_rig(path, told, board, rotate, seed)
+    if out is not None and found.motor is not None:
         folder = out.parent if out.suffix == ".toml" else out
-        store(folder, path.stem, motor, plate, board)
-        notes.print(f"written to {folder}; next: tools/zh design {folder}", highlight=False)
-    if as_json:
-        print(json.dumps(answer))
-        return
-    c = motor.circuit
-    if rotate:
-        print(f"{path.stem}: J {mechanics.J_kg_m2:.4g} kg m2, friction", end=" ")
-        print(f"{mechanics.friction_Nm:.2g} Nm")
-    print(f"{path.stem}: found in {seconds:.0f} s at standstill")
-    print(f"  Rs {c.Rs_ohm:.5g} ohm, Rr {c.Rr_ohm:.5g} ohm, sigma Ls {1e3 * c.sigma_Ls_H:.5g} mH")
-    print(f"  Ls = Lr {1e3 * c.Ls_H:.5g} mH, M {1e3 * c.M_H:.5g} mH at {motor.main_flux_Wb:.4g} Wb")
-    print(f"  rated flux takes i_d {motor.i_d_A:.4g} A, a leg loses {motor.lost_V:.3g} V")
-    points = ", ".join(f"{psi:.3f} Wb at {i:.3g} A" for psi, i in motor.curve[1:])
-    print(f"  magnetising curve (power invariant): {points}")
-
-
-def _show_refusal(answer: dict[str, object], as_json: bool) -> None:
-    print(json.dumps(answer) if as_json else f"{answer['rig']}: refused: {answer['refusal']}")
+        found.write(folder)
+        notes.print(f"written to {folder}; next: tools/zh design {folder}")
+    print(json.dumps(found.as_dict()) if as_json else found.text())
+    raise typer.Exit(0 if found.refusal is None else 1)
 
 
 def trial(

@@ -10,8 +10,9 @@ import tomllib
 from dataclasses import asdict
 from pathlib import Path
 
+from zerohertz.commission.board import Board
 from zerohertz.commission.plate import Plate, read_plate
-from zerohertz.commission.run import PERIOD_S, board_text, inertia_kg_m2, motor_of
+from zerohertz.commission.run import inertia_kg_m2, motor_of
 from zerohertz.commission.solve import Identified
 from zerohertz.commission.tuning import design_of, firmware_parameters
 from zerohertz.errors import UserError
@@ -36,20 +37,27 @@ def all_rigs() -> list[Path]:
     return sorted(RIGS.glob("*.toml"), key=lambda path: read_plate(path).power_kW)
 
 
-def store(folder: Path, name: str, found: Identified, plate: Plate, board: Path | None) -> None:
-    """The three files."""
+def store(
+    folder: Path, name: str, found: Identified, plate: Plate, board: Board | None = None
+) -> None:
+    """The three files; without a board, for one of the motor's size."""
+    board = board or Board.of_plate(plate)
     folder.mkdir(parents=True, exist_ok=True)
     circuit = Circuit(**{key: float(f"{x:.6g}") for key, x in asdict(found.circuit).items()})
     source = "zh commission: circuit as identified at standstill, leakage shared equally"
-    motor = motor_of(name, source, plate, circuit, design_of(circuit, plate, PERIOD_S))
-    parameters = firmware_parameters(found, plate, inertia_kg_m2(plate), PERIOD_S)
+    motor = motor_of(name, source, plate, circuit, design_of(circuit, plate, board.period_s))
+    parameters = parameters_of(found, plate, board)
     lines = ["# Parameters of the firmware that follow from the motor (zh commission).", "[params]"]
     lines += [f"{key} = {value:.7g}" for key, value in parameters.items()]
     (folder / MOTOR).write_text(motor_toml(motor), encoding="utf-8")
-    (folder / BOARD).write_text(
-        board.read_text(encoding="utf-8") if board else board_text(plate), encoding="utf-8"
-    )
+    (folder / BOARD).write_text(board.toml, encoding="utf-8")
     (folder / FIRMWARE).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def parameters_of(found: Identified, plate: Plate, board: Board) -> dict[str, float]:
+    """Of the firmware."""
+    J_kg_m2 = inertia_kg_m2(plate)
+    return firmware_parameters(found, plate, J_kg_m2, board.period_s, board.i_trip_max_A)
 
 
 def stored_parameters(folder: Path) -> dict[str, float]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from zerohertz.commission.board import Board
 from zerohertz.commission.folder import BOARD, store, stored_parameters
 from zerohertz.commission.plate import Plate
 from zerohertz.commission.run import inertia_kg_m2
@@ -40,7 +41,7 @@ class Mechanics:
 
 
 def find_mechanics(
-    rig: Path, found: Identified, plate: Plate, board: Path | None = None, seed: int = 1
+    rig: Path, found: Identified, plate: Plate, board: Board | None = None, seed: int = 1
 ) -> Mechanics:
     """Turns the motor: nobody near the shaft. UserError when it does not run."""
     J_kg_m2 = inertia_kg_m2(dataclasses.replace(plate, J_kg_m2=None))

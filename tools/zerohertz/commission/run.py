@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from zerohertz.commission.board import PERIOD_S, Board
 from zerohertz.commission.plate import Plate, guess, level_s, threshold_A
 from zerohertz.errors import UserError
 from zerohertz.gain_design.command import JSON_NAME
@@ -15,7 +15,6 @@ from zerohertz.gain_design.table import design_table, table_json
 from zerohertz.motor import Circuit, Design, Mechanics, Motor, Nameplate, motor_toml
 from zerohertz.sim import Commissioned, Job, run
 
-PERIOD_S = 200e-6
 REFUSALS = {
     1: "the current does not follow: is the motor connected, phase u too, and the dc link up?",
     2: "phases v and w do not share the current: one of them is open",
@@ -33,28 +32,6 @@ duration_s = {_LONGEST_S}
 commission_s = 0.3
 [profiles]
 speed_ref_rpm = [[0.0, 0.0]]
-"""
-
-
-def board_text(plate: Plate) -> str:
-    """A board of the motor's size: full scales 2.5 x rated peak current, 1.5 x the dc link."""
-    dc_V = round(math.sqrt(2.0) * plate.voltage_V)
-    return f"""\
-[board]
-name = "scaled to the motor"
-[adc]
-bits = 14
-[full_scale]
-current_A = {2.5 * math.sqrt(2.0) * plate.current_A:.4g}
-line_voltage_V = {1.5 * dc_V}
-dc_link_V = {1.5 * dc_V}
-[filter]
-voltage_cutoff_Hz = 800.0
-order = 2
-[control]
-period_s = {PERIOD_S}
-[inverter]
-u_dc_V = {dc_V}
 """
 
 
@@ -97,7 +74,7 @@ def write_folder(motor: Motor, folder: Path) -> None:
 def commission(
     rig: Path,
     plate: Plate,
-    board: str | Path | None = None,
+    board: Board | None = None,
     seed: int = 1,
     faults: Mapping[str, Any] | None = None,
 ) -> tuple[Commissioned, float]:
@@ -116,7 +93,7 @@ def commission(
             scenario=_SCENARIO,
             scenario_overrides={f"faults.{key}": value for key, value in (faults or {}).items()},
             rig=rig,
-            board=board or board_text(plate),
+            board=(board or Board.of_plate(plate)).toml,
             motor_dir=folder,
             firmware=start_parameters(plate),
             seed=seed,

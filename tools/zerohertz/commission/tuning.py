@@ -27,6 +27,7 @@ CURRENT_PERIODS = 0.12
 OVERLOAD = 1.5
 CONTINUOUS = 1.05  # of rated current: plates are rounded
 TRIP = 1.3
+PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
 RANGE = 1.2  # of rated frequency
 MARGIN = 0.7  # share of rated torque that the ramp takes
 
@@ -60,7 +61,11 @@ def design_of(circuit: Circuit, plate: Plate, period_s: float) -> Design:
 
 
 def firmware_parameters(
-    motor: Identified, plate: Plate, J_kg_m2: float, period_s: float
+    motor: Identified,
+    plate: Plate,
+    J_kg_m2: float,
+    period_s: float,
+    i_trip_max_A: float = math.inf,
 ) -> dict[str, float]:
     """Bandwidths from time constants, limits from rated current, flux from rated voltage.
 
@@ -70,7 +75,7 @@ def firmware_parameters(
     return {
         **_estimator(circuit, plate, flux),
         **_speed(circuit, plate, J_kg_m2),
-        **_currents(motor, plate),
+        **_currents(motor, plate, i_trip_max_A),
         **_start(circuit, plate),
         "current_bandwidth_rad_s": CURRENT_PERIODS / period_s,
         "lambda_max_Wb": 4.0 * flux,
@@ -111,15 +116,20 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
     }
 
 
-def _currents(motor: Identified, plate: Plate) -> dict[str, float]:
-    most_A = OVERLOAD * plate.current_vector_A
+def limit_A(plate: Plate, i_trip_max_A: float) -> float:
+    """Largest current vector: overload, or what the trip of the board leaves room for."""
+    return min(OVERLOAD * plate.current_vector_A, i_trip_max_A / (TRIP * PEAK))
+
+
+def _currents(motor: Identified, plate: Plate, i_trip_max_A: float) -> dict[str, float]:
+    most_A = limit_A(plate, i_trip_max_A)
     return {
         "i_d_A": motor.i_d_A,
         "i_d_max_A": 1.5 * motor.i_d_A,
         "i_max_A": most_A,
         "i_q_max_A": math.sqrt(most_A**2 - motor.i_d_A**2),
         "overload_motor_A": CONTINUOUS * plate.current_vector_A,
-        "i_trip_A": TRIP * math.sqrt(2.0 / 3.0) * most_A,
+        "i_trip_A": TRIP * PEAK * most_A,
     }
 
 

@@ -30,6 +30,8 @@ RPM_PER_RAD_S = 30.0 / math.pi
 EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
 CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "impressed current"}
 POLL_S = 0.05
+_NOT_NOW = 8  # status of an answer
+_LOCKED_OUT_S = 11.0
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEVICE", help="Serial port of the drive.")
@@ -62,6 +64,10 @@ def open_client(port: str | None, baud: int, sil: bool, tcp: int) -> Client:
 
 def serve(
     config: Annotated[str, typer.Option(help="Configuration, host_sim/configs.")] = "recommended",
+    rig: Annotated[
+        str | None,
+        typer.Option(help="Connect this motor (host_sim/rigs/motors), on a board of its size."),
+    ] = None,
     load_Nm: Annotated[
         str, typer.Option("--load", help="Load torque: Nm, or [[s, Nm], ...] over time.")
     ] = "0",
@@ -83,6 +89,8 @@ def serve(
 
     end = server.PtyEnd() if pty else server.TcpEnd(tcp)
     job = sil_job(config, load_Nm, set_params or [])
+    if rig is not None:
+        job = with_motor(job, rig)
     with server.LinkedDrive(job, keep=keep) as drive:
         option = f"--port {end.name}" if pty else "--sil"
         option += f" --tcp {tcp}" if not pty and tcp != DEFAULT_TCP_PORT else ""
@@ -115,6 +123,17 @@ def sil_job(config: str, load_Nm: str, assignments: list[str]) -> Any:
         firmware_config=setup.params,
         firmware=firmware,
     )
+
+
+def with_motor(job: Any, rig: str) -> Any:
+    """Another motor than the drive knows, on a board of its size and not of the configuration."""
+    from zerohertz.commission.board import Board
+    from zerohertz.commission.folder import rig_file
+    from zerohertz.commission.plate import read_plate
+
+    path = rig_file(rig)
+    board = Board.of_plate(read_plate(path)).toml
+    return dataclasses.replace(job, rig=path, board=board, firmware_config={})
 
 
 def connect(
@@ -180,7 +199,7 @@ def set_(
 ) -> None:
     """Change a parameter of the drive; it acts from the next control period on."""
     with open_client(port, baud, sil, tcp) as drive:
-        _unlock(drive, unlock, key)
+        unlock_drive(drive, unlock, key)
         drive.set(name, value)
         print(f"{name} = {drive.get([name])[name]:.7g} {drive.parameter(name).unit}".rstrip())
 
@@ -195,14 +214,23 @@ def save(
 ) -> None:
     """Save the parameters in use, for the next power-up; gates off."""
     with open_client(port, baud, sil, tcp) as drive:
-        _unlock(drive, unlock, key)
+        unlock_drive(drive, unlock, key)
         drive.save()
         print("saved")
 
 
-def _unlock(drive: Client, wanted: bool, key: Path | None) -> None:
+def unlock_drive(drive: Client, wanted: bool, key: Path | None) -> None:
+    """With that key, or the development key; a drive hears none for 10 s from its power-up on."""
     if wanted or key is not None:
-        drive.unlock(load_key(key))
+        until_s = time.monotonic() + _LOCKED_OUT_S
+        while True:
+            try:
+                drive.unlock(load_key(key))
+                break
+            except link.RefusedError as error:
+                if error.status != _NOT_NOW or time.monotonic() > until_s:
+                    raise
+                time.sleep(POLL_S)
         if key is None:
             print("zh: unlocked with the development key, which everybody knows", file=sys.stderr)
 

@@ -1,0 +1,156 @@
+"""A motor found by a drive on its line, taken over into the drive, and run after a power cycle.
+
+The drive's time passes only while it is asked, so every test repeats exactly.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+
+from zerohertz.commission import board_run, campaign, finding
+from zerohertz.commission.folder import rig_file
+from zerohertz.commission.plate import read_plate
+from zerohertz.commission.run import REFUSALS
+from zerohertz.errors import UserError
+from zerohertz.link import client as link
+from zerohertz.link.client import Client, RefusedError
+from zerohertz.link.command import sil_job, with_motor
+from zerohertz.link.server import LinkedDrive
+from zerohertz.link.siphash import DEVELOPMENT_KEY
+from zerohertz.motor import load_motor
+
+RIG = "im_4kw_400v"
+PLATE = read_plate(rig_file(RIG))
+
+
+class QuickLine:
+    """A line whose other end lives only while somebody waits at this one, 20 ms at a time."""
+
+    def __init__(self, drive: LinkedDrive) -> None:
+        self.drive, self._waiting = drive, b""
+
+    def send(self, data: bytes) -> None:
+        self._waiting += data
+
+    def receive(self, timeout_s: float) -> bytes:
+        taken, said = self.drive.run(100, self._waiting)
+        self._waiting = self._waiting[taken:]
+        return said
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture(autouse=True)
+def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(board_run, "_POLL_S", 0.0)
+
+
+def served(keep: Path | None = None, **faults: object) -> LinkedDrive:
+    job = with_motor(sil_job("recommended", "0", []), RIG)
+    overrides = {**job.scenario_overrides, **{f"faults.{k}": v for k, v in faults.items()}}
+    return LinkedDrive(dataclasses.replace(job, scenario_overrides=overrides, seed=3), keep=keep)
+
+
+def unlocked(drive: LinkedDrive) -> Client:
+    drive.run(60_000)  # offsets, and the wait before a challenge is heard
+    client = Client(QuickLine(drive), timeout_s=0.1)
+    client.unlock(DEVELOPMENT_KEY)
+    return client
+
+
+def test_a_drive_finds_its_motor_keeps_it_and_runs_it_after_a_power_cycle(tmp_path: Path) -> None:
+    said: list[str] = []
+    with served(tmp_path / "flash") as drive:
+        client = unlocked(drive)
+        before = client.get(list(client.parameters))
+        found = finding.of_drive(client, RIG, PLATE, said.append)
+        assert found.motor is not None
+        assert said[0] == board_run.STAGES[0]
+        assert "magnetising curve, level 8 of 8" in said
+        true = campaign.true_circuit(rig_file(RIG), found.motor.main_flux_Wb)
+        for name, wrong in campaign.errors(found.motor, true).items():
+            assert abs(wrong) <= campaign.GOALS[name], (name, wrong)
+        # Nothing is kept that nobody asked for.
+        assert client.get(list(client.parameters)) == before
+        kept = board_run.keep(client, found.motor, found.plate, found.board)
+        found.write(tmp_path)
+    assert load_motor(tmp_path).circuit.Rs_ohm == pytest.approx(found.motor.circuit.Rs_ohm, 1e-5)
+    with served(tmp_path / "flash") as drive:
+        client = unlocked(drive)
+        assert client.store().found == 1
+        assert client.get(list(kept)) == pytest.approx(kept, rel=1e-6)
+        half_rpm = 0.5 * PLATE.speed_rpm
+        client.command(link.RUN, half_rpm * math.pi / 30.0)
+        drive.run(40_000)
+        assert client.status().faults == 0
+        assert drive.state.speed_rpm == pytest.approx(half_rpm, abs=0.01 * PLATE.speed_rpm)
+
+
+def test_a_refusal_comes_over_the_line_and_everything_is_put_back() -> None:
+    with served(open_phase='"v"', open_s=0.0) as drive:
+        client = unlocked(drive)
+        before = client.get(list(client.parameters))
+        found = finding.of_drive(client, RIG, PLATE, lambda _: None)
+        assert found.refusal == REFUSALS[2]
+        assert found.motor is None
+        assert client.get(list(client.parameters)) == before
+        assert not drive.state.gates_on
+        with pytest.raises(UserError, match=r"FAULT COMMISSIONING.*--reset"):
+            finding.of_drive(client, RIG, PLATE, lambda _: None)
+
+
+def test_a_host_that_gives_up_leaves_the_gates_off_and_the_parameters_as_they_were() -> None:
+    def give_up(stage: str) -> None:
+        if "level 3" in stage:
+            raise KeyboardInterrupt
+
+    with served() as drive:
+        client = unlocked(drive)
+        before = client.get(list(client.parameters))
+        with pytest.raises(KeyboardInterrupt):
+            finding.of_drive(client, RIG, PLATE, give_up)
+        assert not drive.state.gates_on
+        assert client.get(list(client.parameters)) == before
+
+
+def test_a_locked_drive_is_told_so() -> None:
+    with served() as drive:
+        drive.run(1000)
+        client = Client(QuickLine(drive), timeout_s=0.1)
+        with pytest.raises(RefusedError, match="--unlock"):
+            finding.of_drive(client, RIG, PLATE, lambda _: None)
+        assert not drive.state.gates_on
+
+
+def test_a_board_too_small_for_the_motor_is_not_even_tried() -> None:
+    with served() as drive:
+        client = unlocked(drive)
+        with pytest.raises(UserError, match="this board trips at"):
+            board_run.commission(client, read_plate(rig_file("im_75kw_400v")), lambda _: None)
+
+
+def test_firmware_that_cannot_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(self: Client) -> None:
+        raise RefusedError("telling what commissioning found", 5)
+
+    with served() as drive:
+        client = unlocked(drive)
+        monkeypatch.setattr(Client, "commissioning", unknown)
+        with pytest.raises(UserError, match="firmware cannot tell"):
+            board_run.commission(client, PLATE, lambda _: None)
+
+
+def test_values_that_only_fit_together_are_set_whatever_their_order() -> None:
+    with served() as drive:
+        client = unlocked(drive)
+        # M first would be more than Ls Lr allow.
+        larger = {"M_H": 0.5, "Ls_H": 0.52, "Lr_H": 0.52}
+        board_run.put(client, larger)
+        assert client.get(list(larger)) == pytest.approx(larger)
+        with pytest.raises(RefusedError, match="refused together"):
+            board_run.put(client, {"M_H": 0.6})

@@ -1,0 +1,82 @@
+"""The board that a motor is found with: scaling, period, the current at which it trips."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from zerohertz.commission.plate import Plate
+from zerohertz.errors import UserError
+from zerohertz.link.client import Client
+
+PERIOD_S = 200e-6
+_SCALES = (
+    "adc_bits",
+    "current_full_scale_A",
+    "line_voltage_full_scale_V",
+    "dc_link_full_scale_V",
+)
+
+
+@dataclass(frozen=True)
+class Board:
+    """toml: as host_sim/boards has them."""
+
+    toml: str
+    period_s: float = PERIOD_S
+    i_trip_max_A: float = math.inf
+
+    @classmethod
+    def of_plate(cls, plate: Plate) -> Self:
+        """Of the motor's size: full scales 2.5 x rated peak current, 1.5 x the dc link."""
+        dc_V = round(math.sqrt(2.0) * plate.voltage_V)
+        current_A = 2.5 * math.sqrt(2.0) * plate.current_A
+        return cls(_toml("scaled to the motor", 14, current_A, 1.5 * dc_V, 1.5 * dc_V, dc_V))
+
+    @classmethod
+    def of_file(cls, path: Path) -> Self:
+        try:
+            text = path.read_text(encoding="utf-8")
+            return cls(text, float(tomllib.loads(text)["control"]["period_s"]))
+        except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
+            raise UserError(f"--board {path}: is no board file; see host_sim/boards") from None
+
+    @classmethod
+    def of_drive(cls, drive: Client) -> Self:
+        """As its parameters say. Its voltage filter cannot be read: 800 Hz are written."""
+        p = drive.get(list(_SCALES))
+        scales = [p[name] for name in _SCALES]
+        period_s = float(f"{drive.identity.period_s:.7g}")
+        text = _toml("as the drive says", *scales, drive.status().u_dc_V, period_s)
+        return cls(text, period_s, drive.parameter("i_trip_A").initial)
+
+
+def _toml(
+    name: str,
+    bits: float,
+    i_A: float,
+    line_V: float,
+    dc_V: float,
+    u_dc_V: float,
+    period_s: float = PERIOD_S,
+) -> str:
+    return f"""\
+[board]
+name = "{name}"
+[adc]
+bits = {bits:.0f}
+[full_scale]
+current_A = {i_A:.4g}
+line_voltage_V = {line_V}
+dc_link_V = {dc_V}
+[filter]
+voltage_cutoff_Hz = 800.0
+order = 2
+[control]
+period_s = {period_s}
+[inverter]
+u_dc_V = {u_dc_V:.6g}
+"""
