@@ -16,7 +16,8 @@ static uint32_t next_random(uint64_t *seed)
 /* Random bytes with many zeros, op numbers and repetitions among them: pure noise meets little. */
 static size_t random_input(uint64_t *seed, uint8_t *data)
 {
-    static const uint8_t ops[] = {1, 2, 3, 4, 0x10, 0x11, 0x20, 0x21, 0x22, 0x23, 0x30, 0x31, 0x40, 0x43};
+    static const uint8_t ops[] = {1,    2,    3,    4,    0x10, 0x11, 0x20,
+                                  0x21, 0x22, 0x23, 0x30, 0x31, 0x40, 0x43};
     const size_t n = next_random(seed) % INPUT_MAX;
     const uint32_t flavour = next_random(seed) % 4u;
     for (size_t k = 0u; k < n; k++) {

@@ -18,6 +18,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from test_special import record
 
@@ -282,32 +283,74 @@ def in_background(words: list[str]) -> Iterator[None]:
             server.terminate()
 
 
-def ramps(t_s):
-    """10 rad/s^2 up from 2 s, down from 6 s, between 0 and 30 rad/s."""
-    return (30.0 / math.pi) * (10.0 * ((t_s - 2.0).clip(0.0, 3.0) - (t_s - 6.0).clip(0.0, 3.0)))
+# --- turning ---------------------------------------------------------------------------------
+
+RS_OHM, LS_H, I_D_A = 1.4, 0.178, 6.8
 
 
-def test_inertia_and_friction_come_from_two_ramps() -> None:
-    true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
-    p = plate()
-    motor = solve.solve(found_of(true, 13.7), p)
-    nm_per_A = p.pole_pairs * true.M_H**2 / true.Lr_H * 6.8
-    p = dataclasses.replace(p, speed_rpm=30.0 / 0.65 * 30.0 / math.pi)
-    made = record(
-        speed_hat_rpm=ramps,
-        i_d_A=6.8,
-        i_q_A=lambda t: (0.3 + 0.02 * 10.0 * ((t < 5.5) * 1.0 - (t >= 5.5))) / nm_per_A,
-    )
-    at = Times(0.0, (1.9, 5.5, 9.5, 0.0))
-    p = dataclasses.replace(p, frequency_Hz=2.0 * p.speed_rpm / 60.0 * 1.04)
-    mechanics = rotate.mechanics_of(made, at, motor, p)
-    assert mechanics.J_kg_m2 == pytest.approx(0.02, rel=0.01)
-    assert mechanics.friction_Nm == pytest.approx(0.3, rel=0.02)
+def samples(omega_m, torque_Nm, p=2, t_s=None) -> rotate.Samples:
+    """A motor of Ls that takes i_d and, in phase with its voltage, what the torque needs."""
+    omega_m = np.atleast_1d(np.asarray(omega_m, dtype=float))
+    t_s = np.arange(len(omega_m)) * 1e-3 if t_s is None else t_s
+    omega = p * omega_m
+    emf_V = omega * (LS_H * I_D_A)
+    i_A = -1j * I_D_A + (np.asarray(torque_Nm) * omega / p) / emf_V
+    u_V = RS_OHM * i_A + emf_V
+    return rotate.Samples(t_s, u_V, i_A, omega, omega)
+
+
+def test_friction_is_a_line_through_the_speeds_held() -> None:
+    held = [samples([w] * 50, 0.3 + 0.002 * w) for w in (45.0, 75.0, 112.0)]
+    coulomb_Nm, viscous_Nms = rotate.friction(held, RS_OHM, plate())
+    assert coulomb_Nm == pytest.approx(0.3, rel=1e-6)
+    assert viscous_Nms == pytest.approx(0.002, rel=1e-6)
+
+
+class Ramps:
+    """What rotate asks of a run: 10 rad/s^2 up and down, J .02, friction .3 Nm."""
+
+    J_kg_m2 = 0.02
+
+    def hold(self, speed_pu: float) -> None:
+        pass
+
+    def go(self, speed_pu: float) -> rotate.Samples:
+        rated = plate().speed_rpm * math.pi / 30.0
+        up = speed_pu == rotate.HIGH
+        low, high = rotate.LOW * rated, rotate.HIGH * rated
+        t_s = np.linspace(0.0, (high - low) / 10.0, 500)
+        omega = low + 10.0 * t_s if up else high - 10.0 * t_s
+        return samples(omega, 0.3 + self.J_kg_m2 * (10.0 if up else -10.0), t_s=t_s)
+
+
+def test_inertia_comes_from_two_ramps() -> None:
+    assert rotate.inertia(Ramps(), RS_OHM, plate()) == pytest.approx(0.02, rel=1e-3)
 
 
 def test_a_shaft_that_does_not_follow_is_told() -> None:
+    class Still(Ramps):
+        def go(self, speed_pu: float) -> rotate.Samples:
+            return samples([10.0] * 100, 0.3)
+
+    class Driven(Ramps):
+        J_kg_m2 = -0.02  # somebody else turns it
+
+    for run_of in (Still(), Driven()):
+        with pytest.raises(UserError, match="shaft"):
+            rotate.inertia(run_of, RS_OHM, plate())
+
+
+def test_the_curve_goes_through_what_the_turning_motor_shows() -> None:
     true = Circuit(1.405, 1.395, 0.178039, 0.178039, 0.1722)
-    motor = solve.solve(found_of(true, 13.7), plate())
-    still = record(speed_hat_rpm=0.0, i_d_A=6.8, i_q_A=1.0)
-    with pytest.raises(UserError, match="shaft"):
-        rotate.mechanics_of(still, Times(0.0, (1.0, 5.0, 9.0, 0.0)), motor, plate())
+    found = found_of(true, 13.7)
+    better = rotate.refined(found, 1.02 * true.Ls_H, 6.8)
+    assert better.flux_Wb == pytest.approx([1.02 * flux for flux in found.flux_Wb])
+    assert better.sigma_Ls_H == found.sigma_Ls_H
+    with pytest.raises(UserError, match="loaded"):
+        rotate.refined(found, 0.5 * true.Ls_H, 6.8)
+
+
+def test_reactive_power_gives_the_inductance() -> None:
+    Ls_H, current_A = samples([75.0] * 10, 0.0).Ls_H()
+    assert Ls_H == pytest.approx(LS_H)
+    assert current_A == pytest.approx(I_D_A)

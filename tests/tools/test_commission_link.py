@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ from zerohertz.errors import UserError
 from zerohertz.link import client as link
 from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.command import sil_job, with_motor
-from zerohertz.link.server import LinkedDrive
+from zerohertz.link.server import DirectLine, LinkedDrive
 from zerohertz.link.siphash import DEVELOPMENT_KEY
 from zerohertz.motor import load_motor
 
@@ -27,27 +28,7 @@ RIG = "im_4kw_400v"
 PLATE = read_plate(rig_file(RIG))
 
 
-class QuickLine:
-    """A line whose other end lives only while somebody waits at this one, 20 ms at a time."""
-
-    def __init__(self, drive: LinkedDrive) -> None:
-        self.drive, self._waiting = drive, b""
-
-    def send(self, data: bytes) -> None:
-        self._waiting += data
-
-    def receive(self, timeout_s: float) -> bytes:
-        taken, said = self.drive.run(100, self._waiting)
-        self._waiting = self._waiting[taken:]
-        return said
-
-    def close(self) -> None:
-        pass
-
-
-@pytest.fixture(autouse=True)
-def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(board_run, "_POLL_S", 0.0)
+PERIODS = 100  # of the drive, while one answer is waited for
 
 
 def served(keep: Path | None = None, **faults: object) -> LinkedDrive:
@@ -56,9 +37,21 @@ def served(keep: Path | None = None, **faults: object) -> LinkedDrive:
     return LinkedDrive(dataclasses.replace(job, scenario_overrides=overrides, seed=3), keep=keep)
 
 
-def unlocked(drive: LinkedDrive) -> Client:
+def client_of(drive: LinkedDrive, periods: int = PERIODS) -> Client:
+    return Client(DirectLine(drive, periods), timeout_s=10.0)
+
+
+def pause_of(drive: LinkedDrive) -> board_run.Pause:
+    return DirectLine(drive, PERIODS).pause
+
+
+def silent(_: str) -> None:
+    pass
+
+
+def unlocked(drive: LinkedDrive, periods: int = PERIODS) -> Client:
     drive.run(60_000)  # offsets, and the wait before a challenge is heard
-    client = Client(QuickLine(drive), timeout_s=0.1)
+    client = client_of(drive, periods)
     client.unlock(DEVELOPMENT_KEY)
     return client
 
@@ -68,7 +61,7 @@ def test_a_drive_finds_its_motor_keeps_it_and_runs_it_after_a_power_cycle(tmp_pa
     with served(tmp_path / "flash") as drive:
         client = unlocked(drive)
         before = client.get(list(client.parameters))
-        found = finding.of_drive(client, RIG, PLATE, said.append)
+        found = finding.of_drive(client, RIG, PLATE, said.append, pause=pause_of(drive))
         assert found.motor is not None
         assert said[0] == board_run.STAGES[0]
         assert "magnetising curve, level 8 of 8" in said
@@ -95,13 +88,13 @@ def test_a_refusal_comes_over_the_line_and_everything_is_put_back() -> None:
     with served(open_phase='"v"', open_s=0.0) as drive:
         client = unlocked(drive)
         before = client.get(list(client.parameters))
-        found = finding.of_drive(client, RIG, PLATE, lambda _: None)
+        found = finding.of_drive(client, RIG, PLATE, silent, pause=pause_of(drive))
         assert found.refusal == REFUSALS[2]
         assert found.motor is None
         assert client.get(list(client.parameters)) == before
         assert not drive.state.gates_on
         with pytest.raises(UserError, match=r"FAULT COMMISSIONING.*--reset"):
-            finding.of_drive(client, RIG, PLATE, lambda _: None)
+            finding.of_drive(client, RIG, PLATE, silent, pause=pause_of(drive))
 
 
 def test_a_host_that_gives_up_leaves_the_gates_off_and_the_parameters_as_they_were() -> None:
@@ -113,7 +106,7 @@ def test_a_host_that_gives_up_leaves_the_gates_off_and_the_parameters_as_they_we
         client = unlocked(drive)
         before = client.get(list(client.parameters))
         with pytest.raises(KeyboardInterrupt):
-            finding.of_drive(client, RIG, PLATE, give_up)
+            finding.of_drive(client, RIG, PLATE, give_up, pause=pause_of(drive))
         assert not drive.state.gates_on
         assert client.get(list(client.parameters)) == before
 
@@ -121,9 +114,9 @@ def test_a_host_that_gives_up_leaves_the_gates_off_and_the_parameters_as_they_we
 def test_a_locked_drive_is_told_so() -> None:
     with served() as drive:
         drive.run(1000)
-        client = Client(QuickLine(drive), timeout_s=0.1)
+        client = client_of(drive)
         with pytest.raises(RefusedError, match="--unlock"):
-            finding.of_drive(client, RIG, PLATE, lambda _: None)
+            finding.of_drive(client, RIG, PLATE, silent, pause=pause_of(drive))
         assert not drive.state.gates_on
 
 
@@ -131,7 +124,9 @@ def test_a_board_too_small_for_the_motor_is_not_even_tried() -> None:
     with served() as drive:
         client = unlocked(drive)
         with pytest.raises(UserError, match="this board trips at"):
-            board_run.commission(client, read_plate(rig_file("im_75kw_400v")), lambda _: None)
+            board_run.commission(
+                client, read_plate(rig_file("im_75kw_400v")), silent, pause=pause_of(drive)
+            )
 
 
 def test_firmware_that_cannot_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,7 +137,7 @@ def test_firmware_that_cannot_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> 
         client = unlocked(drive)
         monkeypatch.setattr(Client, "commissioning", unknown)
         with pytest.raises(UserError, match="firmware cannot tell"):
-            board_run.commission(client, PLATE, lambda _: None)
+            board_run.commission(client, PLATE, silent, pause=pause_of(drive))
 
 
 def test_values_that_only_fit_together_are_set_whatever_their_order() -> None:
@@ -154,3 +149,22 @@ def test_values_that_only_fit_together_are_set_whatever_their_order() -> None:
         assert client.get(list(larger)) == pytest.approx(larger)
         with pytest.raises(RefusedError, match="refused together"):
             board_run.put(client, {"M_H": 0.6})
+
+
+def test_a_drive_turns_its_motor_too_and_is_then_as_it_was() -> None:
+    with served() as drive:
+        client = unlocked(drive, 10)  # a sample every 2 ms
+        before = client.get(list(client.parameters))
+        found = finding.of_drive(client, RIG, PLATE, silent, rotate=True, pause=pause_of(drive))
+        assert client.get(list(client.parameters)) == before
+        assert not drive.state.gates_on
+    true = tomllib.loads(rig_file(RIG).read_text())["mechanics"]
+    assert found.motor is not None
+    assert found.mechanics is not None
+    wrong = campaign.mechanical_errors(found.mechanics, true, PLATE)
+    wrong |= campaign.errors(
+        found.motor, campaign.true_circuit(rig_file(RIG), found.motor.main_flux_Wb)
+    )
+    for name, error in wrong.items():
+        assert abs(error) <= campaign.GOALS[name], (name, error)
+    assert "per rad/s" in found.text()

@@ -28,7 +28,10 @@ from zerohertz.sim import Commissioned
 # What an image may have been tuned to for its own motor, and no other.
 OTHER_MOTOR_S = {
     "observer_gain_enable": 0.0,
+    "control_mode": 0.0,
     "flux_mode": 0.0,
+    "economy_flux_min": 0.0,
+    "dc_brake_A": 0.0,
     "eps1_mode": 0.0,
     "rs_track_gain": 0.0,
     "steer_min_Hz": 0.0,
@@ -43,6 +46,7 @@ STAGES = (
     "done",
 )
 RESTING = (State.READY, State.FAULT, State.TORQUE_OFF)
+Pause = Callable[[float], None]  # lets that many seconds pass
 _POLL_S = 0.05
 _VALID_S = 3.0  # of the drive's time: direct current for so long when this process dies
 _PATIENCE_S = 10.0
@@ -50,19 +54,19 @@ _TOGETHER = 10  # status of a link's answer: refused next to the other values
 
 
 def commission(
-    drive: Client, plate: Plate, say: Callable[[str], None]
+    drive: Client, plate: Plate, say: Callable[[str], None], pause: Pause = time.sleep
 ) -> tuple[Commissioned, float]:
     """What the drive found, and how long it took. UserError when it cannot, or tripped.
 
     The drive has to be unlocked: it is told another motor than its own.
     """
-    _can(drive, plate)
+    _can(drive, plate, pause)
     with borrowed(drive, _unknown(drive, plate) | start_parameters(plate) | OTHER_MOTOR_S):
         try:
-            seen, seconds = _follow(drive, say)
+            seen, seconds = _follow(drive, say, pause)
         finally:
             drive.stop()
-            _at_rest(drive)
+            at_rest(drive, pause)
     found = dict(zip(_NAMES, seen.found, strict=True))
     level_A, flux_Wb, error_V = zip(*seen.curve, strict=True)
     done = seen.status == 1
@@ -76,11 +80,15 @@ _NAMES = ("Rs_ohm", "lost_V", "sigma_Ls_H", "Rr_gamma_ohm", "M_gamma_H", "bias_A
 
 def keep(drive: Client, found: Identified, plate: Plate, board: Board) -> dict[str, float]:
     """Parameters of the motor found, set and saved; without a table until one of it is flashed."""
-    values = parameters_of(found, plate, board) | _circuit(found.circuit, plate)
-    values |= OTHER_MOTOR_S
+    values = values_of(found, plate, board)
     put(drive, values)
     drive.save()
     return values
+
+
+def values_of(found: Identified, plate: Plate, board: Board) -> dict[str, float]:
+    """All parameters that follow from the motor, the gain table's use not among them."""
+    return parameters_of(found, plate, board) | _circuit(found.circuit, plate) | OTHER_MOTOR_S
 
 
 def put(drive: Client, values: Mapping[str, float]) -> None:
@@ -112,7 +120,7 @@ def borrowed(drive: Client, values: Mapping[str, float]) -> Iterator[None]:
         put(drive, before)
 
 
-def _can(drive: Client, plate: Plate) -> None:
+def _can(drive: Client, plate: Plate, pause: Pause) -> None:
     """Whether this drive and board can find this motor at all."""
     try:
         drive.commissioning()
@@ -127,7 +135,7 @@ def _can(drive: Client, plate: Plate) -> None:
             f"this board trips at {drive.parameter('i_trip_A').initial:.3g} A; a motor of "
             f"{plate.current_A:.3g} A rms needs {TRIP * PEAK * plate.current_vector_A:.3g} A"
         )
-    _at_rest(drive)
+    at_rest(drive, pause)
     status = drive.status()
     if status.state != State.READY:
         faults = " ".join(f.name or "" for f in Fault if f & status.faults)
@@ -148,10 +156,9 @@ def _circuit(circuit: Circuit, plate: Plate) -> dict[str, float]:
     return dataclasses.asdict(circuit) | {"pole_pairs": float(plate.pole_pairs)}
 
 
-def _follow(drive: Client, say: Callable[[str], None]) -> tuple[Commissioning, float]:
+def _follow(drive: Client, say: Callable[[str], None], pause: Pause) -> tuple[Commissioning, float]:
     """Starts it and waits for its end; the drive ends it by itself when this dies."""
-    begun, told = 0, ""
-    until_s = time.monotonic() + _PATIENCE_S
+    begun, told, waited_s = 0, "", 0.0
     while True:
         drive.command(link.COMMISSION, valid_s=_VALID_S)
         status, seen = drive.status(), drive.commissioning()
@@ -161,9 +168,10 @@ def _follow(drive: Client, say: Callable[[str], None]) -> tuple[Commissioning, f
                 say(told := now)
         elif begun:
             break
-        elif time.monotonic() > until_s:
+        elif waited_s > _PATIENCE_S:
             raise UserError(f"the drive does not begin; it is {State(status.state).name}")
-        time.sleep(_POLL_S)
+        pause(_POLL_S)
+        waited_s += _POLL_S
     if seen.status == 0:
         faults = " ".join(f.name or "" for f in Fault if f & status.faults)
         raise UserError(f"commissioning ended early: {faults or 'the command was taken away'}")
@@ -175,10 +183,11 @@ def _stage(seen: Commissioning) -> str:
     return f"{name}, level {seen.level + 1} of {len(seen.curve)}" if seen.stage == 2 else name
 
 
-def _at_rest(drive: Client) -> None:
-    """Gates off, and a fault of ours reset; UserError when the gates stay on."""
-    until_s = time.monotonic() + _PATIENCE_S
+def at_rest(drive: Client, pause: Pause = time.sleep) -> None:
+    """Waits for the gates to be off and nothing going on; UserError when that does not come."""
+    waited_s = 0.0
     while (status := drive.status()).state not in RESTING:
-        if time.monotonic() > until_s:
+        if waited_s > _PATIENCE_S:
             raise UserError(f"the drive does not come to rest: {State(status.state).name}")
-        time.sleep(_POLL_S)
+        pause(_POLL_S)
+        waited_s += _POLL_S

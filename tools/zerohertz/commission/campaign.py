@@ -7,6 +7,7 @@ its leakage shared equally like the tool's, which changes nothing at the termina
 from __future__ import annotations
 
 import dataclasses
+import math
 import tempfile
 import tomllib
 from collections.abc import Callable
@@ -14,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from zerohertz.commission import run as firmware
+from zerohertz.commission.board import Board
 from zerohertz.commission.folder import rig_file, store
 from zerohertz.commission.plate import Plate, read_plate, warnings
-from zerohertz.commission.rotate import find_mechanics
+from zerohertz.commission.rotate import Mechanics, turn_rig
 from zerohertz.commission.solve import Identified, equal_leakage, solve
 from zerohertz.commission.trial import Trial, run_trial
 from zerohertz.commission.tuning import MARGIN
@@ -27,8 +29,17 @@ from zerohertz.paths import ROOT
 
 PAGE = ROOT / "tools" / "docs" / "commissioning.md"
 SMALL_KW = 7.5
-# Nobody asked for J: as good as the speed loop cares for.
-GOALS = {"Rs": 0.01, "sigma_Ls": 0.05, "Rr": 0.05, "M": 0.05, "J": 0.1}
+# Nobody asked for the last three: as good as a speed loop cares for. Friction: at rated speed.
+GOALS = {
+    "Rs": 0.01,
+    "sigma_Ls": 0.05,
+    "Rr": 0.05,
+    "M": 0.05,
+    "M turning": 0.05,
+    "J": 0.1,
+    "coulomb": 0.2,
+    "friction": 0.1,
+}
 RS_GOAL_LARGE = 0.03  # above SMALL_KW
 
 
@@ -85,6 +96,18 @@ def errors(found: Identified, true: Circuit) -> dict[str, float]:
     }
 
 
+def mechanical_errors(found: Mechanics, true: dict[str, float], plate: Plate) -> dict[str, float]:
+    """friction: all of it, at rated speed."""
+    rated = plate.speed_rpm * math.pi / 30.0
+    mine_Nm = found.coulomb_Nm + rated * found.viscous_Nms
+    true_Nm = true["coulomb_Nm"] + rated * true["viscous_Nms"]
+    return {
+        "J": found.J_kg_m2 / true["J_kg_m2"] - 1.0,
+        "coulomb": found.coulomb_Nm / true["coulomb_Nm"] - 1.0,
+        "friction": mine_Nm / true_Nm - 1.0,
+    }
+
+
 def one_motor(rig: Path, seed: int = 1, certificate: bool = False) -> Row:
     """Commission, design, run; what the tool knows is the plate."""
     plate = read_plate(rig)
@@ -93,16 +116,18 @@ def one_motor(rig: Path, seed: int = 1, certificate: bool = False) -> Row:
     if refusal is not None:
         return Row(rig.stem, plate, seconds, None, {}, None, refusal)
     motor = solve(found, plate)
+    wrong = errors(motor, true_circuit(rig, motor.main_flux_Wb))
+    mechanics, turned = turn_rig(rig, found, plate, Board.of_plate(plate), seed)
+    motor = solve(turned, plate)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        mechanics = find_mechanics(rig, motor, plate, seed=seed)
         plate = dataclasses.replace(plate, J_kg_m2=mechanics.J_kg_m2)
         store(folder, rig.stem, motor, plate)
         table = design_table(load_motor(folder), certificate=certificate)
         (folder / JSON_NAME).write_text(table_json(table), encoding="utf-8")
         trial = run_trial(folder, rig, seed)
-    wrong = errors(motor, true_circuit(rig, motor.main_flux_Wb))
-    wrong["J"] = mechanics.J_kg_m2 / _rig(rig)["mechanics"]["J_kg_m2"] - 1.0
+    wrong["M turning"] = errors(motor, true_circuit(rig, motor.main_flux_Wb))["M"]
+    wrong |= mechanical_errors(mechanics, _rig(rig)["mechanics"], plate)
     return Row(rig.stem, plate, seconds, motor, wrong, trial, None)
 
 
@@ -155,11 +180,13 @@ Made by `tools/zh campaign commissioning --seed {seed} --write`; `tools/zh test`
 {good} of {len(rows)} are within the goals and run. How it is done:
 [walkthrough.md](walkthrough.md) and `firmware/service/commissioning.h`.
 
-Errors in percent. Goals: Rs 1 % up to {SMALL_KW:g} kW and 3 % above, J 10 %, the others
-5 %. Speeds in percent of rated; s: how long the motor stood still.
+Errors in percent. Goals: Rs 1 % up to {SMALL_KW:g} kW and 3 % above, sigma Ls, Rr and M 5 %;
+of our own: J and friction 10 %, Coulomb friction alone 20 %. M t: refined by the turning motor;
+friction: all of it, at rated speed. Other speeds in percent of rated; s: how long it stood still.
 
-| motor | kW | s | Rs | sigma Ls | Rr | M | J | rise, s | dip | speed off | angle off, deg | run |
-|---|---|---|---|---|---|---|---|---|---|---|---|---|
+| motor | kW | s | Rs | sigma Ls | Rr | M | M t | J | Coulomb | friction | rise, s | dip | \
+speed off | angle off, deg | run |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|
 {lines}
 
 The firmware is told the nameplate alone and finds the circuit at standstill, on the simulated rig:
@@ -167,8 +194,9 @@ main flux saturated (the published M holds at rated flux, 1.25 of it without flu
 time and 1 V of device drop, thresholds of the inverter's error between 1 and 3.5 % of rated peak
 current, offsets of the current sensors up to .6 % of full scale, 1 LSB of noise at 14 bit. Not
 modelled: gain errors of the sensors (they go straight into every result), skin effect, iron loss,
-a warming winding, remanence. Where the circuits were published stands in
-`host_sim/rigs/motors/*.toml`.
+a warming winding, remanence. Where the circuits were published, and whether they were read there,
+stands in `host_sim/rigs/motors/*.toml`. The range asked for begins at .37 kW: no published circuit
+of such a motor was found, the smallest here has half of that.
 
 M is judged at the main flux which the tool takes as rated: that of rated voltage, frequency,
 current and cos phi. The terminals do not tell how the leakage is shared between stator and rotor;
@@ -176,9 +204,15 @@ the tool shares it equally, and the truth is converted to that: the same machine
 Only `im_1kw5_200v`, with all leakage in the stator, is not exactly so once its iron saturates,
 hence its larger errors.
 
+Turning, the torque is the power into the air gap over the frequency, of sensed line voltages and
+currents: an angle error of the estimator, a degree or less, would hide a friction of 1 % of rated
+torque. Friction of the rigs is estimated, 1 % of rated torque and half of that again at rated
+speed; a real motor's iron loss would be found as friction. M comes from reactive power at half of
+rated speed without load, and the whole magnetising curve is scaled to that point.
+
 The run: gain table (closed form), bandwidths, limits and flux from the identified motor and the
-plate, nothing set by hand; inertia from two slow ramps of the free shaft (`zh commission
---rotate`), the catalogue's not used. Speed from a quarter to three quarters of rated at the slew
-that takes {MARGIN:.0%} of rated torque (rise: to 90 %), then rated torque on and off. Held: no
+plate, nothing set by hand, with M, inertia and friction of the turning free shaft (`zh commission
+--rotate`), the catalogue's inertia not used. Speed from a quarter to three quarters of rated at the
+slew that takes {MARGIN:.0%} of rated torque (rise: to 90 %), then rated torque on and off. Held: no
 fault, and at the end of each phase the true speed within 1 % and the flux angle within 10 degrees.
 """

@@ -77,8 +77,8 @@ def commission(
     linked = port is not None or sil
     if (rig is not None) == linked or (plate is not None) != linked:
         raise UserError("give --rig NAME, or --plate FILE with --port DEVICE or --sil")
-    if linked and (rotate or board is not None):
-        raise UserError("--rotate and --board are for --rig; a drive says itself what its board is")
+    if linked and board is not None:
+        raise UserError("--board: is for --rig; a drive says itself what its board is")
     if not linked and save:
         raise UserError("--save: is for a drive, with --port or --sil")
     # Here and not above: other commands need not wait for scipy.
@@ -94,7 +94,7 @@ def commission(
     if linked:
         with open_client(port, baud, sil, tcp) as drive:
             unlock_drive(drive, unlock, key)
-            found = finding.of_drive(drive, path.stem, told, notes.print)
+            found = finding.of_drive(drive, path.stem, told, notes.print, rotate)
             if save and found.motor is not None:
                 board_run.keep(drive, found.motor, found.plate, found.board)
                 notes.print("set and saved in the drive, gain table off until it has this motor's")

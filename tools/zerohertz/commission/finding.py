@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from zerohertz.commission import run as firmware
 from zerohertz.commission.board import Board
 from zerohertz.commission.folder import store
 from zerohertz.commission.plate import Plate, warnings
-from zerohertz.commission.rotate import Mechanics, find_mechanics
+from zerohertz.commission.rotate import Mechanics, turn, turn_rig
 from zerohertz.commission.solve import Identified, solve
 from zerohertz.link.client import Client
 from zerohertz.sim import Commissioned
@@ -62,7 +63,8 @@ class Finding:
         ]
         if self.mechanics is not None:
             m = self.mechanics
-            lines.append(f"  J {m.J_kg_m2:.4g} kg m2, friction {m.friction_Nm:.2g} Nm")
+            lines.append(f"  J {m.J_kg_m2:.4g} kg m2, friction {m.coulomb_Nm:.3g} Nm")
+            lines[-1] += f" and {m.viscous_Nms:.3g} Nm per rad/s; M of the turning motor"
         return "\n".join(lines)
 
 
@@ -73,13 +75,29 @@ def of_rig(path: Path, plate: Plate, board_file: Path | None, rotate: bool, seed
     motor = solve(seen, plate) if seen.done else None
     mechanics = None
     if motor is not None and rotate:
-        mechanics = find_mechanics(path, motor, plate, board, seed)
+        mechanics, seen = turn_rig(path, seen, plate, board, seed)
+        motor = solve(seen, plate)
         plate = dataclasses.replace(plate, J_kg_m2=mechanics.J_kg_m2)
     return Finding(path.stem, plate, board, seen, seconds, motor, mechanics)
 
 
-def of_drive(drive: Client, name: str, plate: Plate, say: Callable[[str], None]) -> Finding:
-    """By a drive on its line."""
+def of_drive(
+    drive: Client,
+    name: str,
+    plate: Plate,
+    say: Callable[[str], None],
+    rotate: bool = False,
+    pause: board_run.Pause = time.sleep,
+) -> Finding:
+    """By a drive on its line; rotate: then turned, without a gain table, which it has none of."""
     board = Board.of_drive(drive)
-    seen, seconds = board_run.commission(drive, plate, say)
-    return Finding(name, plate, board, seen, seconds, solve(seen, plate) if seen.done else None)
+    seen, seconds = board_run.commission(drive, plate, say, pause)
+    motor = solve(seen, plate) if seen.done else None
+    mechanics = None
+    if motor is not None and rotate:
+        say("turning")
+        with board_run.borrowed(drive, board_run.values_of(motor, plate, board)):
+            mechanics, seen = turn(drive, seen, plate, pause)
+        motor = solve(seen, plate)
+        plate = dataclasses.replace(plate, J_kg_m2=mechanics.J_kg_m2)
+    return Finding(name, plate, board, seen, seconds, motor, mechanics)

@@ -1,8 +1,10 @@
-"""Inertia and friction of the free shaft: by the firmware's own speed, torque current and flux.
+"""What only a turning shaft tells: inertia, friction, and the flux that a current makes.
 
-Up a ramp the torque is J a + friction, down the same ramp -J a + friction: difference and mean. The
-ramp is slow enough for a first inertia that is wrong by several times; with what it gives the same
-is done once more.
+All by signals of the firmware over its link. Power into the air gap over the frequency is the
+torque: no angle of an estimator is in it, 1 degree of which would be more than the friction. Up a
+ramp it is J a + friction, down the same ramp -J a + friction. Held at three speeds it is Coulomb
+friction and what grows with speed; at the middle one reactive power over the square of the current
+is Ls, better than integrals at standstill know it: the magnetising curve is scaled to it.
 """
 
 from __future__ import annotations
@@ -10,121 +12,242 @@ from __future__ import annotations
 import dataclasses
 import math
 import tempfile
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from zerohertz.commission.board import Board
+from zerohertz.commission.board_run import Pause, at_rest, put
 from zerohertz.commission.folder import BOARD, store, stored_parameters
 from zerohertz.commission.plate import Plate
 from zerohertz.commission.run import inertia_kg_m2
-from zerohertz.commission.solve import Identified
-from zerohertz.commission.trial import Times
+from zerohertz.commission.solve import solve
+from zerohertz.drive import State
 from zerohertz.errors import UserError
 from zerohertz.gain_design.command import JSON_NAME
 from zerohertz.gain_design.table import design_table, table_json
+from zerohertz.link import client as link
+from zerohertz.link.client import Client
+from zerohertz.link.server import DirectLine, LinkedDrive
 from zerohertz.motor import load_motor
-from zerohertz.sim import Job, Record, run
+from zerohertz.scenario.setup import SCENARIOS
+from zerohertz.sim import Commissioned, Job
 
-LOW, HIGH = 0.3, 0.6  # of rated speed: the ramps go between
-INNER = 0.25  # of the ramp at either end that is left out: the speed controller swings in
-TORQUE_PU = 0.2  # of rated torque, for the inertia that is assumed
+LOW, MIDDLE, HIGH = 0.3, 0.5, 0.75  # of rated speed
+INNER = 0.2  # of the ramp at either end that is left out: the speed controller swings in
+TORQUE_PU = 0.2  # of rated torque at most, for the inertia that is assumed
+RAMP_S = 1.0  # at least: a serial line gives a hundred samples a second
+SETTLE_S, HOLD_S = 1.0, 2.0
+NEAR_PU = 0.005
+# Without load an estimate need not find zero: friction brings the rest.
+SLOW_PU, COAST_S = 0.05, 3.0
 ROUNDS = 2
+_SIGNALS = (
+    *("u_s_alpha_V", "u_s_beta_V", "i_s_alpha_A", "i_s_beta_A"),
+    *("omega_e_hat_rad_s", "omega_s_hat_rad_s", "state"),
+)
+_COMMAND_EVERY = 20  # samples
+_VALID_S = 3.0
+_PATIENCE_S = 120.0  # of the drive's time
+_PERIODS = 10  # of the simulated drive, from sample to sample
+_ANSWER_S = 10.0  # of this machine: far more than it takes, or a loaded one would ask twice
 
 
 @dataclasses.dataclass(frozen=True)
 class Mechanics:
-    """Of motor and whatever turns with it."""
+    """Of motor and whatever turns with it; friction is coulomb_Nm + viscous_Nms omega."""
 
     J_kg_m2: float
-    friction_Nm: float
+    coulomb_Nm: float
+    viscous_Nms: float
 
 
-def find_mechanics(
-    rig: Path, found: Identified, plate: Plate, board: Board | None = None, seed: int = 1
-) -> Mechanics:
-    """Turns the motor: nobody near the shaft. UserError when it does not run."""
-    J_kg_m2 = inertia_kg_m2(dataclasses.replace(plate, J_kg_m2=None))
-    for _ in range(ROUNDS):
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            store(folder, "turning", found, dataclasses.replace(plate, J_kg_m2=J_kg_m2), board)
-            seen = _turn(folder, rig, found, plate, J_kg_m2, seed)
-        J_kg_m2 = seen.J_kg_m2
-    return seen
+@dataclasses.dataclass(frozen=True)
+class Samples:
+    """Of the drive while something was waited for; vectors are complex."""
+
+    t_s: np.ndarray
+    u_V: np.ndarray  # mean over the period that ended
+    i_A: np.ndarray  # in its middle
+    omega_e_rad_s: np.ndarray
+    omega_s_rad_s: np.ndarray
+
+    def torque_Nm(self, Rs_ohm: float, pole_pairs: int) -> np.ndarray:
+        power_W = np.real(self.u_V * np.conj(self.i_A)) - Rs_ohm * np.abs(self.i_A) ** 2
+        return pole_pairs * power_W / self.omega_s_rad_s
+
+    def Ls_H(self) -> tuple[float, float]:
+        """And the current that it holds for."""
+        current2 = float(np.mean(np.abs(self.i_A) ** 2))
+        reactive_W = float(np.mean(np.imag(self.u_V * np.conj(self.i_A))))
+        return reactive_W / current2 / float(np.mean(self.omega_s_rad_s)), math.sqrt(current2)
 
 
-def _turn(
-    folder: Path, rig: Path, found: Identified, plate: Plate, J_kg_m2: float, seed: int
-) -> Mechanics:
-    table = design_table(load_motor(folder), certificate=False)
-    (folder / JSON_NAME).write_text(table_json(table), encoding="utf-8")
-    parameters = stored_parameters(folder)
-    slew = TORQUE_PU * plate.torque_Nm / J_kg_m2  # mechanical, rad/s^2
-    parameters["speed_slew_rad_s2"] = slew * plate.pole_pairs
-    ramp_s = (HIGH - LOW) * _rad_s(plate.speed_rpm) / slew
-    start = 2.0 * parameters["rs_level_s"] + parameters["premagnetise_s"] + 0.6
-    up = start + 2.0 * LOW / (HIGH - LOW) * ramp_s + 2.0
-    # Twice the time: an inertia beyond the guess takes more torque than there is.
-    down = up + 2.0 * ramp_s + 2.0
-    at = Times(start, (up, down, down + 2.0 * ramp_s + 2.0, 0.0))
-    record = run(
-        Job(
-            scenario=_scenario(plate, at),
+def turn_rig(
+    rig: Path, found: Commissioned, plate: Plate, board: Board, seed: int = 1
+) -> tuple[Mechanics, Commissioned]:
+    """The simulated motor, with the table that belongs to it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        store(folder, "turning", solve(found, plate), plate, board)
+        table = design_table(load_motor(folder), certificate=False)
+        (folder / JSON_NAME).write_text(table_json(table), encoding="utf-8")
+        job = Job(
+            scenario=SCENARIOS / "smoke.toml",
+            scenario_overrides={"profiles.load_torque_Nm": [[0.0, 0.0]]},
             rig=rig,
             board=folder / BOARD,
             motor_dir=folder,
-            firmware=parameters,
+            firmware=stored_parameters(folder),
             seed=seed,
-            decimate=5,
         )
+        with LinkedDrive(job) as drive:
+            line = DirectLine(drive, _PERIODS)
+            line.pause(1.0)
+            return turn(Client(line, timeout_s=_ANSWER_S), found, plate, line.pause)
+
+
+def turn(
+    drive: Client, found: Commissioned, plate: Plate, pause: Pause = time.sleep
+) -> tuple[Mechanics, Commissioned]:
+    """Turns the motor: nobody near the shaft. UserError when it does not run.
+
+    The drive has the parameters of the motor found; its inertia and slew are set here.
+    """
+    J_kg_m2 = inertia_kg_m2(dataclasses.replace(plate, J_kg_m2=None))
+    for k in range(ROUNDS):
+        with _Run(drive, plate, J_kg_m2, pause) as run:
+            J_kg_m2 = inertia(run, found.Rs_ohm, plate)
+            holds = [run.hold(pu) for pu in (LOW, MIDDLE, HIGH)] if k == ROUNDS - 1 else []
+    coulomb_Nm, viscous_Nms = friction(holds, found.Rs_ohm, plate)
+    return Mechanics(J_kg_m2, coulomb_Nm, viscous_Nms), refined(found, *holds[1].Ls_H())
+
+
+def inertia(run: _Run, Rs_ohm: float, plate: Plate) -> float:
+    run.hold(LOW)
+    (up_Nm, up), (down_Nm, down) = (
+        _ramp(run.go(pu), Rs_ohm, plate, HIGH, LOW) for pu in (HIGH, LOW)
     )
-    if record.first_fault:
-        raise UserError(f"turning: the drive tripped, fault bits {record.first_fault:#x}")
-    return mechanics_of(record, at, found, plate)
-
-
-def mechanics_of(record: Record, at: Times, found: Identified, plate: Plate) -> Mechanics:
-    """From the two ramps; signals are those that the firmware itself has."""
-    up_Nm, up = _ramp(record, at.ends_s[0], at.ends_s[1], found, plate)
-    down_Nm, down = _ramp(record, at.ends_s[1], at.ends_s[2], found, plate)
     J_kg_m2 = (up_Nm - down_Nm) / (up - down)
     if not 0.0 < J_kg_m2 < 1e3:
         raise UserError(f"turning: an inertia of {J_kg_m2:.3g} kg m2 is none; is the shaft free?")
-    return Mechanics(J_kg_m2, up_Nm - J_kg_m2 * up)
+    return J_kg_m2
+
+
+def friction(holds: list[Samples], Rs_ohm: float, plate: Plate) -> tuple[float, float]:
+    """Coulomb friction in Nm, and Nm per rad/s."""
+    p = plate.pole_pairs
+    torque = [float(np.mean(hold.torque_Nm(Rs_ohm, p))) for hold in holds]
+    speed = [float(np.mean(hold.omega_e_rad_s)) / p for hold in holds]
+    viscous_Nms, coulomb_Nm = np.polyfit(speed, torque, 1)
+    return float(coulomb_Nm), float(viscous_Nms)
+
+
+def refined(found: Commissioned, Ls_H: float, current_A: float) -> Commissioned:
+    """The magnetising curve through the point that the turning motor showed."""
+    ratio_H = [flux / i for flux, i in zip(found.flux_Wb, found.level_A, strict=True)]
+    at_standstill_H = float(PchipInterpolator(found.level_A, ratio_H)(current_A))
+    scale = Ls_H / at_standstill_H
+    if not 0.8 < scale < 1.25:
+        raise UserError(
+            f"turning: Ls is {scale:.0%} of that at standstill; was the motor loaded, or warmed up?"
+        )
+    return dataclasses.replace(found, flux_Wb=tuple(scale * flux for flux in found.flux_Wb))
 
 
 def _ramp(
-    record: Record, begin_s: float, end_s: float, found: Identified, plate: Plate
+    samples: Samples, Rs_ohm: float, plate: Plate, high: float, low: float
 ) -> tuple[float, float]:
-    """Mean torque and acceleration (rad/s^2) in the middle of the speed range."""
-    t, speed = record.t_s, _rad_s(record["speed_hat_rpm"])
-    rated = _rad_s(plate.speed_rpm)
-    margin = INNER * (HIGH - LOW)
-    inside = (t >= begin_s) & (t < end_s)
-    inside &= (speed > (LOW + margin) * rated) & (speed < (HIGH - margin) * rated)
+    """Mean torque and acceleration (mechanical) in the middle of the speed range."""
+    p, rated = plate.pole_pairs, _rad_s(plate)
+    margin = INNER * (high - low)
+    pu = samples.omega_e_rad_s / p / rated
+    inside = (pu > low + margin) & (pu < high - margin)
     if np.count_nonzero(inside) < 10:
         raise UserError("turning: the speed does not follow its ramp; is the shaft free?")
-    c = found.circuit
-    flux_Wb = c.M_H * record["i_d_A"][inside]
-    torque_Nm = plate.pole_pairs * c.M_H / c.Lr_H * flux_Wb * record["i_q_A"][inside]
-    slope = np.polyfit(t[inside], speed[inside], 1)[0]
-    return float(np.mean(torque_Nm)), float(slope)
+    slope = np.polyfit(samples.t_s[inside], samples.omega_e_rad_s[inside] / p, 1)[0]
+    return float(np.mean(samples.torque_Nm(Rs_ohm, p)[inside])), float(slope)
 
 
-def _rad_s(rpm):
-    return rpm * math.pi / 30.0
+def _rad_s(plate: Plate) -> float:
+    return plate.speed_rpm * math.pi / 30.0
 
 
-def _scenario(plate: Plate, at: Times) -> str:
-    low, high = LOW * plate.speed_rpm, HIGH * plate.speed_rpm
-    start, (up, down, end, _) = at.start_s, at.ends_s
-    speed = [[0, 0], [start, 0], [start, low], [up, low], [up, high], [down, high], [down, low]]
-    return f"""\
-[scenario]
-name = "turning"
-duration_s = {end}
-run_on_s = 0.3
-[profiles]
-speed_ref_rpm = {speed}
-"""
+class _Run:
+    """From standstill to standstill."""
+
+    def __init__(self, drive: Client, plate: Plate, J_kg_m2: float, pause: Pause) -> None:
+        self._drive, self._rated, self._pause = drive, _rad_s(plate), pause
+        self._pole_pairs, self._speed_pu, self._count = plate.pole_pairs, 0.0, 0
+        most = TORQUE_PU * plate.torque_Nm / J_kg_m2
+        slew = min(most, (HIGH - LOW) * self._rated / RAMP_S)
+        values = {"speed_J_kg_m2": J_kg_m2, "speed_slew_rad_s2": slew * plate.pole_pairs}
+        put(drive, values)
+
+    def __enter__(self) -> _Run:
+        waited_s, step_s = 0.0, 0.1
+        while (state := self._command().state) != State.RUN:
+            if state == State.FAULT or waited_s > _PATIENCE_S:
+                raise UserError(f"turning: the drive does not start; it is {State(state).name}")
+            self._pause(step_s)
+            waited_s += step_s
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            if kind is None:
+                self.go(0.0, SLOW_PU)
+        finally:
+            self._drive.stop()
+            self._pause(COAST_S)
+            at_rest(self._drive, self._pause)
+
+    def _command(self) -> link.Status:
+        self._drive.command(link.RUN, self._speed_pu * self._rated, _VALID_S)
+        return self._drive.status()
+
+    def go(self, speed_pu: float, near_pu: float = NEAR_PU) -> Samples:
+        """To that speed, by the firmware's own estimate."""
+        self._speed_pu = speed_pu
+        target = speed_pu * self._rated * self._pole_pairs
+        near = near_pu * self._rated * self._pole_pairs
+        return self._collect(_PATIENCE_S, lambda row: abs(row[4] - target) < near)
+
+    def hold(self, speed_pu: float) -> Samples:
+        """Samples at that speed, once the flux has settled."""
+        self.go(speed_pu)
+        self._collect(SETTLE_S)
+        return self._collect(HOLD_S)
+
+    def _collect(
+        self, seconds: float, there: Callable[[list[float]], bool] | None = None
+    ) -> Samples:
+        """For so long, or until there."""
+        period_s = self._drive.identity.period_s
+        rows: list[list[float]] = []
+        periods: list[int] = []
+        while not periods or (periods[-1] - periods[0]) * period_s < seconds:
+            if self._count % _COMMAND_EVERY == 0:
+                self._command()
+            self._count += 1
+            period, row = self._drive.sample(list(_SIGNALS))
+            periods.append(period)
+            rows.append(row)
+            if row[6] != State.RUN:
+                raise UserError(f"turning: the drive left RUN for {State(int(row[6])).name}")
+            if there is not None and there(row):
+                return _samples(periods, rows, period_s)
+        if there is not None:
+            raise UserError("turning: the speed is not reached; is the shaft free?")
+        return _samples(periods, rows, period_s)
+
+
+def _samples(periods: list[int], rows: list[list[float]], period_s: float) -> Samples:
+    u_alpha, u_beta, i_alpha, i_beta, omega_e, omega_s, _ = np.array(rows).T
+    # The current is of the period's end, the voltage its mean.
+    back = np.exp(-0.5j * omega_s * period_s)
+    t_s = np.array(periods) * period_s
+    return Samples(t_s, u_alpha + 1j * u_beta, (i_alpha + 1j * i_beta) * back, omega_e, omega_s)

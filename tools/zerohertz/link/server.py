@@ -107,6 +107,30 @@ class LinkedDrive:
         return SilState(bool(raw.gates_on), raw.periods, raw.digest, raw.time_s, raw.speed_rpm)
 
 
+class DirectLine:
+    """A host's end in the same program: the drive lives only while somebody waits at it."""
+
+    def __init__(self, drive: LinkedDrive, periods: int) -> None:
+        self._drive, self._periods, self._waiting = drive, periods, b""
+
+    def send(self, data: bytes) -> None:
+        self._waiting += data
+
+    def receive(self, timeout_s: float) -> bytes:
+        taken, said = self._drive.run(self._periods, self._waiting)
+        self._waiting = self._waiting[taken:]
+        return said
+
+    def pause(self, seconds: float) -> None:
+        """Lets so much of the drive's time pass."""
+        self._drive.run(1)
+        state = self._drive.state
+        self._drive.run(round(seconds * state.periods / state.time_s))
+
+    def close(self) -> None:
+        pass
+
+
 class _End(Protocol):
     """The drive's end of a line."""
 
