@@ -11,7 +11,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from zerohertz.cli import make_app
 from zerohertz.commission import board_run, campaign, finding
 from zerohertz.commission.folder import rig_file
 from zerohertz.commission.plate import read_plate
@@ -168,3 +170,22 @@ def test_a_drive_turns_its_motor_too_and_is_then_as_it_was() -> None:
     for name, error in wrong.items():
         assert abs(error) <= campaign.GOALS[name], (name, error)
     assert "per rad/s" in found.text()
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ([], "--rig NAME, or --plate"),
+        (["--rig", RIG, "--sil"], "--rig NAME, or --plate"),
+        (["--plate", RIG], "--rig NAME, or --plate"),
+        (["--sil"], "--rig NAME, or --plate"),
+        (["--plate", RIG, "--sil", "--board", "x.toml"], "--board"),
+        (["--rig", RIG, "--save"], "--save"),
+        (["--plate", "nobody", "--sil"], "known are"),
+        (["--plate", RIG, "--port", "/dev/no_such_port"], "cannot be opened"),
+    ],
+)
+def test_the_command_refuses_what_makes_no_sense(words: list[str], what: str) -> None:
+    result = CliRunner().invoke(make_app(), ["commission", *words])
+    assert isinstance(result.exception, UserError), result.output
+    assert what in str(result.exception)

@@ -28,7 +28,7 @@ def rig_file(name: str) -> Path:
     path = Path(name) if name.endswith(".toml") else RIGS / f"{name}.toml"
     if not path.is_file():
         known = ", ".join(sorted(p.stem for p in RIGS.glob("*.toml")))
-        raise UserError(f"--rig: there is no {path}; known are {known}, or give a file")
+        raise UserError(f"there is no {path}; known are {known}, or give a file")
     return path
 
 
