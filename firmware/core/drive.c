@@ -781,7 +781,8 @@ static void rest(drive_state_t *st, drive_out_t *out)
 {
     const monitor_state_t monitor = st->monitor;
     const link_limit_state_t link = st->link;
-    const overload_state_t overload = st->overload;
+    overload_state_t overload;
+    overload = st->overload; /* cppcheck takes an initialiser here for a list (rule 9.3) */
     const uint32_t idle_periods = st->idle_periods;
     drive_reset(st);
     st->monitor = monitor;
