@@ -173,6 +173,7 @@ static void config_means(drive_params_t *d, const params_t *p)
 #define CONFIG_PULL_OUT_SHARE     0.8f
 #define CONFIG_WEAK_FLUX_MIN_PU   0.1f
 #define CONFIG_ECONOMY_FILTER_S   0.5f
+#define CONFIG_ECONOMY_RISE_PU    0.7f /* of the rate that i_d_max_A begins with */
 #define CONFIG_MAINS_BACK_S       0.1f
 #define CONFIG_BRAKE_RISE_S       0.1f
 
@@ -188,7 +189,8 @@ static void config_modes(drive_modes_params_t *m, const params_t *p)
                                      .economy_min_pu = p->economy_flux_min,
                                      .economy_from_rad_s = CONFIG_ECONOMY_FROM_RAD_S,
                                      .economy_filter_s = CONFIG_ECONOMY_FILTER_S,
-                                     .economy_slew_Wb_per_s = p->steer_slew_Wb_s,
+                                     .economy_slew_Wb_per_s = CONFIG_ECONOMY_RISE_PU * p->M_H *
+                                                              p->i_d_max_A * p->Rr_ohm / p->Lr_H,
                                      .lambda_nominal_Wb = lambda_Wb,
                                      .lambda_min_Wb = CONFIG_WEAK_FLUX_MIN_PU * lambda_Wb,
                                      .i_q_max_A = p->i_q_max_A};

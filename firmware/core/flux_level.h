@@ -26,7 +26,7 @@ typedef struct {
     float economy_filter_s;      /* how slowly it takes flux away */
     float economy_slew_Wb_per_s; /* how fast it gives flux back */
     float lambda_nominal_Wb;
-    float lambda_min_Wb; /* of weakening */
+    float lambda_min_Wb; /* of either */
     float i_q_max_A;
 } flux_level_params_t;
 

@@ -67,8 +67,9 @@ def test_direct_current_brakes_and_holds():
     assert cases.hold().met
 
 
-def test_economy_saves_at_a_quarter_of_the_load():
-    found = cases.economy(0.25)
+@pytest.mark.parametrize("load_pu", [0.0, 0.25])
+def test_economy_saves_at_part_load_and_finds_its_flux_again(load_pu):
+    found = cases.economy(load_pu)
     assert found.met, found
     assert found.measured["saving_percent"] > 5.0
 

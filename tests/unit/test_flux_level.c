@@ -108,6 +108,12 @@ static void test_init_refuses_each_bad_number(void)
     TEST_ASSERT_TRUE(refused(p));
     p.economy_min_pu = 1.1f;
     TEST_ASSERT_TRUE(refused(p));
+    p.economy_min_pu = NAN;
+    TEST_ASSERT_TRUE(refused(p));
+    p.economy_min_pu = 0.09f; /* below what weakening may leave, .096 */
+    TEST_ASSERT_TRUE(refused(p));
+    p.economy_min_pu = 0.1f;
+    TEST_ASSERT_FALSE(refused(p));
     p = good;
     p.economy_from_rad_s = -1.0f;
     TEST_ASSERT_TRUE(refused(p));

@@ -276,8 +276,10 @@ def economy(load_pu: float) -> Finding:
         **_numbers(records[1]),
     }
     error = _mean(records[1], "speed_rpm", 15.5, 16.0) - 1200.0
+    # Torque that comes as a step waits for its flux, a rotor time constant and no more.
+    quick = dips[1] < 100.0
     # At half load the best flux is the nominal one: nothing to gain, nothing to lose.
-    met = _whole(records[1]) and loss[1] <= 1.01 * loss[0] and abs(error) < 15.0
+    met = _whole(records[1]) and quick and loss[1] <= 1.01 * loss[0] and abs(error) < 15.0
     return Finding(f"{100 * load_pu:.0f} % load", "held" if met else "not held", met, measured)
 
 
