@@ -2,6 +2,9 @@
 
 #include <math.h>
 
+/* Flux that lacks by no more than this may be noise of the torque. */
+#define FLUX_LEVEL_NEAR_PU 0.1f
+
 /* Zero of either sign. */
 static bool is_off(float x)
 {
@@ -86,8 +89,8 @@ static void economise(const flux_level_config_t *cfg, flux_level_state_t *st,
                            cfg->economy_min_Wb, cfg->lambda_nominal_Wb);
     }
     const float more_Wb = cfg->lambda_nominal_Wb - lambda_Wb - st->economy_Wb;
-    st->economy_Wb +=
-        (more_Wb > 0.0f) ? (cfg->economy_gain * more_Wb) : maxf(more_Wb, -cfg->economy_step_Wb);
+    const bool step = more_Wb < -FLUX_LEVEL_NEAR_PU * cfg->lambda_nominal_Wb;
+    st->economy_Wb += step ? maxf(more_Wb, -cfg->economy_step_Wb) : (cfg->economy_gain * more_Wb);
 }
 
 void flux_level_step(const flux_level_config_t *cfg, flux_level_state_t *st,

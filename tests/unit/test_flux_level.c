@@ -274,7 +274,14 @@ static void test_economy_is_slow_down_quick_up_and_bounded(void)
     for (int k = 0; k < 5000; k++) {
         step(0.0f, 283.0f, 29.0f, 0.0f);
     }
-    ASSERT_SAME_FLOAT(0.0f, st.economy_Wb);
+    ASSERT_NEAR(1e-6, 0.0, st.economy_Wb);
+    /* A tenth of nominal may be noise: as slow as downward. */
+    st.economy_Wb = 0.09f * 0.52f;
+    step(0.0f, 283.0f, 200.0f, 100.0f);
+    ASSERT_NEAR(1e-6, (1.0 - gain) * 0.09 * 0.52, st.economy_Wb);
+    st.economy_Wb = 0.11f * 0.52f;
+    step(0.0f, 283.0f, 200.0f, 100.0f);
+    ASSERT_NEAR(1e-6, 0.11 * 0.52 - 0.4 * 0.0032, st.economy_Wb);
 }
 
 static void test_the_lower_flux_counts(void)
