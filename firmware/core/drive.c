@@ -170,7 +170,9 @@ static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st, ab_t u_f
     /* The 800 Hz filter delays the reading: at w_s that is an angle (THEORY 4). */
     const ab_t u_V =
         ab_mul(turn_ahead(st->omega_s_hat_rad_s, cfg->voltage_filter_comp_s), out->meas.u_line_V);
+    /* After a flying start nobody knows what the legs lose, if that was to be found. */
     if ((st->supervisor.periods == DRIVE_CHECK_VOLTAGE) &&
+        (st->dead_time_found || !cfg->dead_time_identify) &&
         plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, u_V, u_from_duty)) {
         out->faults |= MONITOR_VOLTAGE_SENSOR;
     }
@@ -534,10 +536,15 @@ static dq_t torque_current(const drive_config_t *cfg, drive_state_t *st, const d
     return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
 }
 
-/* No mains: the speed controller follows, and is there with torque and speed of then. */
-COLD static float ride_through(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
+/* No mains: the speed controller follows, and is there with torque and speed of then. i_q: what it
+ * wants, and gets while the shaft need not or cannot feed the link. */
+COLD static float ride_through(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out,
+                               float i_q_A)
 {
     mains_loss_step(&cfg->modes.mains, &st->modes.mains, out->meas.u_dc_V, st->omega_e_hat_rad_s);
+    if (!st->modes.mains.active) {
+        return i_q_A;
+    }
     if (st->modes.mains.over) {
         out->faults |= MONITOR_MAINS_LOST;
     }
@@ -560,7 +567,7 @@ static dq_t oriented_current(const drive_config_t *cfg, drive_state_t *st, const
         i_ref_A.q = 0.0f;
     } else if (cfg->modes.ride_through &&
                !mains_loss_idle(&cfg->modes.mains, &st->modes.mains, out->meas.u_dc_V)) {
-        i_ref_A.q = ride_through(cfg, st, out);
+        i_ref_A.q = ride_through(cfg, st, out, i_ref_A.q);
     } else {
         /* as the speed controller says */
     }

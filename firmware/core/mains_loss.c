@@ -34,8 +34,12 @@ bool mains_loss_init(mains_loss_config_t *cfg, const mains_loss_params_t *params
 void mains_loss_step(const mains_loss_config_t *cfg, mains_loss_state_t *st, float u_dc_V,
                      float omega_e_rad_s)
 {
+    const bool feeds = absf(omega_e_rad_s) >= cfg->stop_rad_s;
+    if (!feeds && !st->active) {
+        return;
+    }
     st->active = true;
-    if (!(absf(omega_e_rad_s) >= cfg->stop_rad_s)) {
+    if (!feeds) {
         st->over = true;
         st->i_q_A = 0.0f;
         return;

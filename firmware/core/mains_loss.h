@@ -2,7 +2,8 @@
  *
  * Power P = gain (u_hold - u_dc) is taken from the shaft, torque -P/w: just what the losses and
  * the electronics need. The mains' return lets go; below the speed that can still feed the losses
- * it is over.
+ * it is over. A motor that was slower from the start goes on with what the capacitors hold: a short
+ * dip then costs nothing.
  */
 #ifndef MAINS_LOSS_H
 #define MAINS_LOSS_H

@@ -525,6 +525,23 @@ static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
     TEST_ASSERT_TRUE(fabs(plant.omega_e_rad_s) < 20.0);
 }
 
+/* Slow: a dip that the capacitors bridge is no end. */
+static void test_a_dip_at_low_speed_costs_nothing(void)
+{
+    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
+                                          .u_hold_V = 230.0f,
+                                          .u_back_V = 260.0f,
+                                          .back_s = 0.01f,
+                                          .gain_W_per_V = 20.0f,
+                                          .stop_rad_s = 15.0f,
+                                          .lambda_Wb = 0.408f,
+                                          .i_q_max_A = 12.0f};
+    magnetised_run(10.0f);
+    plant.u_dc_V = 200.0;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.5));
+    ASSERT_NEAR(2.0, 10.0, plant.omega_e_rad_s);
+}
+
 /* Torque mode: the torque that was wanted comes back on its slew, not at once. */
 static void test_torque_mode_slews_back_from_a_dip(void)
 {
@@ -577,6 +594,7 @@ int main(void)
     RUN_TEST(test_open_loop_goes_on_with_a_motor_that_was_caught);
     RUN_TEST(test_beyond_the_tables_end_its_gain_turns_with_the_speed);
     RUN_TEST(test_weakening_may_be_switched_off_while_it_acts);
+    RUN_TEST(test_a_dip_at_low_speed_costs_nothing);
     RUN_TEST(test_torque_mode_slews_back_from_a_dip);
     return UNITY_END();
 }

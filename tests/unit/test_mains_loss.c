@@ -126,9 +126,20 @@ static void test_too_slow_is_the_end(void)
     mains_loss_step(&cfg, &st, 220.0f, -14.0f);
     TEST_ASSERT_TRUE(st.over);
     ASSERT_SAME_FLOAT(0.0f, st.i_q_A);
-    st = (mains_loss_state_t){0};
+    st = (mains_loss_state_t){.active = true};
     mains_loss_step(&cfg, &st, 220.0f, NAN);
     TEST_ASSERT_TRUE(st.over);
+}
+
+static void test_slow_from_the_start_it_does_nothing(void)
+{
+    mains_loss_step(&cfg, &st, 210.0f, 14.0f);
+    mains_loss_step(&cfg, &st, 210.0f, NAN);
+    TEST_ASSERT_FALSE(st.active);
+    TEST_ASSERT_FALSE(st.over);
+    TEST_ASSERT_FALSE(mains_loss_idle(&cfg, &st, 210.0f)); /* but keeps looking */
+    mains_loss_step(&cfg, &st, 210.0f, 16.0f);
+    TEST_ASSERT_TRUE(st.active);
 }
 
 /* 1 mF, 100 W of losses, .035 kg m2: the dc link stays near u_hold until the shaft has given all.
@@ -158,6 +169,7 @@ int main(void)
     RUN_TEST(test_begins_below_and_lasts_until_the_mains_is_back);
     RUN_TEST(test_power_is_taken_from_the_shaft);
     RUN_TEST(test_too_slow_is_the_end);
+    RUN_TEST(test_slow_from_the_start_it_does_nothing);
     RUN_TEST(test_holds_up_a_dc_link_while_the_shaft_turns);
     return UNITY_END();
 }
