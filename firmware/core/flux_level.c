@@ -16,9 +16,9 @@ static bool params_valid(const flux_level_params_t *p)
     const bool weakening = nonnegativef(p->voltage_share) && (p->voltage_share <= 1.0f) &&
                            positivef(p->bandwidth_rad_s) && positivef(p->pull_out_share) &&
                            (p->pull_out_share <= 1.0f);
-    const bool floor =
+    const bool enough =
         is_off(p->economy_min_pu) || (p->economy_min_pu * p->lambda_nominal_Wb >= p->lambda_min_Wb);
-    const bool economy = floor && (p->economy_min_pu <= 1.0f) &&
+    const bool economy = enough && (p->economy_min_pu <= 1.0f) &&
                          nonnegativef(p->economy_from_rad_s) && positivef(p->economy_filter_s) &&
                          positivef(p->economy_slew_Wb_per_s);
     return weakening && economy && positivef(p->lambda_nominal_Wb) && positivef(p->lambda_min_Wb) &&

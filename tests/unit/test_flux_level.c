@@ -118,6 +118,7 @@ static void test_init_refuses_each_bad_number(void)
     p.economy_from_rad_s = -1.0f;
     TEST_ASSERT_TRUE(refused(p));
     p = good;
+    p.economy_min_pu = 0.0f;
     p.lambda_min_Wb = 0.53f;
     TEST_ASSERT_TRUE(refused(p));
     TEST_ASSERT_FALSE(flux_level_init(&cfg, &good, &table1, 0.0f));
