@@ -65,12 +65,17 @@ static float at_least(const flux_level_config_t *cfg, float omega_s_rad_s, float
     return maxf(absf(omega_s_rad_s), 0.5f * u_max_V / cfg->lambda_nominal_Wb);
 }
 
+/* Where economy takes more, the voltage is what its own flux would need: it waits where it has to
+ * be when a torque step gives the flux back. */
 static void weaken(const flux_level_config_t *cfg, flux_level_state_t *st,
                    const flux_level_in_t *in)
 {
     const float u_max_V = cfg->voltage_share * in->u_dc_V;
+    const float allowed_Wb = cfg->lambda_nominal_Wb - st->weakened_Wb;
+    const float lambda_Wb = minf(allowed_Wb, cfg->lambda_nominal_Wb - st->economy_Wb);
+    const float u_V = in->u_V * (allowed_Wb / lambda_Wb);
     const float more_Wb =
-        cfg->gain_Wb_rad_s_per_V * (in->u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
+        cfg->gain_Wb_rad_s_per_V * (u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
     if (is_finite(more_Wb)) {
         st->weakened_Wb = clampf(st->weakened_Wb + more_Wb, 0.0f, cfg->below_max_Wb);
     }
@@ -96,15 +101,15 @@ static void economise(const flux_level_config_t *cfg, flux_level_state_t *st,
 void flux_level_step(const flux_level_config_t *cfg, flux_level_state_t *st,
                      const flux_level_in_t *in)
 {
-    if (cfg->voltage_share > 0.0f) {
-        weaken(cfg, st, in);
-    } else {
-        st->weakened_Wb = 0.0f; /* switched off while it acted */
-    }
     if (cfg->economy_Wb2_per_Nm > 0.0f) {
         economise(cfg, st, in);
     } else {
-        st->economy_Wb = 0.0f;
+        st->economy_Wb = 0.0f; /* switched off while it acted */
+    }
+    if (cfg->voltage_share > 0.0f) {
+        weaken(cfg, st, in);
+    } else {
+        st->weakened_Wb = 0.0f;
     }
     const float below_Wb = maxf(st->weakened_Wb, st->economy_Wb);
     st->rate_Wb_per_s = (st->below_Wb - below_Wb) * cfg->inv_period_per_s;

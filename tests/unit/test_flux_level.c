@@ -296,6 +296,21 @@ static void test_the_lower_flux_counts(void)
     ASSERT_NEAR(1e-4, 0.4, st.below_Wb);
 }
 
+/* Beside a lower flux of economy the voltage controller stays where the voltage would end: at half
+ * the flux it allows, half the voltage is its limit. */
+static void test_weakening_waits_for_the_flux_that_economy_gives_back(void)
+{
+    st = (flux_level_state_t){.weakened_Wb = 0.22f, .economy_Wb = 0.37f}; /* .3 and .15 Wb */
+    const float u_max_V = 0.9f * NUM_SQRT_1_2 * 283.0f;
+    step(0.5f * u_max_V, 283.0f, 600.0f, 0.0f);
+    ASSERT_NEAR(1e-3, 0.22, st.weakened_Wb);
+    for (int k = 0; k < 1000; k++) {
+        step(600.0f * (0.52f - st.below_Wb), 283.0f, 600.0f, 0.0f);
+    }
+    ASSERT_NEAR(2e-3, (double)u_max_V / 600.0, 0.52 - (double)st.weakened_Wb);
+    ASSERT_NEAR(1e-3, 0.7 * 0.52, st.below_Wb);
+}
+
 static void test_start_at_speed_is_weakened_at_once(void)
 {
     flux_level_start(&cfg, &st, -700.0f, 283.0f);
@@ -319,6 +334,7 @@ int main(void)
     RUN_TEST(test_economy_is_the_least_copper_loss);
     RUN_TEST(test_economy_is_slow_down_quick_up_and_bounded);
     RUN_TEST(test_the_lower_flux_counts);
+    RUN_TEST(test_weakening_waits_for_the_flux_that_economy_gives_back);
     RUN_TEST(test_start_at_speed_is_weakened_at_once);
     return UNITY_END();
 }
