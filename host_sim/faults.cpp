@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zh {
 namespace {
@@ -35,6 +36,7 @@ double severity(TomlReader &in, SensorFaultKind kind)
     case SensorFaultKind::off:
     case SensorFaultKind::stuck:
     case SensorFaultKind::garbage:
+    case SensorFaultKind::exchanged:
         break;
     }
     return in.number_or(key, 0.0, within(0.0, 0.0));
@@ -47,6 +49,13 @@ std::uint16_t &word(Words &words, std::size_t signal)
     return *all[signal];
 }
 
+// With whom a sensor changes places; the dc link's stays where it is.
+std::size_t next_of_its_kind(std::size_t signal)
+{
+    constexpr std::array<std::size_t, 6> next{1, 2, 0, 4, 3, dc_link_word};
+    return next[signal];
+}
+
 } // namespace
 
 Faults read_faults(TomlReader &in)
@@ -57,8 +66,12 @@ Faults read_faults(TomlReader &in)
     if (in.has("faults.sensor")) {
         f.sensor.signal = in.choice("faults.sensor", {"i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc"});
         f.sensor.kind = static_cast<SensorFaultKind>(
-            in.choice("faults.kind",
-                      {"off", "stuck", "garbage", "gain", "offset", "delayed", "intermittent"}));
+            in.choice("faults.kind", {"off", "stuck", "garbage", "gain", "offset", "delayed",
+                                      "intermittent", "exchanged"}));
+        if (f.sensor.kind == SensorFaultKind::exchanged && f.sensor.signal == dc_link_word) {
+            in.reject("faults.sensor", "there is one dc-link sensor",
+                      "name a current or a voltage");
+        }
         f.sensor.severity = severity(in, f.sensor.kind);
     } else if (f.sensor.start_s < never_s) {
         in.reject("faults.start_s", "no sensor is named", "give faults.sensor and faults.kind");
@@ -101,6 +114,8 @@ double FaultySensor::faulty_code(double code)
     }
     case SensorFaultKind::intermittent:
         return chance < fault_.severity ? zero_code_ : code;
+    case SensorFaultKind::exchanged:
+        break; // a matter of two words
     }
     return code;
 }
@@ -112,6 +127,10 @@ Words FaultySensor::disturbed(const Words &words, double t_s)
     now_ = (now_ + 1) % longest_delay;
     history_[now_] = code;
     if (t_s < fault_.start_s || t_s >= fault_.end_s) {
+        return out;
+    }
+    if (fault_.kind == SensorFaultKind::exchanged) {
+        std::swap(code, word(out, next_of_its_kind(fault_.signal)));
         return out;
     }
     if (!stuck_) {

@@ -29,6 +29,7 @@ enum class SensorFaultKind {
     offset,       // severity: share of full scale
     delayed,      // severity: periods
     intermittent, // severity: share of the samples that read zero
+    exchanged,    // wired crosswise with the next: u-v, v-w, w-u; the line voltages with each other
 };
 
 struct SensorFault {

@@ -99,6 +99,22 @@ void a_fault_ends_and_the_dc_word_has_its_zero_at_zero()
     CHECK(high.apply(w, 1.0).u_dc == 16383); // beyond the ADC's range it ends
 }
 
+void exchanged_sensors_change_places_with_the_next_of_their_kind()
+{
+    const Words w{1, 2, 3, 4, 5, 6};
+    const auto seen = [&w](std::size_t signal, double t_s) {
+        FaultySensor sensor({signal, SensorFaultKind::exchanged, 0.0, 1.0, 2.0}, 14, 1);
+        const Words r = sensor.apply(w, t_s);
+        return std::vector<int>{r.i_u, r.i_v, r.i_w, r.u_uv, r.u_vw, r.u_dc};
+    };
+    CHECK(seen(0, 1.5) == (std::vector<int>{2, 1, 3, 4, 5, 6}));
+    CHECK(seen(1, 1.5) == (std::vector<int>{1, 3, 2, 4, 5, 6}));
+    CHECK(seen(2, 1.5) == (std::vector<int>{3, 2, 1, 4, 5, 6}));
+    CHECK(seen(3, 1.5) == (std::vector<int>{1, 2, 3, 5, 4, 6}));
+    CHECK(seen(4, 1.5) == seen(3, 1.5));
+    CHECK(seen(0, 0.5) == seen(0, 2.5) && seen(0, 0.5)[0] == 1);
+}
+
 // A motor at standstill fed with direct current: v and w share what u does not carry.
 void an_open_phase_carries_no_current()
 {
@@ -312,6 +328,8 @@ void faults_are_read_and_checked()
           std::string::npos);
     CHECK(!refused("[faults]\nsensor = \"i_u\"\nkind = \"off\"\nseverity = 2\n").empty());
     CHECK(!refused("[faults]\nsensor = \"i_u\"\nkind = \"delayed\"\nseverity = 64\n").empty());
+    CHECK(!refused("[faults]\nsensor = \"u_dc\"\nkind = \"exchanged\"\n").empty());
+    CHECK(refused("[faults]\nsensor = \"u_vw\"\nkind = \"exchanged\"\n").empty());
     CHECK(!refused("[faults]\nstart_s = 1.0\n").empty());
     CHECK(!refused("[faults]\nearth_ohm = 0\n").empty());
 }
@@ -324,6 +342,8 @@ int main()
         {"every kind does what its name says", every_kind_does_what_its_name_says},
         {"garbage takes any word and a loose contact its share",
          garbage_takes_any_word_and_a_loose_contact_its_share},
+        {"exchanged sensors change places with the next of their kind",
+         exchanged_sensors_change_places_with_the_next_of_their_kind},
         {"a fault ends and the dc word has its zero at zero",
          a_fault_ends_and_the_dc_word_has_its_zero_at_zero},
         {"an open phase carries no current", an_open_phase_carries_no_current},
