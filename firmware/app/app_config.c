@@ -130,6 +130,8 @@ static void config_protection(drive_params_t *d, const params_t *p)
     d->plausibility = (plausibility_params_t){.u_V = p->voltage_check_V,
                                               .open_A = p->open_phase_A,
                                               .e1_A = p->observer_e1_A,
+                                              .rate_rad_s2 = p->observer_rate_rad_s2,
+                                              .power_W = p->observer_power_W,
                                               .stall_s = p->stall_s};
 }
 

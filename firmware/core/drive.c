@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "state_sum.h"
 #include "trig.h"
 
 /* Below this share of the flux reference the estimate does not say where the flux is. */
@@ -20,6 +21,7 @@
 
 /* Likewise of the supervisor's turn, which goes on in impressed current. */
 #define DRIVE_CHECK_VOLTAGE 2u
+#define DRIVE_CHECK_STATE   5u
 #define DRIVE_CHECK_PHASES  6u
 #define DRIVE_CHECK_REST    10u
 
@@ -360,6 +362,11 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
 
     if (!follows_flux(st, in)) {
         measure_rs(cfg, st, in, u_from_duty, out);
+        if (plausibility_current_mirrored(&st->plausibility, out->meas.i_s_A,
+                                          st->observer.i_s_hat_A, cfg->monitor.i_trip_A)) {
+            /* A vector as long as the trip: its largest phase is at .7 to .8 of it. */
+            out->faults |= MONITOR_CURRENT_SENSOR;
+        }
     } else if (st->impressed.active &&
                !impressed_current_observable(&cfg->impressed, &st->impressed)) {
         /* Nothing to see: the rotor follows what is impressed, or nothing helps. */
@@ -713,6 +720,23 @@ static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t
     }
 }
 
+/* What the estimate claims of power: that of its torque at the speed of its field. */
+COLD static bool estimate_wrong(const drive_config_t *cfg, drive_state_t *st,
+                                const drive_out_t *out)
+{
+    const ab_t i_A = out->meas.i_s_A;
+    const float heat_W = drive_rs_ohm(cfg, st) * ab_norm2(i_A);
+    const float force_Wb_A = cfg->motor.kr * ab_cross(st->observer.lambda_r_hat_Wb, i_A);
+    const plausibility_estimate_t in = {.e1_A = st->observer.e1_A,
+                                        .lambda_Wb = sqrtf(ab_norm2(st->observer.lambda_r_hat_Wb)),
+                                        .lambda_ref_Wb =
+                                            cfg->flux.lambda_ref_Wb - st->flux_below_Wb,
+                                        .omega_rad_s = st->omega_e_hat_rad_s,
+                                        .air_gap_W = ab_dot(out->u_s_V, i_A) - heat_W,
+                                        .torque_power_W = force_Wb_A * st->omega_s_hat_rad_s};
+    return plausibility_estimate_wrong(&cfg->plausibility, &st->plausibility, &in);
+}
+
 /* Temperatures, estimate and stall, once per turn. */
 COLD static void look_after(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                             drive_out_t *out)
@@ -724,7 +748,7 @@ COLD static void look_after(const drive_config_t *cfg, drive_state_t *st, const 
     if (st->impressed.active) {
         return; /* the estimate is known to be wrong, and the speed is what is impressed */
     }
-    if (plausibility_estimate_wrong(&cfg->plausibility, &st->plausibility, st->observer.e1_A)) {
+    if (estimate_wrong(cfg, st, out)) {
         out->faults |= MONITOR_OBSERVER;
     }
     const dq_t i_ref_A = out->i_ref_A;
@@ -816,9 +840,18 @@ COLD static void cool(const drive_config_t *cfg, drive_state_t *st, drive_mode_t
     }
 }
 
+/* A turn passes only in RUN; in all else there is time in every period. */
+static inline bool state_is_due(const drive_state_t *st, const drive_in_t *in, bool open)
+{
+    const uint32_t turn = open ? st->slow_period : st->supervisor.periods;
+    return (in->mode != DRIVE_RUN) || (turn == DRIVE_CHECK_STATE);
+}
+
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                 drive_out_t *out)
 {
+    float state_sum = state_sum_fast(st);
+    bool open = false;
     measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
     link_limit_step(&cfg->link, &st->link, out->meas.u_dc_V);
     out->faults = 0u;
@@ -826,7 +859,7 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     if (in->mode == DRIVE_OFF) {
         rest(st, out);
     } else {
-        const bool open = cfg->modes.any_open && open_loop(cfg, st, in, out);
+        open = cfg->modes.any_open && open_loop(cfg, st, in, out);
         if (!open) {
             estimate(cfg, st, in, out);
         }
@@ -836,10 +869,12 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     if (in->mode != DRIVE_RUN) {
         cool(cfg, st, in->mode, out);
     }
+    if (state_is_due(st, in, open)) {
+        state_sum += state_sum_slow(st);
+    }
     const monitor_in_t mon_in = {.meas = &out->meas,
                                  .duty = out->duty,
-                                 .i_s_hat_A = st->observer.i_s_hat_A,
-                                 .lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb,
+                                 .state_sum = state_sum,
                                  .omega_e_hat_rad_s = st->omega_e_hat_rad_s};
     out->faults |= monitor_step(&cfg->monitor, &st->monitor, &mon_in);
     if (st->link.limiting && (in->mode == DRIVE_RUN)) {

@@ -40,17 +40,14 @@ static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in
            (above_min ? 0u : MONITOR_DC_UNDER_VOLTAGE) | (speed ? 0u : MONITOR_OVER_SPEED);
 }
 
-/* Values that enter and leave are numbers, and a duty is one the timer can do. One sum stands for
- * all: infinity and NaN survive any addition, and no sum of limited values overflows. */
+/* Values that enter and stay are numbers, and a duty is one the timer can do. */
 static bool all_finite(const monitor_in_t *in)
 {
     const float measured = in->meas->i_s_A.alpha + in->meas->i_s_A.beta + in->meas->u_line_V.alpha +
                            in->meas->u_line_V.beta + in->meas->u_dc_V;
-    const float estimated = in->i_s_hat_A.alpha + in->i_s_hat_A.beta + in->lambda_r_hat_Wb.alpha +
-                            in->lambda_r_hat_Wb.beta + in->omega_e_hat_rad_s;
     const bool duties = is_duty(in->duty.u) && is_duty(in->duty.v) && is_duty(in->duty.w);
 
-    return is_finite(measured + estimated) && duties;
+    return is_finite(measured + in->state_sum + in->omega_e_hat_rad_s) && duties;
 }
 
 /* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */

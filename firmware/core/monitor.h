@@ -60,8 +60,7 @@ typedef struct {
 typedef struct {
     const measurement_out_t *meas;
     uvw_t duty;
-    ab_t i_s_hat_A;
-    ab_t lambda_r_hat_Wb;
+    float state_sum; /* of all that is remembered: a number if all of it is (state_sum.h) */
     float omega_e_hat_rad_s;
 } monitor_in_t;
 

@@ -11,7 +11,15 @@
 #define PLAUSIBILITY_PHASE_TURNS    6u
 #define PLAUSIBILITY_ESTIMATE_TURNS 60u
 
-#define PLAUSIBILITY_VOLTAGE_PU 0.1f /* filter in transients, gains of the sensors */
+/* Periods on end, and how well the image fits (square of a tenth). Two exchanged sensors make 8 and
+ * more of them up to the trip, the start of a motor that turns 3 at most (tools/docs/monitor.md).
+ */
+#define PLAUSIBILITY_MIRRORED_PERIODS 5u
+#define PLAUSIBILITY_MIRRORED_PU2     0.01f
+#define PLAUSIBILITY_SIN_THIRD        0.86602540378f /* of a turn */
+
+#define PLAUSIBILITY_FLUX_PU    0.25f /* of its reference: less is no flux of this current */
+#define PLAUSIBILITY_VOLTAGE_PU 0.1f  /* filter in transients, gains of the sensors */
 #define PLAUSIBILITY_OPEN_PU    0.25f
 /* Electrical. No speed: below the first; a speed is wanted from the second on. */
 #define PLAUSIBILITY_STILL_RAD_S  3.0f
@@ -22,14 +30,16 @@ bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *
                        float turn_s)
 {
     if (!nonnegativef(params->u_V) || !nonnegativef(params->open_A) ||
-        !nonnegativef(params->e1_A) || !nonnegativef(params->stall_s) || !positivef(turn_s)) {
+        !nonnegativef(params->e1_A) || !nonnegativef(params->rate_rad_s2) ||
+        !nonnegativef(params->power_W) || !nonnegativef(params->stall_s) || !positivef(turn_s)) {
         return false;
     }
     const float turns = params->stall_s / turn_s + 0.5f;
     if (!(turns < PLAUSIBILITY_STALL_MAX)) {
         return false;
     }
-    *cfg = (plausibility_config_t){.p = *params, .stall_turns = (uint32_t)turns};
+    *cfg = (plausibility_config_t){
+        .p = *params, .change_rad_s = params->rate_rad_s2 * turn_s, .stall_turns = (uint32_t)turns};
     return true;
 }
 
@@ -68,14 +78,23 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
     return open;
 }
 
-bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
-                                 ab_t e1_A)
+/* A NaN is beyond any limit but 0, which is none. */
+static bool beyond(float x, float limit)
 {
-    if (!(cfg->p.e1_A > 0.0f)) {
-        return false;
-    }
-    const bool wrong = !(ab_norm2(e1_A) <= (cfg->p.e1_A * cfg->p.e1_A));
-    st->estimate = lasting_count(st->estimate, wrong, PLAUSIBILITY_ESTIMATE_TURNS);
+    return (limit > 0.0f) && !(absf(x) <= limit);
+}
+
+bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
+                                 const plausibility_estimate_t *in)
+{
+    const bool e1 = beyond(ab_norm2(in->e1_A), cfg->p.e1_A * cfg->p.e1_A);
+    const bool flux =
+        (cfg->p.e1_A > 0.0f) && !(in->lambda_Wb >= (PLAUSIBILITY_FLUX_PU * in->lambda_ref_Wb));
+    const bool rate = beyond(in->omega_rad_s - st->omega_before_rad_s, cfg->change_rad_s);
+    const bool power = beyond(in->air_gap_W - in->torque_power_W, cfg->p.power_W);
+    st->omega_before_rad_s = in->omega_rad_s;
+    st->estimate =
+        lasting_count(st->estimate, e1 || flux || rate || power, PLAUSIBILITY_ESTIMATE_TURNS);
     return lasting(st->estimate, PLAUSIBILITY_ESTIMATE_TURNS);
 }
 
@@ -89,4 +108,20 @@ bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t
                        (absf(omega_ref_rad_s) > PLAUSIBILITY_WANTED_RAD_S);
     st->stall = lasting_count(st->stall, wrong, cfg->stall_turns);
     return lasting(st->stall, cfg->stall_turns);
+}
+
+/* With u and v, v and w or w and u exchanged the sensors show e^(j phi) conj(i), phi a third of a
+ * turn or none. |mirrored - i_hat|^2 = |i|^2 + |i_hat|^2 - 2 Re(e^(-j phi) i i_hat): the best of
+ * the three against the error that there is without. */
+bool plausibility_current_mirrored(plausibility_state_t *st, ab_t i_A, ab_t i_hat_A, float much_A)
+{
+    const float i_A2 = ab_norm2(i_A);
+    const float both_A2 = i_A2 + ab_norm2(i_hat_A);
+    const float e1_A2 = both_A2 - 2.0f * ab_dot(i_A, i_hat_A);
+    const ab_t product_A2 = ab_mul(i_A, i_hat_A);
+    const float best_A2 = maxf(product_A2.alpha, PLAUSIBILITY_SIN_THIRD * absf(product_A2.beta) -
+                                                     0.5f * product_A2.alpha);
+    const bool fits = (both_A2 - 2.0f * best_A2) < (PLAUSIBILITY_MIRRORED_PU2 * e1_A2);
+    st->mirrored = fits ? (st->mirrored + 1u) : 0u; /* a premagnetisation wraps nothing */
+    return (st->mirrored >= PLAUSIBILITY_MIRRORED_PERIODS) && (i_A2 > (much_A * much_A));
 }

@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x7dcdde69u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0x60944955u
+#define PARAMS_CRC32C 0x4693a5ceu
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -140,6 +140,8 @@
         .voltage_check_V = 0.0f, \
         .open_phase_A = 0.0f, \
         .observer_e1_A = 0.0f, \
+        .observer_rate_rad_s2 = 0.0f, \
+        .observer_power_W = 0.0f, \
         .stall_s = 0.0f, \
         .stop_mode = 0u, \
         .ramp_down_rad_s2 = 200.0f, \

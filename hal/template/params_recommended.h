@@ -9,7 +9,7 @@
 #define PARAMS_TABLE_CRC32C 0x1a2990d3u
 
 /* Over the 32-bit words in the order of param_list.def. */
-#define PARAMS_CRC32C 0x5b81f0aeu
+#define PARAMS_CRC32C 0x8ad0a6a5u
 
 /* clang-format off */
 #define PARAMS_VALUES \
@@ -140,6 +140,8 @@
         .voltage_check_V = 3.0f, \
         .open_phase_A = 1.2f, \
         .observer_e1_A = 12.0f, \
+        .observer_rate_rad_s2 = 16000.0f, \
+        .observer_power_W = 750.0f, \
         .stall_s = 2.0f, \
         .stop_mode = 0u, \
         .ramp_down_rad_s2 = 200.0f, \

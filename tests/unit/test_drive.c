@@ -744,20 +744,45 @@ static void test_a_lost_estimate_is_a_fault(void)
     TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, out.faults);
 }
 
-/* A corrupted bound lets a NaN through the clamp: the monitor sees it in either state. */
-static void test_monitor_sees_the_observer_states(void)
+/* As the period finds it: a limit makes a number of it before the period is over. */
+static void test_monitor_sees_a_state_that_a_limit_heals(void)
 {
     const drive_params_t p = both_machines(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     const drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_PREMAGNETISE};
-    for (int which = 0; which < 2; which++) {
-        drive_config_t cfg;
-        TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-        drive_state_t st = {0};
-        drive_out_t out;
-        *((which == 0) ? &cfg.observer.i_max_A : &cfg.observer.lambda_max_Wb) = NAN;
+    drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.4f, NAN}}};
+    drive_out_t out;
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_BITS_HIGH(MONITOR_NON_FINITE, out.faults);
+    TEST_ASSERT_TRUE(isfinite(st.observer.lambda_r_hat_Wb.beta));
+    drive_step(&cfg, &st, &in, &out);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.faults & MONITOR_NON_FINITE);
+}
+
+/* What changes slowly is looked at once per turn in RUN, in every period else. */
+static int period_that_sees_a_heat_of_nan(drive_mode_t mode, const drive_params_t *p)
+{
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, p, &test_table));
+    const drive_in_t in = {.sample = words(p, 0, 0.0, 0.0, 540.0), .mode = mode};
+    drive_state_t st = {.overload = {.image_pu = {NAN, 0.0f}}};
+    drive_out_t out;
+    for (int k = 1; k < 100; k++) {
         drive_step(&cfg, &st, &in, &out);
-        TEST_ASSERT_BITS_HIGH(MONITOR_NON_FINITE, out.faults);
+        if ((out.faults & MONITOR_NON_FINITE) != 0u) {
+            return k;
+        }
     }
+    return 0;
+}
+
+static void test_monitor_sees_a_slow_state_once_per_turn(void)
+{
+    drive_params_t p = both_machines(0);
+    TEST_ASSERT_EQUAL_INT(1, period_that_sees_a_heat_of_nan(DRIVE_OFF, &p));
+    TEST_ASSERT_EQUAL_INT(1, period_that_sees_a_heat_of_nan(DRIVE_PREMAGNETISE, &p));
+    TEST_ASSERT_EQUAL_INT(5, period_that_sees_a_heat_of_nan(DRIVE_RUN, &p));
 }
 
 /* Motor wired u-w-v: same machine turning the other way, so v and w change places everywhere. */
@@ -910,7 +935,8 @@ int main(void)
     RUN_TEST(test_off_rests_everything_but_offsets_and_fault_counters);
     RUN_TEST(test_faults_are_reported_in_every_mode);
     RUN_TEST(test_a_lost_estimate_is_a_fault);
-    RUN_TEST(test_monitor_sees_the_observer_states);
+    RUN_TEST(test_monitor_sees_a_state_that_a_limit_heals);
+    RUN_TEST(test_monitor_sees_a_slow_state_once_per_turn);
     RUN_TEST(test_mirror_swaps_two_phases_and_turns_the_speed_round);
     RUN_TEST(test_two_drives_do_not_know_each_other);
     RUN_TEST(test_init_refuses_one_bad_value_anywhere);

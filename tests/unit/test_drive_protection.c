@@ -147,6 +147,31 @@ static void test_phases_are_judged_in_run_only(void)
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_OPEN_PHASE);
 }
 
+/* Sensors of v and w exchanged: the conjugate. Largest phase 17 A, the trip is at 20 A. */
+static uint32_t faults_with_mirrored_current(drive_mode_t mode)
+{
+    configure();
+    in.mode = mode;
+    in.i_d_ref_A = 8.0f;
+    in.sample = sampled(8.0 - 19.5 * I, 0.0, 540.0);
+    uint32_t faults = 0u;
+    for (int k = 0; k < 6; k++) {
+        st.observer.i_s_hat_A = (ab_t){8.0f, 19.5f};
+        drive_step(&cfg, &st, &in, &out);
+        faults |= out.faults;
+    }
+    return faults;
+}
+
+static void test_exchanged_current_sensors_are_told_wherever_direct_current_flows(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_CURRENT_SENSOR,
+                             faults_with_mirrored_current(DRIVE_PREMAGNETISE));
+    TEST_ASSERT_EQUAL_UINT32(MONITOR_CURRENT_SENSOR,
+                             faults_with_mirrored_current(DRIVE_COMMISSION));
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_with_mirrored_current(DRIVE_RUN));
+}
+
 /* The estimate is held where it is by an observer that sees 4 A of current too much. */
 static void test_an_estimate_far_from_the_current_is_told(void)
 {
@@ -156,6 +181,18 @@ static void test_an_estimate_far_from_the_current_is_told(void)
     const int period = period_of(MONITOR_OBSERVER, 100 * TURN);
     TEST_ASSERT_GREATER_THAN_INT(59 * TURN, period);
     TEST_ASSERT_LESS_OR_EQUAL_INT(60 * TURN, period);
+}
+
+/* 60 V along 4 A are 240 W, less 15 W of heat; the estimate has no torque. */
+static void test_power_that_no_torque_explains_is_told(void)
+{
+    p.plausibility.power_W = 150.0f;
+    configure();
+    in.sample = sampled(4.0, 60.0, 540.0);
+    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_OBSERVER, 61 * TURN));
+    p.plausibility.power_W = 300.0f;
+    configure();
+    TEST_ASSERT_EQUAL_INT(0, period_of(MONITOR_OBSERVER, 61 * TURN));
 }
 
 static void test_all_torque_without_speed_is_a_stall(void)
@@ -330,7 +367,9 @@ int main(void)
     RUN_TEST(test_a_drive_that_uses_no_voltage_sensors_judges_none);
     RUN_TEST(test_an_open_phase_is_told);
     RUN_TEST(test_phases_are_judged_in_run_only);
+    RUN_TEST(test_exchanged_current_sensors_are_told_wherever_direct_current_flows);
     RUN_TEST(test_an_estimate_far_from_the_current_is_told);
+    RUN_TEST(test_power_that_no_torque_explains_is_told);
     RUN_TEST(test_all_torque_without_speed_is_a_stall);
     RUN_TEST(test_impressed_current_is_judged_by_its_heat_alone);
     RUN_TEST(test_heat_derates_and_then_stops);

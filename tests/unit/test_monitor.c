@@ -24,8 +24,7 @@ void setUp(void)
                                .u_dc_V = 283.0f};
     in = (monitor_in_t){.meas = &meas,
                         .duty = {0.25f, 0.5f, 0.75f},
-                        .i_s_hat_A = {6.0f, 0.8f},
-                        .lambda_r_hat_Wb = {0.4f, 0.3f},
+                        .state_sum = 7.5f,
                         .omega_e_hat_rad_s = 100.0f};
     st = (monitor_state_t){0};
 }
@@ -128,10 +127,8 @@ static void test_the_estimated_speed_is_limited_both_ways(void)
 
 static void test_a_value_that_is_no_number_trips_wherever_it_stands(void)
 {
-    float *const value[] = {&meas.i_s_A.alpha,         &meas.i_s_A.beta,
-                            &meas.u_line_V.alpha,      &meas.u_line_V.beta,
-                            &in.i_s_hat_A.alpha,       &in.i_s_hat_A.beta,
-                            &in.lambda_r_hat_Wb.alpha, &in.lambda_r_hat_Wb.beta};
+    float *const value[] = {&meas.i_s_A.alpha, &meas.i_s_A.beta, &meas.u_line_V.alpha,
+                            &meas.u_line_V.beta, &in.state_sum};
     for (unsigned i = 0; i < sizeof value / sizeof value[0]; i++) {
         for (int j = 0; j < NOT_FINITE_COUNT; j++) {
             TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(value[i], not_finite(j)));

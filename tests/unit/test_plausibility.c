@@ -7,8 +7,12 @@
 
 #define TURN_S 3.2e-3f
 
-static const plausibility_params_t all = {
-    .u_V = 3.0f, .open_A = 1.2f, .e1_A = 5.0f, .stall_s = 0.32f};
+static const plausibility_params_t all = {.u_V = 3.0f,
+                                          .open_A = 1.2f,
+                                          .e1_A = 5.0f,
+                                          .rate_rad_s2 = 1000.0f,
+                                          .power_W = 200.0f,
+                                          .stall_s = 0.32f};
 static plausibility_config_t cfg;
 static plausibility_state_t st;
 
@@ -34,6 +38,8 @@ static void test_init_refuses_what_is_no_limit(void)
     ASSERT_REFUSED(u_V, -1.0f);
     ASSERT_REFUSED(open_A, INFINITY);
     ASSERT_REFUSED(e1_A, -1e-6f);
+    ASSERT_REFUSED(rate_rad_s2, -1.0f);
+    ASSERT_REFUSED(power_W, NAN);
     ASSERT_REFUSED(stall_s, -1.0f);
     ASSERT_REFUSED(stall_s, 3201.0f);
     TEST_ASSERT_FALSE(plausibility_init(&cfg, &all, 0.0f));
@@ -113,21 +119,88 @@ static void test_phases_do_not_count_for_each_other(void)
     }
 }
 
-static int times_until_wrong_estimate(ab_t e1_A)
+/* All in order. */
+static const plausibility_estimate_t fine = {.e1_A = {0.1f, 0.0f},
+                                             .lambda_Wb = 0.4f,
+                                             .lambda_ref_Wb = 0.5f,
+                                             .omega_rad_s = 50.0f,
+                                             .air_gap_W = 900.0f,
+                                             .torque_power_W = 800.0f};
+
+static int times_until_wrong(const plausibility_estimate_t *in)
 {
+    st = (plausibility_state_t){.omega_before_rad_s = in->omega_rad_s};
     int n = 1;
-    while (!plausibility_estimate_wrong(&cfg, &st, e1_A) && (n < 1000)) {
+    while (!plausibility_estimate_wrong(&cfg, &st, in) && (n < 1000)) {
         n++;
     }
     return n;
+}
+
+static int times_until_wrong_estimate(ab_t e1_A)
+{
+    plausibility_estimate_t in = fine;
+    in.e1_A = e1_A;
+    return times_until_wrong(&in);
 }
 
 static void test_an_estimate_that_stays_away_from_the_current_is_wrong(void)
 {
     TEST_ASSERT_EQUAL_INT(1000, times_until_wrong_estimate((ab_t){2.9f, 4.0f}));
     TEST_ASSERT_EQUAL_INT(60, times_until_wrong_estimate((ab_t){-3.1f, -4.0f}));
-    st = (plausibility_state_t){0};
     TEST_ASSERT_EQUAL_INT(60, times_until_wrong_estimate((ab_t){0.0f, NAN}));
+}
+
+/* A quarter of the reference that is in force. */
+static void test_a_flux_far_below_its_reference_is_wrong(void)
+{
+    plausibility_estimate_t in = fine;
+    in.lambda_Wb = 0.126f;
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong(&in));
+    in.lambda_Wb = 0.124f;
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
+    in.lambda_ref_Wb = 0.3f;
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong(&in));
+    in.lambda_Wb = NAN;
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
+}
+
+/* 200 W either way. */
+static void test_a_power_that_does_not_fit_torque_and_speed_is_wrong(void)
+{
+    plausibility_estimate_t in = fine;
+    in.air_gap_W = 999.0f;
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong(&in));
+    in.air_gap_W = 1001.0f;
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
+    in.air_gap_W = 599.0f;
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
+    in.air_gap_W = NAN;
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
+}
+
+/* Turns until it is told, the speed changing by so much in each. */
+static int times_until_wrong_rate(float change_rad_s, bool to_and_fro)
+{
+    st = (plausibility_state_t){.omega_before_rad_s = fine.omega_rad_s};
+    plausibility_estimate_t in = fine;
+    for (int n = 1; n < 200; n++) {
+        in.omega_rad_s += (to_and_fro && (n % 2 == 0)) ? -change_rad_s : change_rad_s;
+        if (plausibility_estimate_wrong(&cfg, &st, &in)) {
+            return n;
+        }
+    }
+    return 1000;
+}
+
+/* 1000 rad/s^2 are 3.2 rad/s in a turn. */
+static void test_a_speed_that_changes_as_none_can_is_wrong(void)
+{
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong_rate(3.1f, false));
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong_rate(3.3f, false));
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong_rate(-3.3f, false));
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong_rate(3.3f, true));
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong_rate(NAN, false));
 }
 
 static int times_until_stalled(bool at_limit, float omega_rad_s, float ref_rad_s)
@@ -156,8 +229,80 @@ static void test_a_limit_of_zero_asks_nothing(void)
     TEST_ASSERT_TRUE(plausibility_init(&cfg, &none, TURN_S));
     TEST_ASSERT_EQUAL_INT(1000, times_until_wrong_voltage((ab_t){200.0f, 0.0f}, (ab_t){0}));
     TEST_ASSERT_EQUAL_INT(1000, times_until_open((uvw_t){0}, (ab_t){10.0f, 0.0f}));
-    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong_estimate((ab_t){50.0f, 0.0f}));
+    plausibility_estimate_t in = fine;
+    in.e1_A.beta = 50.0f;
+    in.lambda_Wb = 0.0f;
+    in.air_gap_W = 5000.0f;
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong(&in));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong_rate(100.0f, false));
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 0.0f, 100.0f));
+}
+
+/* The current x as three sensors show it of which `a` and the next are exchanged. */
+static ab_t exchanged(ab_t x_A, int a)
+{
+    const uvw_t i_A = uvw_from_ab(x_A);
+    float word_A[3] = {i_A.u, i_A.v, i_A.w};
+    const int b = (a + 1) % 3;
+    const float kept_A = word_A[a];
+    word_A[a] = word_A[b];
+    word_A[b] = kept_A;
+    return ab_from_uvw((uvw_t){word_A[0], word_A[1], word_A[2]});
+}
+
+static int times_until_mirrored(ab_t i_A, ab_t i_hat_A)
+{
+    st = (plausibility_state_t){0};
+    int n = 1;
+    while (!plausibility_current_mirrored(&st, i_A, i_hat_A, 20.0f) && (n < 1000)) {
+        n++;
+    }
+    return n;
+}
+
+/* In any direction but those that a mirror leaves where they are; the model may be .1 off. */
+static void test_two_exchanged_sensors_show_a_mirror_image(void)
+{
+    for (int a = 0; a < 3; a++) {
+        for (int k = 0; k < 12; k++) {
+            const float angle_rad = 0.05f + 0.52f * (float)k;
+            const ab_t x_A = {21.0f * cosf(angle_rad), 21.0f * sinf(angle_rad)};
+            const ab_t i_A = exchanged(x_A, a);
+            TEST_ASSERT_TRUE(ab_norm2(ab_sub(x_A, i_A)) > 0.1f);
+            TEST_ASSERT_EQUAL_INT(5, times_until_mirrored(i_A, x_A));
+            TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(x_A, x_A));
+        }
+        const ab_t across_A = {-3.0f, 20.5f};
+        const ab_t i_A = exchanged(across_A, a);
+        const float error_A = sqrtf(ab_norm2(ab_sub(across_A, i_A)));
+        const ab_t near_A = {across_A.alpha, across_A.beta + 0.09f * error_A};
+        const ab_t far_A = {across_A.alpha, across_A.beta + 0.13f * error_A};
+        TEST_ASSERT_EQUAL_INT(5, times_until_mirrored(i_A, near_A));
+        TEST_ASSERT_GREATER_THAN_INT(5, times_until_mirrored(i_A, far_A));
+    }
+}
+
+static void test_no_other_error_is_a_mirror_image(void)
+{
+    const ab_t i_A = {3.0f, 21.0f};
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(i_A, (ab_t){0.0f, 0.0f}));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(i_A, ab_scale(i_A, -1.0f)));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(i_A, ab_scale(i_A, 0.5f)));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(i_A, (ab_t){-21.0f, 3.0f}));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored((ab_t){NAN, 21.0f}, i_A));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(i_A, (ab_t){INFINITY, 21.0f}));
+}
+
+/* Small it may be anything; once it does not fit, the count begins anew. */
+static void test_a_mirror_image_is_told_when_it_lasts_and_is_large(void)
+{
+    const ab_t small_A = {2.0f, 19.7f};
+    const ab_t large_A = {2.0f, 20.0f};
+    TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(exchanged(small_A, 1), small_A));
+    /* All that time it was one: told as soon as it is large. */
+    TEST_ASSERT_TRUE(plausibility_current_mirrored(&st, exchanged(large_A, 1), large_A, 20.0f));
+    TEST_ASSERT_FALSE(plausibility_current_mirrored(&st, large_A, large_A, 20.0f));
+    TEST_ASSERT_FALSE(plausibility_current_mirrored(&st, exchanged(large_A, 1), large_A, 20.0f));
 }
 
 int main(void)
@@ -169,7 +314,13 @@ int main(void)
     RUN_TEST(test_a_phase_of_which_little_is_asked_may_be_without_current);
     RUN_TEST(test_phases_do_not_count_for_each_other);
     RUN_TEST(test_an_estimate_that_stays_away_from_the_current_is_wrong);
+    RUN_TEST(test_a_flux_far_below_its_reference_is_wrong);
+    RUN_TEST(test_a_power_that_does_not_fit_torque_and_speed_is_wrong);
+    RUN_TEST(test_a_speed_that_changes_as_none_can_is_wrong);
     RUN_TEST(test_all_torque_and_no_speed_is_a_stall);
     RUN_TEST(test_a_limit_of_zero_asks_nothing);
+    RUN_TEST(test_two_exchanged_sensors_show_a_mirror_image);
+    RUN_TEST(test_no_other_error_is_a_mirror_image);
+    RUN_TEST(test_a_mirror_image_is_told_when_it_lasts_and_is_large);
     return UNITY_END();
 }

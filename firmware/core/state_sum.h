@@ -1,0 +1,31 @@
+/* Is every float of the law's state a number? One sum stands for all: NaN and infinity survive any
+ * addition, and no sum of limited values overflows.
+ *
+ * `fast` is taken as a period finds the state, before a limit can make a number of a NaN: what the
+ * estimate and the voltage rest on. `slow` is the rest, once per turn: what changes slowly, or
+ * waits for its use. Sensor offsets need neither: they are in every current.
+ */
+#ifndef STATE_SUM_H
+#define STATE_SUM_H
+
+#include "drive.h"
+
+static inline float state_sum_ab(ab_t x)
+{
+    return x.alpha + x.beta;
+}
+
+static inline float state_sum_fast(const drive_state_t *st)
+{
+    const observer_state_t *o = &st->observer;
+    const float believed = state_sum_ab(o->i_s_hat_A) + state_sum_ab(o->lambda_r_hat_Wb) +
+                           state_sum_ab(o->e1_A) + st->adaptation.x_rad_s + st->omega_e_hat_rad_s +
+                           st->omega_s_hat_rad_s;
+    const float acting = st->current.d.x + st->current.q.x + st->speed.pi.x +
+                         state_sum_ab(st->u_acting_V) + state_sum_ab(st->u_pending_V);
+    return believed + acting;
+}
+
+COLD float state_sum_slow(const drive_state_t *st);
+
+#endif

@@ -1,0 +1,318 @@
+// A word of the control law's state becomes a NaN or an infinity while the drive runs: by a flipped
+// bit, or by arithmetic that nobody thought of. Either it heals within HEAL_PERIODS and the drive
+// goes on, or a fault opens the gates; the duties are numbers in 0..1 all the while, and no leg
+// carries more than 22.5 A for more than two periods.
+//
+// Every word of drive_state_t is poked, floats and all others, in each of the drive's modes.
+#include "check.hpp"
+#include "firmware.hpp"
+#include "plant.hpp"
+#include "sim_job.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+using namespace zh;
+
+namespace {
+
+constexpr std::size_t word_count = sizeof(drive_state_t) / sizeof(std::uint32_t);
+constexpr std::array<std::uint32_t, 3> patterns{0x7fc00000, 0x7f800000, 0xff800000};
+constexpr int watched_periods = 1500; // .3 s
+constexpr int heal_periods = 50;
+constexpr double over_A = 22.5;
+constexpr double astray_rpm = 60.0; // the speed may be disturbed while it heals
+
+// Words that are no floats: counts, flags and enumerations, whose bits are never a NaN.
+bool is_float(std::size_t word)
+{
+    struct Block {
+        std::size_t at;
+        std::size_t size;
+    };
+#define BLOCK(member)                                                                              \
+    Block                                                                                          \
+    {                                                                                              \
+        offsetof(drive_state_t, member), sizeof(drive_state_t::member)                             \
+    }
+#define INNER(outer, member)                                                                       \
+    Block                                                                                          \
+    {                                                                                              \
+        offsetof(drive_state_t, outer) + offsetof(decltype(drive_state_t::outer), member),         \
+            sizeof(decltype(drive_state_t::outer)::member)                                         \
+    }
+    constexpr Block others[] = {
+        INNER(adaptation, near_zero),
+        INNER(rs_measurement, periods),
+        INNER(rs_tracking, periods),
+        INNER(steering, steering),
+        INNER(steer, moving),
+        BLOCK(pull_out_near),
+        BLOCK(slow_period),
+        BLOCK(idle_periods),
+        BLOCK(monitor),
+        INNER(link, acting),
+        INNER(overload, derating),
+        INNER(plausibility, voltage),
+        INNER(plausibility, phase),
+        INNER(plausibility, estimate),
+        INNER(plausibility, stall),
+        INNER(plausibility, mirrored),
+        INNER(supervisor, started),
+        INNER(supervisor, periods),
+        INNER(supervisor, found.flux_high),
+        INNER(supervisor, suspect_turns),
+        INNER(supervisor, quiet_turns),
+        INNER(supervisor, reasons),
+        INNER(supervisor, confidence),
+        INNER(impressed, active),
+        INNER(impressed, lost_periods),
+        BLOCK(dead_time_found),
+        INNER(modes, open),
+        INNER(modes, flying.phase),
+        INNER(modes, flying.current_on),
+        INNER(modes, flying.periods),
+        INNER(modes, mains.active),
+        INNER(modes, mains.back_periods),
+        INNER(modes, brake_periods),
+    };
+#undef INNER
+#undef BLOCK
+    return std::none_of(std::begin(others), std::end(others), [word](const Block &b) {
+        return 4 * word >= b.at / 4 * 4 && 4 * word < b.at + b.size;
+    });
+}
+
+using Words32 = std::array<std::uint32_t, word_count>;
+
+bool non_finite(std::uint32_t word)
+{
+    return (word & 0x7f800000U) == 0x7f800000U;
+}
+
+// [params] of a configuration, as overrides.
+std::string params_of(const std::string &name)
+{
+    std::ifstream file(std::string(ZH_ROOT) + "/host_sim/configs/" + name + ".toml");
+    std::string all;
+    bool inside = false;
+    for (std::string line; std::getline(file, line);) {
+        if (!line.empty() && line[0] == '[') {
+            inside = line == "[params]";
+        } else if (inside && line.find('=') != std::string::npos && line[0] != '#') {
+            line.erase(std::remove(line.begin(), line.end(), ' '), line.end());
+            all += line.substr(0, line.find('#')) + "\n";
+        }
+    }
+    return all;
+}
+
+struct Point {
+    const char *name;
+    const char *config;
+    const char *motor;
+    const char *more; // overrides
+    const char *profiles;
+    double at_s;
+    drive_mode_t mode;
+};
+
+Run run_of_point(const Point &p)
+{
+    const std::string root = ZH_ROOT;
+    const std::string scenario = "[scenario]\nname = \"poked\"\nduration_s = 10.0\nrun_on_s = 0.1\n"
+                                 "[profiles]\n" +
+                                 std::string(p.profiles);
+    const std::string rig = root + "/host_sim/rigs/hasegawa2005.toml";
+    const std::string board = root + "/host_sim/boards/paper.toml";
+    const std::string motor = root + "/gain_tables/" + p.motor;
+    const std::string config = params_of(p.config);
+    zh_sim_job job{};
+    job.struct_size = sizeof job;
+    job.scenario = scenario.c_str();
+    job.rig = rig.c_str();
+    job.board = board.c_str();
+    job.motor_dir = motor.c_str();
+    job.firmware_config = config.c_str();
+    job.firmware = p.more;
+    return run_of(job);
+}
+
+// What came of one poke.
+struct Fate {
+    std::uint32_t faults = 0;
+    bool duties = true;   // in 0..1 throughout
+    bool gates_on = true; // at the end
+    int over = 0;         // most periods on end beyond over_A
+    int sick = 0;         // last period with a word that is no number
+    bool same = true;     // duties of the undisturbed run
+    double error_rpm = 0.0;
+};
+
+// Drive and rig, which can be brought back to one moment.
+class Bench {
+public:
+    explicit Bench(const Point &p)
+        : run_(run_of_point(p)), firmware_(run_.params, run_.gain),
+          plant_(run_.rig, run_.board, run_.scenario.disturbances, run_.seed),
+          timer_(run_.board.delay_periods)
+    {
+        while (plant_.time_s() < p.at_s) {
+            (void)period();
+        }
+        CHECK(app().mode == p.mode && app().machine.faults == 0);
+        std::memcpy(kept_app_.data(), &app(), sizeof(app_t));
+        kept_plant_ = std::make_unique<Plant>(plant_);
+        kept_timer_ = timer_;
+    }
+
+    // As it was at that moment, but for one word; `undisturbed` is filled without a poke.
+    Fate poke(std::size_t word, std::uint32_t pattern, std::vector<Duty> &undisturbed)
+    {
+        std::memcpy(static_cast<void *>(&app()), kept_app_.data(), sizeof(app_t));
+        plant_ = *kept_plant_;
+        timer_ = kept_timer_;
+        const bool record = undisturbed.empty();
+        if (!record) {
+            std::memcpy(reinterpret_cast<unsigned char *>(&app().drive) + 4 * word, &pattern, 4);
+        }
+        Fate out;
+        int over = 0;
+        for (int k = 0; k < watched_periods; ++k) {
+            const hal_output_t o = period();
+            const Duty duty{o.duty_u, o.duty_v, o.duty_w};
+            for (const float d : {o.duty_u, o.duty_v, o.duty_w}) {
+                out.duties = out.duties && d >= 0.0F && d <= 1.0F;
+            }
+            over = plant_.truth().i_peak_A > over_A ? over + 1 : 0;
+            out.over = std::max(out.over, over);
+            out.sick = sick() ? k + 1 : out.sick;
+            if (record) {
+                undisturbed.push_back(duty);
+            }
+            const Duty &usual = undisturbed[static_cast<std::size_t>(k)];
+            out.same = out.same && std::memcmp(&usual, &duty, sizeof duty) == 0;
+            out.faults |= app().machine.faults;
+            out.gates_on = o.gates_on;
+        }
+        out.error_rpm = std::abs(plant_.truth().omega_m_rad_s * 60.0 / 6.283185307 - reference());
+        return out;
+    }
+
+private:
+    app_t &app()
+    {
+        return const_cast<app_t &>(firmware_.app()); // what no interface may do
+    }
+    double reference() const
+    {
+        return run_.scenario.speed_ref_rpm.value(plant_.time_s());
+    }
+    bool sick()
+    {
+        Words32 words;
+        std::memcpy(words.data(), &app().drive, sizeof words);
+        for (std::size_t n = 0; n < word_count; ++n) {
+            if (non_finite(words[n]) && is_float(n)) {
+                return true;
+            }
+        }
+        return false;
+    }
+    hal_output_t period()
+    {
+        const double t_s = plant_.time_s();
+        const float speed_rpm = static_cast<float>(reference());
+        const hal_output_t o = firmware_.step(sample_of(plant_.sample(), plant_.broken()),
+                                              command_at(run_.scenario, t_s, speed_rpm, ++count_));
+        plant_.advance(timer_.exchange({o.duty_u, o.duty_v, o.duty_w}), o.gates_on, o.brake_on);
+        return o;
+    }
+
+    Run run_;
+    Firmware firmware_;
+    Plant plant_;
+    PreloadedTimer timer_;
+    std::uint32_t count_ = 0;
+    std::vector<unsigned char> kept_app_ = std::vector<unsigned char>(sizeof(app_t));
+    std::unique_ptr<Plant> kept_plant_;
+    PreloadedTimer kept_timer_;
+};
+
+void poke_all(const Point &p)
+{
+    Bench bench(p);
+    std::vector<Duty> undisturbed;
+    const Fate healthy = bench.poke(0, 0, undisturbed);
+    CHECK(healthy.faults == 0 && healthy.sick == 0);
+    int stopped = 0, healed = 0, unused = 0, longest = 0;
+    std::map<std::uint32_t, int> said;
+    for (std::size_t word = 0; word < word_count; ++word) {
+        for (const std::uint32_t pattern : patterns) {
+            const Fate o = bench.poke(word, pattern, undisturbed);
+            const bool off = o.faults != 0 && !o.gates_on;
+            const bool well = o.gates_on && o.sick <= heal_periods && o.error_rpm < astray_rpm;
+            const bool good = o.duties && o.over <= 2 && (off || well || o.same || !is_float(word));
+            if (!good) {
+                std::printf("%s: byte %zu, %08x: faults %x gates %d over %d sick %d off by %.0f\n",
+                            p.name, 4 * word, pattern, o.faults, o.gates_on, o.over, o.sick,
+                            o.error_rpm);
+            }
+            CHECK(good);
+            stopped += off ? 1 : 0;
+            unused += !off && o.same ? 1 : 0;
+            healed += !off && !o.same ? 1 : 0;
+            longest = off || o.same ? longest : std::max(longest, o.sick);
+            ++said[o.faults];
+        }
+    }
+    std::printf("%s: %d stopped, %d healed within %d periods, %d without effect;", p.name, stopped,
+                healed, longest, unused);
+    for (const auto &[bits, count] : said) {
+        std::printf(" %x: %d", bits, count);
+    }
+    std::printf("\n");
+    CHECK(said[MONITOR_NON_FINITE] > 0);
+}
+
+constexpr Point points[] = {
+    {"recommended, 900 min^-1, half load", "recommended", "hasegawa2005_recommended", "",
+     "speed_ref_rpm = [[0.0, 0.0], [4.2, 0.0], [5.2, 900.0]]\n"
+     "load_torque_Nm = [[0.0, 0.0], [5.2, 0.0], [5.3, 4.0]]\n",
+     6.0, DRIVE_RUN},
+    {"paper, 300 min^-1, half load", "paper", "hasegawa2005", "",
+     "speed_ref_rpm = [[0.0, 0.0], [2.0, 0.0], [2.5, 300.0]]\n"
+     "load_torque_Nm = [[0.0, 0.0], [2.5, 0.0], [2.6, 4.0]]\n",
+     3.5, DRIVE_RUN},
+    {"recommended, resistance being measured", "recommended", "hasegawa2005_recommended", "",
+     "speed_ref_rpm = [[0.0, 0.0]]\n", 3.95, DRIVE_PREMAGNETISE},
+    {"recommended, gates off", "recommended", "hasegawa2005_recommended", "",
+     "speed_ref_rpm = [[0.0, 0.0]]\n", 0.08, DRIVE_OFF},
+    {"V/f, 600 min^-1", "recommended", "hasegawa2005_recommended", "control_mode=1",
+     "speed_ref_rpm = [[0.0, 0.0], [4.3, 0.0], [5.3, 600.0]]\n", 6.0, DRIVE_RUN},
+    {"I-f, 300 min^-1", "recommended", "hasegawa2005_recommended", "control_mode=2",
+     "speed_ref_rpm = [[0.0, 0.0], [4.3, 0.0], [5.3, 300.0]]\n", 6.0, DRIVE_RUN},
+};
+
+} // namespace
+
+int main()
+{
+    return check::run({
+        {"in RUN with all means", [] { poke_all(points[0]); }},
+        {"in RUN as the paper has it", [] { poke_all(points[1]); }},
+        {"while the resistance is measured", [] { poke_all(points[2]); }},
+        {"before the gates go on", [] { poke_all(points[3]); }},
+        {"in V/f", [] { poke_all(points[4]); }},
+        {"in I-f", [] { poke_all(points[5]); }},
+    });
+}
