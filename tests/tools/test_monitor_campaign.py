@@ -13,6 +13,7 @@ from zerohertz import sim
 from zerohertz.atlas.run import Means
 from zerohertz.atlas.simulate import Bench, make_bench
 from zerohertz.campaign import monitor, monitor_cases, monitor_quiet, monitor_run
+from zerohertz.drive import Fault, State
 from zerohertz.scenario.setup import load_setup
 
 CASE = monitor_cases.groups()["sensor"][0]
@@ -124,6 +125,68 @@ def test_without_its_detectors_the_same_drive_fails(bench: Bench) -> None:
         if (c.what, c.kind) in {("u_vw", "gain"), ("i_u", "gain")} and c.speed_rpm >= 300.0
     ]
     assert any(monitor_run.run_case(blind, case)["verdict"] == "FAILED" for case in cases)
+
+
+@pytest.mark.parametrize("config", ["paper", "recommended", "no_gain"])
+def test_exchanged_current_sensors_have_a_name_before_anything_trips(config: str) -> None:
+    bench = make_bench(load_setup(config))
+    cases = monitor_cases.groups()[monitor_cases.AT_START]
+    currents = {c.what: c for c in cases if c.what.startswith("i_")}
+    for case in currents.values():
+        row = monitor_run.run_case(bench, case)
+        assert monitor.bit_names(row["bits"]) == "CURRENT_SENSOR", row
+        assert row["peak_A"] < bench.i_trip_A
+
+
+RESTART = """
+[scenario]
+name = "restart"
+duration_s = 7.3
+run_on_s = 0.1
+run_off_s = 6.9
+torque_off_s = 6.9
+torque_off_end_s = 6.901
+run_again_s = {again_s}
+[profiles]
+speed_ref_rpm = [[0.0, 0.0], [5.0, 0.0], [6.0, {speed_rpm}]]
+"""
+
+
+@pytest.mark.parametrize("config", ["paper", "recommended"])
+@pytest.mark.parametrize("speed_rpm", [1500, 900, -1500])
+def test_a_motor_that_turns_at_its_start_has_no_exchanged_sensors(
+    config: str, speed_rpm: float
+) -> None:
+    """Flux of before makes more current than the trip allows; it is no mirror image for long."""
+    setup = load_setup(config)
+    largest_A = 0.0
+    for away_s in (0.01, 0.05, 0.1):
+        record = sim.run(
+            sim.Job(
+                scenario=RESTART.format(again_s=6.9 + away_s, speed_rpm=speed_rpm),
+                rig=setup.rig,
+                board=setup.board,
+                motor_dir=setup.motor_dir,
+                firmware_config=setup.params,
+            )
+        )
+        restarted = (record.t_s > 6.9) & (record["state"] == State.PREMAGNETISE)
+        assert restarted.any()
+        largest_A = max(largest_A, float(record["i_abs_A"][restarted].max()))
+        said = int(np.bitwise_or.reduce(record["faults"].astype(np.int64)))
+        assert Fault.CURRENT_SENSOR not in Fault(said)
+    assert largest_A > 16.0
+
+
+@pytest.mark.parametrize("seed", [162, 781])
+def test_a_load_that_runs_away_in_the_wedge_ends_with_a_fault(seed: int) -> None:
+    """The supervisor only doubts there: it is the flux that tells."""
+    job = monitor_quiet.job(load_setup(monitor.CONFIG), seed)
+    told = sim.run(job)
+    assert Fault(told.first_fault) == Fault.OBSERVER
+    blind = sim.run(dataclasses.replace(job, firmware={**job.firmware, "observer_e1_A": 0.0}))
+    assert blind.first_fault == 0
+    assert float(np.abs(blind["speed_rpm"]).max()) > 2000.0
 
 
 def test_rows_are_stored_and_the_quiet_hours_are_quiet(tmp_path: Path) -> None:

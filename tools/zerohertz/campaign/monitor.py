@@ -198,6 +198,8 @@ TITLES = {
     "earth": "Leg to earth",
     "short": "Terminals u and v joined by 20 uH and 20 mohm",
     "collapse": "Supply of the dc link gone for good",
+    cases.AT_START: "Two sensors exchanged before the first start (delay: from the gates on)",
+    "exchanged": "Two sensors exchanged while running: a multiplexer out of step",
     "sag": "Supply at 50 % for a second: to be ridden through",
 }
 

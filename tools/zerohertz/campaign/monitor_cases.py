@@ -34,6 +34,9 @@ AFTER_S = 3.0
 U_DC_V = 283.0
 SAG_S = 1.0
 EARTH_OHM = (0.5, 20.0)
+# Wired crosswise with the next of its kind: the three pairs of currents, and the line voltages.
+EXCHANGED = ("i_u", "i_v", "i_w", "u_uv")
+AT_START = "exchanged_at_start"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +58,11 @@ class Case:
         """Of the fault, from t = 0 on."""
         return FAULT_S + 0.02 * self.start_share
 
+    @property
+    def at_start(self) -> bool:
+        """Broken before the gates were ever on."""
+        return self.map == AT_START
+
 
 def groups() -> dict[str, list[Case]]:
     """Every case by its group, in the order of the page."""
@@ -64,6 +72,8 @@ def groups() -> dict[str, list[Case]]:
         "earth": [(phase, f"{ohm:g} ohm") for phase in "uvw" for ohm in EARTH_OHM],
         "short": [("u-v", "short")],
         "collapse": [("u_dc", "collapse")],
+        AT_START: [(signal, "exchanged") for signal in EXCHANGED],
+        "exchanged": [(signal, "exchanged") for signal in EXCHANGED],
     }
     made = {name: list(_cases(name, what, OPERATING_POINTS)) for name, what in plain.items()}
     return made | {"sag": list(_cases("sag", [("u_dc", "sag to 50 %")], SAG_POINTS))}
@@ -79,9 +89,9 @@ def _cases(
 
 def scenario_overrides(case: Case, begin_s: float) -> dict[str, Any]:
     """The fault as keys of the scenario."""
-    at_s = begin_s + case.fault_s
-    if case.map == "sensor":
-        severity = SEVERITY[case.kind]
+    at_s = 0.0 if case.at_start else begin_s + case.fault_s
+    if case.map in ("sensor", AT_START, "exchanged"):
+        severity = SEVERITY.get(case.kind)
         given = {} if severity is None else {"faults.severity": severity}
         return {
             "faults.sensor": case.what,

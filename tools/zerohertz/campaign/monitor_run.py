@@ -67,7 +67,10 @@ def job(bench: Bench, case: Case) -> sim.Job:
 def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
     """The row of a case."""
     t_s = record.t_s.astype(np.float64) - begin
-    after = t_s >= case.fault_s
+    # What is broken from the start begins to matter with the gates.
+    fault_s = float(t_s[np.argmax(record["gates_on"] > 0)]) if case.at_start else case.fault_s
+    after = t_s >= fault_s
+    running = t_s >= max(fault_s, FAULT_S)
     before = (t_s >= FAULT_S - 0.5) & ~after
     error_rpm = np.abs(record["speed_rpm"] - record["speed_ref_rpm"])
     faults = record["faults"].astype(np.int64)
@@ -78,19 +81,21 @@ def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
     over = round(longest_s(after & (record["i_peak_A"] > OVER_A), 1.0))
     end = t_s >= t_s[-1] - END_S
     fine = (
-        bool(np.all(record["state"][after] == State.RUN))
+        bool(np.all(record["state"][running] == State.RUN))
         and float(error_rpm[end].mean()) < END_RPM
-        and longest_s(after & (error_rpm > FAR_RPM), record.period_s) <= FAR_S
+        and longest_s(running & (error_rpm > FAR_RPM), record.period_s) <= FAR_S
         and float(record["i_abs_A"][after].max()) <= LIMIT_A
     )
-    started = bool(np.all(record["state"][before] == State.RUN) and np.all(error_bits[before] == 0))
+    started = case.at_start or bool(
+        np.all(record["state"][before] == State.RUN) and np.all(error_bits[before] == 0)
+    )
     said = "detected" if len(latched) else "taken over" if bool(taken[end].all()) else "nothing"
     first = latched if len(latched) else told
     return {
         "verdict": _verdict(case, said, fine, over, started and _complete(case, t_s)),
         "said": said,
         "bits": int(error_bits[latched[0]]) if len(latched) else 0,
-        "delay_s": float(t_s[first[0]] - case.fault_s) if said != "nothing" else None,
+        "delay_s": float(t_s[first[0]] - fault_s) if said != "nothing" else None,
         "over_periods": over,
         "peak_A": float(record["i_peak_A"][after].max()),
         "worst_rpm": float(error_rpm[after & (record["gates_on"] > 0)].max(initial=0.0)),
