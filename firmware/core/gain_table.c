@@ -14,9 +14,23 @@ static bool is_zero(float x)
     return absf(x) <= 0.0f;
 }
 
+observer_gain_t gain_table_entry(const gain_table_t *table, uint32_t k)
+{
+    return gain_table_look_up(table, k);
+}
+
+/* A whole block's residuals and the half-word behind them are there to be read. */
+static bool block_inside(const gain_table_t *table, const gain_block_t *block)
+{
+    const uint32_t half_words = block->half_words;
+    const bool known =
+        (half_words == 1u) || (half_words == 2u) || (half_words == 4u) || (half_words == 8u);
+    return known && (block->first + GAIN_BLOCK_ENTRIES * half_words < table->residual_count);
+}
+
 bool gain_table_valid(const gain_table_t *table)
 {
-    if ((table == NULL) || (table->entry == NULL)) {
+    if ((table == NULL) || (table->block == NULL) || (table->residual == NULL)) {
         return false;
     }
     if ((table->magic != GAIN_TABLE_MAGIC) || (table->version != GAIN_TABLE_VERSION)) {
@@ -25,25 +39,16 @@ bool gain_table_valid(const gain_table_t *table)
     if ((table->entry_count == 0u) || (table->entry_count > GAIN_TABLE_MAX_ENTRIES)) {
         return false;
     }
-    bool finite = positivef(table->step_rad_s);
     for (uint32_t k = 0u; k < table->entry_count; k++) {
-        finite = finite && gain_finite(&table->entry[k]);
+        if (!block_inside(table, &table->block[k / GAIN_BLOCK_ENTRIES])) {
+            return false;
+        }
+        const observer_gain_t gain = gain_table_entry(table, k);
+        if (!gain_finite(&gain)) {
+            return false;
+        }
     }
     /* L(-w) = conj L(w) leaves no choice at w = 0. */
-    return finite && is_zero(table->entry[0].l1_im_per_s) && is_zero(table->entry[0].l2_im_ohm);
-}
-
-observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s)
-{
-    const float last = (float)(table->entry_count - 1u);
-    float nearest = absf(omega_e_rad_s) / table->step_rad_s + 0.5f;
-    if (!(nearest <= last)) {
-        nearest = clampf(nearest, 0.0f, last);
-    }
-    const observer_gain_t *gain = &table->entry[(uint32_t)nearest];
-    const bool backward = omega_e_rad_s < 0.0f;
-    return (observer_gain_t){.l1_re_per_s = gain->l1_re_per_s,
-                             .l1_im_per_s = backward ? -gain->l1_im_per_s : gain->l1_im_per_s,
-                             .l2_re_ohm = gain->l2_re_ohm,
-                             .l2_im_ohm = backward ? -gain->l2_im_ohm : gain->l2_im_ohm};
+    const observer_gain_t still = gain_table_entry(table, 0u);
+    return positivef(table->step_rad_s) && is_zero(still.l1_im_per_s) && is_zero(still.l2_im_ohm);
 }

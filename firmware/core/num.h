@@ -27,6 +27,14 @@
 #define COLD
 #endif
 
+/* For what every control period does once and the compiler finds too large to inline. Not where
+ * nothing is optimised: there coverage counts each function once. */
+#if (defined(__GNUC__) || defined(__clang__)) && defined(__OPTIMIZE__)
+#define INLINE __attribute__((always_inline))
+#else
+#define INLINE
+#endif
+
 /* Choices between two values, not branches: one instruction each where the core has min and max.
  * A comparison with NaN is false, so NaN leaves b. */
 static inline float maxf(float a, float b)

@@ -8,6 +8,7 @@ import math
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -19,9 +20,11 @@ from zerohertz.errors import UserError
 from zerohertz.gain_design import command, cones
 from zerohertz.gain_design.c_source import c_files, read_table_json
 from zerohertz.gain_design.closed_form import closed_form_gain, gain_for_poles
+from zerohertz.gain_design.command import default_motor_dirs
 from zerohertz.gain_design.crc32c import crc32c
 from zerohertz.gain_design.gamma_positive_real import GammaPositiveReal
 from zerohertz.gain_design.machine import gamma_floor, observer_poles, state_matrix
+from zerohertz.gain_design.packing import BLOCK_ENTRIES
 from zerohertz.gain_design.pole_shift import pole_shift_gain
 from zerohertz.gain_design.table import design_table, speed_of_entry_rad_s, table_json
 from zerohertz.motor import (
@@ -235,37 +238,57 @@ def test_crc32c_gives_the_standard_check_value() -> None:
     assert crc32c(b"") == 0
 
 
-@BOTH_FOLDERS
-def test_compiled_table_holds_the_words_of_the_json_bit_for_bit(folder: Path, tmp_path) -> None:
+class GainBlock(ctypes.Structure):
+    _fields_ = (
+        ("first", ctypes.c_uint16),
+        ("half_words", ctypes.c_uint16),
+        ("line", ctypes.c_uint32 * 8),
+    )
+
+
+class GainTable(ctypes.Structure):
+    _fields_ = (
+        *((name, ctypes.c_uint32) for name in ("magic", "version", "motor_id", "count", "crc")),
+        ("step_rad_s", ctypes.c_float),
+        ("block", ctypes.POINTER(GainBlock)),
+        ("residual", ctypes.POINTER(ctypes.c_uint16)),
+        ("residual_count", ctypes.c_uint32),
+    )
+
+
+class ObserverGain(ctypes.Structure):
+    _fields_ = tuple((name, ctypes.c_float) for name in ("l1_re", "l1_im", "l2_re", "l2_im"))
+
+
+@pytest.mark.parametrize("folder", default_motor_dirs(), ids=lambda folder: folder.name)
+def test_compiled_table_unpacks_to_the_words_of_the_json_bit_for_bit(folder, tmp_path) -> None:
     content = read_table_json(folder / "l_gain.json")
     library = tmp_path / "table.so"
+    core = ROOT / "firmware" / "core"
     subprocess.run(
         [
             *("gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"),
-            *("-Wdouble-promotion", "-shared", "-fPIC", "-I", ROOT / "firmware" / "core"),
-            *("-o", library, folder / "l_gain.c"),
+            *("-Wdouble-promotion", "-shared", "-fPIC", "-O1", "-I", core),
+            *("-o", library, folder / "l_gain.c", core / "gain_table.c"),
         ],
         check=True,
     )
-
-    class Header(ctypes.Structure):
-        _fields_ = (
-            *((name, ctypes.c_uint32) for name in ("magic", "version", "motor_id", "count", "crc")),
-            ("step_rad_s", ctypes.c_float),
-            ("entry", ctypes.POINTER(ctypes.c_uint32)),
-        )
-
-    header = Header.in_dll(ctypes.CDLL(str(library)), f"l_gain_{content['motor']}")
-    words = [f"{header.entry[k]:08x}" for k in range(4 * header.count)]
-    assert header.magic == 0x5A48474C
-    assert words == content["l_words"]
-    data = b"".join(bytes.fromhex(word)[::-1] for word in words)
-    assert header.crc == crc32c(data) == int(content["crc32c"], 16)
-    assert f"{header.motor_id:08x}" == content["motor_id"]
+    firmware = ctypes.CDLL(str(library))
+    table = GainTable.in_dll(firmware, f"l_gain_{content['motor']}")
+    firmware.gain_table_entry.restype = ObserverGain
+    firmware.gain_table_entry.argtypes = (ctypes.POINTER(GainTable), ctypes.c_uint32)
+    data = b"".join(bytes(firmware.gain_table_entry(table, k)) for k in range(table.count))
+    assert [f"{word:08x}" for (word,) in struct.iter_unpack("<I", data)] == content["l_words"]
+    assert table.magic == 0x5A48474C
+    assert table.crc == crc32c(data) == int(content["crc32c"], 16)
+    assert f"{table.motor_id:08x}" == content["motor_id"]
     step = np.uint32(int(content["step_rad_s_word"], 16)).view(np.float32)
-    assert header.step_rad_s == step == np.float32(math.pi / 15.0)
-    assert library.stat().st_size > 28 * 1024
-    assert 4 * len(words) + ctypes.sizeof(Header) <= 32 * 1024  # the flash a table may take
+    assert table.step_rad_s == step == np.float32(math.pi / 15.0)
+    # Half of what the words take, at least: that is what packing is for.
+    blocks = -(-table.count // BLOCK_ENTRIES)
+    assert blocks * ctypes.sizeof(GainBlock) + 2 * table.residual_count <= len(data) // 2
+    firmware.gain_table_valid.restype = ctypes.c_bool
+    assert firmware.gain_table_valid(ctypes.byref(table))
 
 
 def test_committed_tables_are_what_a_fresh_design_gives() -> None:

@@ -20,7 +20,7 @@ from zerohertz.errors import UserError
 
 METHODS = ("gamma_pr", "closed_form", "pole_shift", "zero")
 STEP_ELEC_PER_MIN = 2  # the paper's quantisation of the gain table
-MAX_ENTRIES = 2048  # GAIN_TABLE_MAX_ENTRIES of gain_table.h: 32 KiB of flash
+MAX_ENTRIES = 2048  # GAIN_TABLE_MAX_ENTRIES of gain_table.h: 32 KiB of words
 
 
 class MotorError(UserError):

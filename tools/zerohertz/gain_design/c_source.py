@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from zerohertz.errors import UserError
+from zerohertz.gain_design.packing import BLOCK_ENTRIES, Block, pack
 
 HEADER_NAME = "l_gain.h"
 SOURCE_NAME = "l_gain.c"
@@ -34,15 +35,19 @@ extern const gain_table_t l_gain_{motor};
 _SOURCE = """\
 /* Observer gain table of the motor {motor}. Generated from l_gain.json: do not edit.
  *
- * l1_re l1_im in 1/s, l2_re l2_im in ohm; every decimal is exact in float32.
+ * Packed without loss (gain_table.h): blocks of {block_entries} entries with the lines of their
+ * words, then what the words lie above them, one entry per row.
  * Inputs (motor.toml), SHA-256:
  * {sha256}
  */
 #include "l_gain.h"
 
 /* clang-format off */
-static const observer_gain_t entries[{entries}] = {{
-{rows}
+static const gain_block_t gain_blocks[{block_count}] = {{
+{blocks}
+}};
+static const uint16_t gain_residuals[{residual_count}] = {{
+{residuals}
 }};
 /* clang-format on */
 
@@ -53,15 +58,18 @@ const gain_table_t l_gain_{motor} = {{
     .entry_count = {entries}u,
     .crc32c = 0x{crc32c}u,
     .step_rad_s = {step_rad_s},
-    .entry = entries,
+    .block = gain_blocks,
+    .residual = gain_residuals,
+    .residual_count = {residual_count}u,
 }};
 """
 
 
 def c_files(content: Mapping[str, Any]) -> dict[str, str]:
     """File name -> text, for the content of a l_gain.json."""
-    words = np.array([int(word, 16) for word in content["l_words"]], dtype=np.uint32)
-    rows = words.view(np.float32).reshape(content["entries"], 4)
+    words = [int(word, 16) for word in content["l_words"]]
+    packed = pack([words[k : k + 4] for k in range(0, len(words), 4)])
+    residuals = [*packed.residuals, *[(0,)] * packed.padding]
     values = {
         "motor": content["motor"],
         "guard": content["motor"].upper(),
@@ -72,7 +80,11 @@ def c_files(content: Mapping[str, Any]) -> dict[str, str]:
         "motor_id": content["motor_id"],
         "crc32c": content["crc32c"],
         "step_rad_s": _literal(np.uint32(int(content["step_rad_s_word"], 16)).view(np.float32)),
-        "rows": "\n".join("    {" + ", ".join(_literal(x) for x in row) + "}," for row in rows),
+        "block_entries": BLOCK_ENTRIES,
+        "block_count": len(packed.blocks),
+        "blocks": "\n".join(map(_block, packed.blocks)),
+        "residual_count": sum(map(len, residuals)),
+        "residuals": "\n".join("    " + " ".join(f"0x{h:04x}u," for h in r) for r in residuals),
     }
     return {HEADER_NAME: _HEADER.format(**values), SOURCE_NAME: _SOURCE.format(**values)}
 
@@ -88,6 +100,12 @@ def read_table_json(path: Path | str) -> dict[str, Any]:
     except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError) as error:
         raise UserError(f"{path}: not a gain table ({error!r}); run zh design") from None
     return content
+
+
+def _block(block: Block) -> str:
+    pairs = zip(block.base, block.slope, strict=True)
+    lines = "{" + ", ".join(f"{{0x{base:08x}u, 0x{slope:08x}u}}" for base, slope in pairs) + "}"
+    return f"    {{{block.first}u, {block.half_words}u, {lines}}},"
 
 
 def _literal(value: np.float32) -> str:

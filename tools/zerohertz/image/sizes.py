@@ -45,7 +45,8 @@ def measure(elf: Path, port: str) -> Sizes:
     """Sizes of an image of hal/<port>; UserError when its stack has no bound."""
     sections = _sections(elf)
     symbols = _symbols(elf)
-    tables = [size for name, (_, size) in symbols.items() if re.fullmatch(r"entries(\..*)?", name)]
+    table = re.compile(r"gain_(blocks|residuals)(\..*)?")
+    tables = [size for name, (_, size) in symbols.items() if table.fullmatch(name)]
     stack_bytes = symbols["cm_stack_top"][0] - symbols["cm_stack_bottom"][0]
     trace_bytes = symbols.get("trace_memory", (0, 0))[1]
     ram = sum(sections.get(name, 0) for name in (".stack", ".data", ".bss", ".noinit"))
