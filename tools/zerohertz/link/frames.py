@@ -14,7 +14,7 @@ from zerohertz.image import loop
 from zerohertz.link.client import Client
 from zerohertz.link.line import UnixLine
 
-_PATIENCE_S = 300.0
+_PATIENCE_S = 900.0  # 1e5 frames beside other load
 
 
 @dataclass
