@@ -840,11 +840,13 @@ COLD static void cool(const drive_config_t *cfg, drive_state_t *st, drive_mode_t
     }
 }
 
-/* A turn passes only in RUN; in all else there is time in every period. */
+/* Once per turn of whatever counts now. */
 static inline bool state_is_due(const drive_state_t *st, const drive_in_t *in, bool open)
 {
-    const uint32_t turn = open ? st->slow_period : st->supervisor.periods;
-    return (in->mode != DRIVE_RUN) || (turn == DRIVE_CHECK_STATE);
+    const uint32_t turn = (in->mode != DRIVE_RUN) ? st->idle_periods
+                          : open                  ? st->slow_period
+                                                  : st->supervisor.periods;
+    return turn == DRIVE_CHECK_STATE;
 }
 
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,

@@ -92,7 +92,7 @@ static void add_block(const flying_start_config_t *cfg, flying_start_state_t *st
 static ab_t flux_of(const flying_start_config_t *cfg, const flying_start_state_t *st, ab_t i_A)
 {
     const float omega_rad_s = st->omega_rad_s;
-    const ab_t turn = trig_unit_small(limitf(omega_rad_s * cfg->per_turn_s, TRIG_SMALL_MAX_RAD));
+    const ab_t turn = trig_unit(limitf(omega_rad_s * cfg->per_turn_s, TRIG_SMALL_MAX_RAD));
     const ab_t rate_V = ab_scale(ab_mul(turn, st->e_V[0]), cfg->inv_kr);
     const ab_t from_flux_V = ab_sub(rate_V, ab_scale(i_A, cfg->m_tau_ohm));
     const float size2 = cfg->tau_per_s * cfg->tau_per_s + omega_rad_s * omega_rad_s;

@@ -55,7 +55,7 @@ void impressed_current_start(impressed_current_state_t *st, ab_t i_s_A, float om
 /* The vector turned by the angle of one period; its length is put right to first order. */
 static ab_t turned(ab_t axis, float angle_rad)
 {
-    const ab_t next = ab_mul(trig_unit_small(limitf(angle_rad, TRIG_SMALL_MAX_RAD)), axis);
+    const ab_t next = ab_mul(trig_unit(limitf(angle_rad, TRIG_SMALL_MAX_RAD)), axis);
     return ab_scale(next, 1.5f - 0.5f * ab_norm2(next));
 }
 

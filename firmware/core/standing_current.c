@@ -30,7 +30,7 @@ ab_t standing_current_step(const standing_current_config_t *cfg, standing_curren
     st->i_before_A = in->i_A;
 
     const float ahead_rad = in->omega_rad_s * STANDING_AHEAD_PERIODS * cfg->period_s;
-    const ab_t e_V = ab_mul(trig_unit_small(limitf(ahead_rad, TRIG_SMALL_MAX_RAD)), st->e_V);
+    const ab_t e_V = ab_mul(trig_unit(limitf(ahead_rad, TRIG_SMALL_MAX_RAD)), st->e_V);
     const ab_t pull_V = ab_scale(ab_sub(in->i_ref_A, in->i_A), cfg->kp_ohm);
     return ab_add(ab_add(e_V, ab_scale(in->i_ref_A, in->Rs_ohm)), pull_V);
 }

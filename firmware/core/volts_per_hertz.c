@@ -51,7 +51,7 @@ ab_t volts_per_hertz_step(const volts_per_hertz_config_t *cfg, volts_per_hertz_s
 
     const ab_t axis = ab_add(st->off_axis, (ab_t){1.0f, 0.0f});
     const float angle_rad = limitf(st->omega_rad_s * cfg->period_s, TRIG_SMALL_MAX_RAD);
-    ab_t next = ab_mul(trig_unit_small(angle_rad), axis);
+    ab_t next = ab_mul(trig_unit(angle_rad), axis);
     next = ab_scale(next, 1.5f - 0.5f * ab_norm2(next)); /* length put right to first order */
     st->off_axis = ab_sub(next, (ab_t){1.0f, 0.0f});
 
