@@ -2,7 +2,7 @@
  *
  * |u| = boost + psi |w|, no more than the dc link gives. No estimate, no current control: what is
  * left when motor data or sensors are not to be trusted. The frequency waits while the current is
- * beyond its limit, so that a ramp too steep slips no pole.
+ * beyond its limit; a ramp far too steep (ten times the default) still ends in over-current.
  */
 #ifndef VOLTS_PER_HERTZ_H
 #define VOLTS_PER_HERTZ_H
