@@ -89,9 +89,9 @@ def test_faults_name_the_place(image: Path) -> None:
 
 
 def test_a_stuck_control_interrupt_ends_within_the_watchdog_time(image: Path) -> None:
-    """100 ms are 500 periods; a table bit is found within one round of the running check."""
+    """100 ms are 500 periods, counted from the last round of the background: one takes 9 here."""
     assert run(image, Inject.STUCK_CONTROL).periods == PERIOD
-    assert run(image, Inject.STUCK_BACKGROUND).periods <= PERIOD + 502
+    assert run(image, Inject.STUCK_BACKGROUND).periods <= PERIOD + 500 + 10
 
 
 def test_one_late_period_is_told_and_the_drive_goes_on(image: Path) -> None:

@@ -78,7 +78,7 @@ def test_it_boots_tells_what_it_is_and_stays_off_without_its_clock(image: Path) 
 def test_a_flipped_bit_of_the_image_is_found_before_anything_runs(
     image: Path, tmp_path: Path
 ) -> None:
-    at = symbol(image, "entries") + 4000
+    at = symbol(image, "gain_residuals") + 4000
     byte = image.with_suffix(".bin").read_bytes()[at - FLASH]
     elf = patched(image, tmp_path, at, bytes([byte ^ 4]), stamp=False)
     assert "end 00000077 gates off" in boot(elf, "address")
