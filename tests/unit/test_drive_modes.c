@@ -150,6 +150,7 @@ static void test_a_turning_motor_is_caught(void)
         TEST_ASSERT_EQUAL(RS_MEASUREMENT_BUSY, out.rs_measurement);
         TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
         TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.modes.flying.phase);
+        ASSERT_SAME_FLOAT(0.0f, st.speed.pi.x); /* no torque yet */
         TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
         ASSERT_NEAR(2.0, speeds[n % 4], st.omega_e_hat_rad_s);
         /* 2nd order leaves w^3 T^2/6 of angle, the ADC an LSB in volts over w: 7 % of .41 Wb. */
@@ -275,6 +276,24 @@ static void test_impressed_control_turns_the_motor(void)
     TEST_ASSERT_TRUE(st.impressed.active);
     ASSERT_NEAR(3.0, 60.0, plant.omega_e_rad_s);
     ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
+    ASSERT_SAME_FLOAT(60.0f, st.omega_e_hat_rad_s); /* what is told */
+    ASSERT_SAME_FLOAT(0.0f, out.gain.l1_re_per_s);
+    ASSERT_SAME_FLOAT(0.0f, out.gain.l1_im_per_s);
+    ASSERT_SAME_FLOAT(0.0f, out.gain.l2_re_ohm);
+    ASSERT_SAME_FLOAT(0.0f, out.gain.l2_im_ohm);
+}
+
+static void test_a_brake_begins_with_the_current_of_then(void)
+{
+    p.modes.brake_A = 8.0f;
+    start();
+    const drive_modes_in_t begins = {.running = true, .i_A = {1.0f, 2.0f}};
+    drive_modes_state_t modes = {.brake_periods = 7u};
+    TEST_ASSERT_FALSE(drive_modes_select(&cfg.modes, &modes, &begins));
+    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, modes.open);
+    TEST_ASSERT_EQUAL_UINT32(0u, modes.brake_periods);
+    ASSERT_SAME_FLOAT(1.0f, modes.brake_i_ref_A.alpha);
+    ASSERT_SAME_FLOAT(2.0f, modes.brake_i_ref_A.beta);
 }
 
 /* A torque mode's reference of zero is no stop. */
@@ -422,6 +441,7 @@ static void test_the_field_is_weakened_at_speed(void)
     ASSERT_NEAR(0.04, 0.9, share);
     TEST_ASSERT_TRUE(cabs(plant.psi_r_Wb) < 0.3);
     ASSERT_NEAR(0.02, 0.0, flux_error());
+    TEST_ASSERT_EQUAL(st.modes.level.i_q_less_A > 0.0f, st.pull_out_near);
     ASSERT_SAME_FLOAT(st.modes.level.below_Wb, st.flux_below_Wb);
 }
 
@@ -582,6 +602,7 @@ int main(void)
     RUN_TEST(test_a_small_threshold_only_holds);
     RUN_TEST(test_volts_per_hertz_turns_the_motor);
     RUN_TEST(test_impressed_control_turns_the_motor);
+    RUN_TEST(test_a_brake_begins_with_the_current_of_then);
     RUN_TEST(test_no_brake_while_a_torque_is_asked_for);
     RUN_TEST(test_a_stop_is_over_when_the_brake_has_had_its_time);
     RUN_TEST(test_a_stop_by_volts_per_hertz_ends_at_standstill);

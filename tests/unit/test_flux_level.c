@@ -317,6 +317,11 @@ static void test_start_at_speed_is_weakened_at_once(void)
     ASSERT_NEAR(1e-5, 0.52 - 0.9 / sqrt(2.0) * 283.0 / 700.0, st.below_Wb);
     flux_level_start(&cfg, &st, 0.0f, 283.0f);
     ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    flux_level_params_t economy = good;
+    economy.voltage_share = 0.0f;
+    TEST_ASSERT_TRUE(flux_level_init(&cfg, &economy, &table1, TURN_S));
+    flux_level_start(&cfg, &st, 700.0f, 283.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
 }
 
 int main(void)

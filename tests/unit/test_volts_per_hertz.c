@@ -142,6 +142,22 @@ static void test_start_without_flux_or_speed_is_from_rest(void)
     }
 }
 
+static void test_a_start_that_knows_nothing_begins_at_rest(void)
+{
+    st = (volts_per_hertz_state_t){.omega_rad_s = 5.0f, .boost_V = 3.0f, .off_axis = {1.0f, 1.0f}};
+    volts_per_hertz_start(&cfg, &st, (ab_t){0.0f, 0.0f}, 100.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.omega_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.boost_V);
+    ASSERT_SAME_FLOAT(0.0f, st.off_axis.beta);
+}
+
+static void test_too_much_current_never_keeps_it_from_slowing_down(void)
+{
+    st.omega_rad_s = 1.0f;
+    (void)volts_per_hertz_step(&cfg, &st, 0.0f, (ab_t){100.0f, 0.0f}, 283.0f);
+    ASSERT_NEAR(1e-6, 0.98, st.omega_rad_s);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -153,5 +169,7 @@ int main(void)
     RUN_TEST(test_a_reference_that_is_no_number_moves_nothing);
     RUN_TEST(test_start_goes_on_with_a_motor_that_turns);
     RUN_TEST(test_start_without_flux_or_speed_is_from_rest);
+    RUN_TEST(test_a_start_that_knows_nothing_begins_at_rest);
+    RUN_TEST(test_too_much_current_never_keeps_it_from_slowing_down);
     return UNITY_END();
 }

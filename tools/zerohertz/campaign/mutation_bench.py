@@ -183,7 +183,8 @@ class Tree:
         """Files that a source includes, below the root."""
         unit = Unit(source, flags, frozenset())
         words = self._gcc(unit, "-MM").stdout.decode().replace("\\\n", " ").split()[1:]
-        paths = [Path(word) for word in words]
+        # What lies beside the source is named relative to the folder.
+        paths = [self.folder / word for word in words]
         return {str(p.relative_to(self.folder)) for p in paths if p.is_relative_to(self.folder)}
 
     def _gcc(self, unit: Unit, *options: str | Path) -> subprocess.CompletedProcess[bytes]:
