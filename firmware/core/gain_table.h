@@ -1,8 +1,8 @@
 /* Observer gain L over speed: nearest entry of a table with one entry per 2 elec. min^-1.
  *
  * xh' = A(wh) xh + B u_s + L e1, L = [l1; l2] complex, e1 = i_s_hat - i_s (eq. (3), (17)).
- * L(-w) = conj L(w); beyond the table's end the last entry holds. Designed and proven offline
- * (tools/zh design, tools/zh certify).
+ * L(-w) = conj L(w); beyond the table's end the last entry holds (with weakening drive.c turns it).
+ * Designed and proven offline (tools/zh design, tools/zh certify).
  *
  * A table is packed without loss: seen as 32-bit words each column is nearly a straight line, so a
  * block of 16 entries keeps that line and, per entry, what the words lie above it. Flash is what a
@@ -45,8 +45,7 @@ typedef struct {
     uint32_t version;
     uint32_t motor_id; /* CRC-32C of the motor data the table was designed for */
     uint32_t entry_count;
-    uint32_t
-        crc32c; /* of the entries, unpacked, little-endian words in order; checked by the app */
+    uint32_t crc32c;  /* of the unpacked entries, little-endian words in order */
     float step_rad_s; /* electrical speed between entries */
     const gain_block_t *block;
     const uint16_t *residual;
