@@ -1,7 +1,7 @@
 /* Processor in the loop: the flash image on an emulated core against the same plant.
  *
  * Part of the SIL library. The plant is driven by the image's duties; the SIL firmware runs beside
- * it on the same samples, and every signal of firmware/app/signal_list.def is compared to the bit,
+ * it on the same samples, and every signal of firmware/unit/signal_list.def is compared to the bit,
  * every control period. Linux only (FIFOs); the caller has SIGPIPE ignored, as Python does: an
  * image that leaves is told in `end`.
  */

@@ -1,6 +1,6 @@
 // The observer core of the firmware alone: observer, gain table, speed adaptation.
 //
-// Wired as in firmware/core/drive.c; what is missing there is missing here on purpose: no sensor,
+// Wired as in firmware/law/drive.c; what is missing there is missing here on purpose: no sensor,
 // no control, no modulator.
 #include <algorithm>
 #include <cmath>

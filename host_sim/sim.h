@@ -52,7 +52,7 @@ typedef struct {
 
 #define ZH_COMMISSIONING_LEVELS 8u
 
-/* What the firmware found (firmware/service/commissioning.h); vectors power invariant. */
+/* What the firmware found (firmware/law/mode/commissioning.h); vectors power invariant. */
 typedef struct {
     uint32_t done;
     uint32_t refusal; /* commissioning_refusal_t */

@@ -44,7 +44,7 @@ def test_another_source_is_another_image(tmp_path: Path) -> None:
     """Negative control: one constant of the control law changed in its last place."""
     one = built(checkout(tmp_path / "a"), "qemu_mps2")
     changed = checkout(tmp_path / "b")
-    source = changed / "firmware" / "core" / "num.h"
+    source = changed / "firmware" / "law" / "base" / "num.h"
     text = source.read_text()
     assert "0.70710678118654752440f" in text
     source.write_text(text.replace("0.70710678118654752440f", "0.7071067f"))

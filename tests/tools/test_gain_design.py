@@ -264,11 +264,12 @@ class ObserverGain(ctypes.Structure):
 def test_compiled_table_unpacks_to_the_words_of_the_json_bit_for_bit(folder, tmp_path) -> None:
     content = read_table_json(folder / "l_gain.json")
     library = tmp_path / "table.so"
-    core = ROOT / "firmware" / "core"
+    base = ROOT / "firmware" / "law" / "base"
+    core = ROOT / "firmware" / "law" / "estimator" / "hasegawa"
     subprocess.run(
         [
             *("gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"),
-            *("-Wdouble-promotion", "-shared", "-fPIC", "-O1", "-I", core),
+            *("-Wdouble-promotion", "-shared", "-fPIC", "-O1", "-I", core, "-I", base),
             *("-o", library, folder / "l_gain.c", core / "gain_table.c"),
         ],
         check=True,

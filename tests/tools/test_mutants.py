@@ -87,9 +87,9 @@ def test_a_senseless_number_is_refused(option, value):
 
 
 def test_the_core_has_mutants_and_an_unknown_file_is_an_error():
-    assert len(all_mutants("firmware/core")) > 500
+    assert len(all_mutants("firmware/law")) > 500
     with pytest.raises(UserError, match=r"nothing\.c"):
-        all_mutants("firmware/core", ["nothing.c"])
+        all_mutants("firmware/law", ["nothing.c"])
 
 
 def test_an_accepted_survivor_needs_a_reason(tmp_path):

@@ -68,7 +68,7 @@ def test_the_current_limit_gives_i_d_priority(tmp_path):
 
 def test_the_defaults_are_read_for_every_parameter():
     known = setup.parameter_defaults()
-    text = (setup.ROOT / "firmware" / "service" / "param_list.def").read_text()
+    text = (setup.ROOT / "firmware" / "parameters" / "param_list.def").read_text()
     lines = [line for line in text.splitlines() if line.startswith(("PARAM_F(", "PARAM_U("))]
     assert len(known) == len(lines)
     assert known["current_full_scale_A"] == 25.0

@@ -30,7 +30,7 @@ def register(app: typer.Typer) -> None:
 
     @campaign.command("mutation")
     def mutation(
-        folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware/core",
+        folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware/law",
         sample: Annotated[int, typer.Option(min=0, help="How many mutants; 0: all.")] = 0,
         seed: Annotated[int, typer.Option(help="Of the sample.")] = 2005,
         minimum: Annotated[float, typer.Option(help="Score to reach.")] = 0.95,

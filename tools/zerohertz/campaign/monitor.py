@@ -24,7 +24,7 @@ CONFIG = "recommended"
 Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 Rows = list[dict[str, Any]]
 
-# Bits of firmware/core/monitor.h that the page names.
+# Bits of firmware/guard/monitor.h that the page names.
 NAMES = {
     0: "OVER_CURRENT",
     1: "DC_OVER_VOLTAGE",

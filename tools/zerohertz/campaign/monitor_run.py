@@ -106,7 +106,7 @@ def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
     }
 
 
-# Bits that leave the gates on (firmware/core/monitor.h): no verdict rests on them.
+# Bits that leave the gates on (firmware/guard/monitor.h): no verdict rests on them.
 WARNINGS = 1 << 10 | 1 << 22 | 1 << 23
 
 

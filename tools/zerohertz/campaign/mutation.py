@@ -81,12 +81,12 @@ class Result:
 
 def all_mutants(folder: str, only: Sequence[str] = ()) -> list[Mutant]:
     """Mutants of the C files of a folder, or of those named in `only`."""
-    files = sorted((ROOT / folder).glob("*.[ch]"))
+    files = sorted((ROOT / folder).rglob("*.[ch]"))
     unknown = set(only) - {path.name for path in files}
     if unknown or not files:
         raise UserError(f"{folder}: no file {', '.join(sorted(unknown)) or '*.c'}; see its listing")
     chosen = [path for path in files if not only or path.name in only]
-    return [m for path in chosen for m in mutants(f"{folder}/{path.name}", path.read_text())]
+    return [m for path in chosen for m in mutants(str(path.relative_to(ROOT)), path.read_text())]
 
 
 def read_accepted(path: Path = ACCEPTED_FILE) -> dict[Change, str]:

@@ -1,6 +1,6 @@
 """The words that a generated l_gain.c unpacks to, read from its text as a compiler would.
 
-Written from firmware/core/gain_table.h alone; shares no code with what packed them.
+Written from firmware/law/estimator/hasegawa/gain_table.h alone; shares no code with what packed them.
 """
 
 from __future__ import annotations

@@ -178,7 +178,7 @@ def page_text(rows: list[Row], seed: int) -> str:
 
 Made by `tools/zh campaign commissioning --seed {seed} --write`; `tools/zh test` runs two of them.
 {good} of {len(rows)} are within the goals and run. How it is done:
-[walkthrough.md](walkthrough.md) and `firmware/service/commissioning.h`.
+[walkthrough.md](walkthrough.md) and `firmware/law/mode/commissioning.h`.
 
 Errors in percent. Goals: Rs 1 % up to {SMALL_KW:g} kW and 3 % above, sigma Ls, Rr and M 5 %;
 of our own: J and friction 10 %, Coulomb friction alone 20 %. M t: refined by the turning motor;

@@ -2,7 +2,7 @@
 
 Seen as 32-bit words each column of the table is nearly a straight line over a few entries. A block
 keeps that line, and per entry four residuals in the narrowest layout that holds all of the block.
-firmware/core/gain_table.c unpacks; integers only, so that every machine packs the same.
+firmware/law/estimator/hasegawa/gain_table.c unpacks; integers only, so that every machine packs the same.
 """
 
 from __future__ import annotations

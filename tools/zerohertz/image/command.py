@@ -74,7 +74,7 @@ def pil(
 ) -> None:
     """Run the flash image on an emulated core against the plant and compare it with the SIL.
 
-    The plant gets the image's duties. Every signal of firmware/app/signal_list.def is compared to
+    The plant gets the image's duties. Every signal of firmware/unit/signal_list.def is compared to
     the bit in every control period; the first difference is named and ends the run with exit 1.
     Also counts the instructions of the control period, worst and mean.
     """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
-LIST = ROOT / "firmware" / "service" / "fault_list.def"
+LIST = ROOT / "firmware" / "sequence" / "fault_list.def"
 PAGE = ROOT / "tools" / "docs" / "faults.md"
 
 _STRINGS = r'((?:"[^"]*"\s*)+)'
@@ -25,7 +25,7 @@ _REACTIONS = {
 _HEAD = """\
 # Faults
 
-Generated from `firmware/service/fault_list.def` by `tools/zh params --page`: do not edit.
+Generated from `firmware/sequence/fault_list.def` by `tools/zh params --page`: do not edit.
 
 A fault is a bit. It is latched until a reset (rising edge of the reset command) that finds its
 cause gone; a run command that stands through that starts nothing: it has to be seen low once. Bits

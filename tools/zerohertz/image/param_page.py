@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
-LIST = ROOT / "firmware" / "service" / "param_list.def"
+LIST = ROOT / "firmware" / "parameters" / "param_list.def"
 PAGE = ROOT / "tools" / "docs" / "parameters.md"
 
 _STRINGS = r'((?:"[^"]*"\s*)+)'
@@ -24,12 +24,12 @@ _SECTION = re.compile(r"^/\*(.*?)\*/", re.MULTILINE | re.DOTALL)
 _HEAD = """\
 # Parameters
 
-Generated from `firmware/service/param_list.def` by `tools/zh params --page`: do not edit.
+Generated from `firmware/parameters/param_list.def` by `tools/zh params --page`: do not edit.
 
 Access: **RUN** at any time, **READY** with the gates off, **PROTECTED** with the gates off and the
-drive unlocked (`firmware/service/access.h`). Whole: integers only. Ranges include their ends; a
+drive unlocked (`firmware/host/access.h`). Whole: integers only. Ranges include their ends; a
 stored value outside today's range falls back to the default, and the store says so
-(`firmware/service/param_store.h`).
+(`firmware/host/param_store.h`).
 """
 _COLUMNS = """\
 | name | unit | minimum | maximum | default | access | what |

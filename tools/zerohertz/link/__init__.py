@@ -1,1 +1,1 @@
-"""The host's side of the link to a drive: firmware/service/README.md."""
+"""The host's side of the link to a drive: firmware/host/README.md."""

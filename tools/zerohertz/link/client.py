@@ -1,4 +1,4 @@
-"""A drive at the other end of a line: requests and answers. firmware/service/README.md."""
+"""A drive at the other end of a line: requests and answers. firmware/host/README.md."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _TRACE_WORDS, _RECORD_WORDS = 6, 5
 
 
 class Op(IntEnum):
-    """Requests, numbers as in firmware/app/app_link.h."""
+    """Requests, numbers as in firmware/unit/app_link.h."""
 
     HELLO = 0x01
     SESSION = 0x02

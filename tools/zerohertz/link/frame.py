@@ -1,4 +1,4 @@
-"""Frames of the host link: COBS between zeros, CRC-32C at the end. firmware/service/command.h."""
+"""Frames of the host link: COBS between zeros, CRC-32C at the end. firmware/host/command.h."""
 
 from __future__ import annotations
 

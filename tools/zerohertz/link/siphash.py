@@ -45,7 +45,7 @@ def siphash_2_4(key: bytes, message: bytes) -> int:
 
 
 def response(key: bytes, nonce: int) -> int:
-    """What unlocks; firmware/service/access.h."""
+    """What unlocks; firmware/host/access.h."""
     return siphash_2_4(key, b"zhunlock" + nonce.to_bytes(8, "little"))
 
 

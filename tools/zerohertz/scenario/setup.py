@@ -2,7 +2,7 @@
 
 host_sim/configs/<name>.toml:  [config] name motor board rig  [params] <firmware parameter> = value
 `motor` is a folder of gain_tables, `board` and `rig` are files of host_sim. [params] are parameters
-of firmware/service/param_list.def; what a figure itself prescribes (L, eps1 mode, observer Rs) is
+of firmware/parameters/param_list.def; what a figure itself prescribes (L, eps1 mode, observer Rs) is
 in its scenario and wins.
 """
 
@@ -24,7 +24,7 @@ from zerohertz.paths import ROOT
 
 CONFIGS = ROOT / "host_sim" / "configs"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
-_PARAM_LIST = ROOT / "firmware" / "service" / "param_list.def"
+_PARAM_LIST = ROOT / "firmware" / "parameters" / "param_list.def"
 
 Value = float | int
 

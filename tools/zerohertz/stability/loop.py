@@ -3,7 +3,7 @@
 The state is what stands after step k of the firmware, at carrier crest t_k, seen from the estimated
 flux: every vector is divided by the unit vector along lambda_hat. In that frame the operating point
 does not move, and the angle of the whole drawing, which matters to nobody, is not a state. Written
-after firmware/core/drive.c and the averaged plant of host_sim, in their order; limits (current,
+after firmware/law/drive.c and the averaged plant of host_sim, in their order; limits (current,
 voltage, speed) are not in it: an operating point at a limit is not one of these equations.
 """
 

@@ -13,15 +13,13 @@ ALLOWED_UNDEFINED = {"sqrtf", "memcpy", "memset", "memmove", "memcmp", "_GLOBAL_
 ALLOWED_UNDEFINED |= {"__assert_fail"}
 # Sections of objects that can change. Relocated constants (.data.rel.ro) are constants.
 _MUTABLE = re.compile(r"\.(data|bss|tdata|tbss)(\.(?!rel\.ro)\S*)?")
-LIBRARIES = ("core", "service", "app")
 
 
 def check_build(build: Path) -> list[str]:
-    """Breaches in the static libraries of firmware/{core,service,app} of a build folder."""
-    archives = [build / "firmware" / name / f"libdrive_{name}.a" for name in LIBRARIES]
-    missing = [f"{archive}: not built" for archive in archives if not archive.is_file()]
-    if missing:
-        return missing
+    """Breaches in the static libraries of firmware/ of a build folder."""
+    archives = sorted((build / "firmware").rglob("*.a"))
+    if not archives:
+        return [f"{build / 'firmware'}: no library built"]
     defined = set().union(*(_symbols(archive, "--defined-only") for archive in archives))
     breaches = []
     for archive in archives:

@@ -13,14 +13,33 @@ from pathlib import Path
 from zerohertz.c_source import Token, includes, tokens
 
 # Folder -> folders whose headers it may include (CONVENTIONS 2).
+_BASE = "firmware/law/base"
+_ESTIMATOR = "firmware/law/estimator/hasegawa"
+_ROOMS = (
+    "firmware/law/measurement",
+    _ESTIMATOR,
+    "firmware/law/confidence",
+    "firmware/law/reference",
+    "firmware/law/mode",
+    "firmware/law/voltage",
+)
+_LAW = (_BASE, *_ROOMS, "firmware/law", "firmware/guard")
+_SEQUENCE = ("firmware/sequence", *_LAW)
+_HOST = ("firmware/host", "firmware/parameters", _BASE)
 MAY_INCLUDE = {
-    "firmware/core": ("firmware/core",),
-    "firmware/service": ("firmware/service", "firmware/core"),
-    "firmware/app": ("firmware/app", "firmware/service", "firmware/core", "hal/include"),
+    _BASE: (_BASE,),
+    **{room: (room, _BASE) for room in _ROOMS},
+    "firmware/law/mode": ("firmware/law/mode", "firmware/law/reference", _BASE),
+    "firmware/law": _LAW,
+    "firmware/guard": ("firmware/guard", "firmware/law/measurement", _BASE),
+    "firmware/sequence": _SEQUENCE,
+    "firmware/parameters": ("firmware/parameters", _BASE),
+    "firmware/host": (*_HOST, _ESTIMATOR),
+    "firmware/unit": ("firmware/unit", *_SEQUENCE, *_HOST, "hal/include"),
     "hal/include": ("hal/include",),
 }
 # A background service works on devices, as one struct of operations (CONVENTIONS 9).
-ALSO = {"firmware/service": ("hal_devices.h",)}
+ALSO = {"firmware/host": ("hal_devices.h",)}
 # <stdatomic.h> for the fence of handover.h, which holds the compiler and is no instruction.
 # <math.h> for sqrtf and fabsf alone, exact and one instruction each: any other function of it is
 # refused by name and by object_rules.

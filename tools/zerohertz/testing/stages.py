@@ -168,7 +168,7 @@ def _coverage(log: Log) -> Outcome:
     summary.unlink(missing_ok=True)
     html = folder / "report"
     html.mkdir(exist_ok=True)
-    core = ("--root", ROOT, "--filter", ROOT / "firmware" / "core", folder)
+    core = ("--root", ROOT, "--filter", ROOT / "firmware" / "(law|guard)", folder)
     log.run(
         *("gcovr", *core, "--exclude-unreachable-branches", "--branches", "--txt", "-"),
         *("--json-summary", summary, "--html-details", html / "index.html"),
@@ -225,7 +225,7 @@ def _generated(log: Log) -> Outcome:
 def _cppcheck(log: Log) -> Outcome:
     sources = c_files(("firmware", "hal/include"), (".c",))
     # Absolute, as the sources are: a header found by two paths would define its types twice.
-    folders = ("firmware/core", "firmware/service", "firmware/app", "hal/include")
+    folders = source_rules.MAY_INCLUDE
     command = (
         *("cppcheck", "--std=c11", "--quiet", "--addon=misra", "--inline-suppr", "-j", "1"),
         *("--enable=warning,style,performance,portability", "--error-exitcode=1"),

@@ -1,4 +1,4 @@
-/* The background's side of the host link, and what each request does: firmware/service/README.md.
+/* The background's side of the host link, and what each request does: firmware/host/README.md.
  */
 #ifndef APP_LINK_REQUESTS_H
 #define APP_LINK_REQUESTS_H

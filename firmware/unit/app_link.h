@@ -1,4 +1,4 @@
-/* The host link: requests in, answers out, one at a time. firmware/service/README.md has the
+/* The host link: requests in, answers out, one at a time. firmware/host/README.md has the
  * frames.
  *
  * Runs in the background and only talks: a parameter goes to the control law by app_reconfigure, a

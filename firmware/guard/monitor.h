@@ -1,7 +1,7 @@
 /* Limits and plausibility -> fault bits. Reads everything, decides nothing but the bits.
  *
  * Bits are append-only numbers of the fault log. Text and reaction of each stand in
- * service/fault_list.def; latching is drive_state's.
+ * sequence/fault_list.def; latching is drive_state's.
  */
 #ifndef MONITOR_H
 #define MONITOR_H
