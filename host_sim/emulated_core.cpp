@@ -31,7 +31,7 @@ constexpr const char *signal_names[] = {
 };
 static_assert(std::size(signal_names) == PIL_SIGNALS);
 
-void gather(const app_t *a, const hal_output_t *o, std::uint32_t (&words)[PIL_SIGNALS])
+void gather(const unit_t *a, const hal_output_t *o, std::uint32_t (&words)[PIL_SIGNALS])
 {
 #define SIGNAL_F(name, value, text) words[PIL_SIGNAL_##name] = std::bit_cast<std::uint32_t>(value);
 #define SIGNAL_U(name, value, text) words[PIL_SIGNAL_##name] = (value);
@@ -136,7 +136,7 @@ bool EmulatedCore::write(const void *data, std::size_t n)
     return ::write(to_image_, data, n) == static_cast<ssize_t>(n);
 }
 
-void EmulatedCore::ask(hal_sample_t &sample, const app_command_t &command)
+void EmulatedCore::ask(hal_sample_t &sample, const unit_command_t &command)
 {
     sample.late_periods = late_periods_;
     const pil_in_t in{command.command, command.omega_m_ref_rad_s, command.torque_ref_Nm,
@@ -158,7 +158,7 @@ void EmulatedCore::name_difference(const std::uint32_t *host, const std::uint32_
     }
 }
 
-bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
+bool EmulatedCore::answer(const unit_t &unit, hal_output_t &output)
 {
     pil_out_t out{};
     if (!there_is_something()) {
@@ -171,7 +171,7 @@ bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
     }
     late_periods_ = static_cast<std::uint16_t>(out.late_periods);
     std::uint32_t host[PIL_SIGNALS];
-    gather(&app, &output, host);
+    gather(&unit, &output, host);
     output = {std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_u]),
               std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_v]),
               std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_w]),
@@ -181,7 +181,7 @@ bool EmulatedCore::answer(const app_t &app, hal_output_t &output)
     result_.warned |= result_.faults;
     result_.worst_ticks = std::max(result_.worst_ticks, out.period_ticks);
     result_.worst_latency_ticks = std::max(result_.worst_latency_ticks, out.latency_ticks);
-    if (out.signal[PIL_SIGNAL_state] == DRIVE_STATE_RUN) {
+    if (out.signal[PIL_SIGNAL_state] == SEQUENCE_RUN) {
         ++result_.run_periods;
         result_.run_ticks += out.period_ticks;
     }

@@ -21,8 +21,8 @@ public:
     EmulatedCore &operator=(const EmulatedCore &) = delete;
     ~EmulatedCore() override;
 
-    void ask(hal_sample_t &sample, const app_command_t &command) override;
-    bool answer(const app_t &app, hal_output_t &output) override;
+    void ask(hal_sample_t &sample, const unit_command_t &command) override;
+    bool answer(const unit_t &unit, hal_output_t &output) override;
     // Tells the image to leave and takes its last words.
     void finish();
 

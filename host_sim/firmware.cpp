@@ -35,7 +35,7 @@ Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     port_.until_background = background_every;
 }
 
-void Firmware::serve_link(const app_memory_t &memory, const host_port_store_t &store)
+void Firmware::serve_link(const unit_memory_t &memory, const host_port_store_t &store)
 {
     // Refused, it stands in FAULT and tells why over the link.
     (void)!host_port_start(&port_, &params_, &gain_->table(), &store);
@@ -48,7 +48,7 @@ void Firmware::serve_link(const app_memory_t &memory, const host_port_store_t &s
 
 bool Firmware::reconfigure(const params_t &params)
 {
-    if (!app_reconfigure(&port_.app, &params)) {
+    if (!unit_reconfigure(&port_.unit, &params)) {
         return false;
     }
     params_ = params;

@@ -30,7 +30,7 @@ public:
     Firmware(const Firmware &) = delete;
     Firmware &operator=(const Firmware &) = delete;
 
-    hal_output_t step(const hal_sample_t &sample, const app_command_t &command)
+    hal_output_t step(const hal_sample_t &sample, const unit_command_t &command)
     {
         hal_output_t output;
         host_port_period(&port_, &command, &sample, &output);
@@ -38,7 +38,7 @@ public:
     }
     // From here on the host link is served and the drive records, in memory of the caller, whose
     // flash says which parameters are in force: a slice of the background behind every period.
-    void serve_link(const app_memory_t &memory, const host_port_store_t &store);
+    void serve_link(const unit_memory_t &memory, const host_port_store_t &store);
     host_port_line_t &line()
     {
         return port_.line;
@@ -46,7 +46,7 @@ public:
     // One period at the link's command.
     hal_output_t step_on_link(const hal_sample_t &sample)
     {
-        const app_command_t posted = app_link_command(&port_.app);
+        const unit_command_t posted = unit_link_command(&port_.unit);
         hal_output_t output;
         host_port_period(&port_, &posted, &sample, &output);
         return output;
@@ -54,9 +54,9 @@ public:
     // False, and nothing changed, when the application refuses the new set.
     bool reconfigure(const params_t &params);
 
-    const app_t &app() const
+    const unit_t &unit() const
     {
-        return port_.app;
+        return port_.unit;
     }
     const params_t &params() const
     {
@@ -64,12 +64,12 @@ public:
     }
     bool gates_on() const
     {
-        return port_.app.mode != DRIVE_OFF;
+        return port_.unit.mode != DRIVE_OFF;
     }
-    app_telemetry_t telemetry() const
+    unit_telemetry_t telemetry() const
     {
-        app_telemetry_t t;
-        app_telemetry(&port_.app, &t);
+        unit_telemetry_t t;
+        unit_telemetry(&port_.unit, &t);
         return t;
     }
 

@@ -7,7 +7,7 @@
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 extern "C" {
-#include "app_config.h"
+#include "unit_config.h"
 #include "crc32c.h"
 #include "gain_table.h"
 #include "host_port.h"

@@ -35,7 +35,7 @@ typedef struct {
     uint32_t end;         /* ZH_PIL_* */
     uint64_t periods;     /* compared */
     uint64_t run_periods; /* of them in state RUN */
-    double run_ticks;     /* sum over those, timer ticks inside app_control_period */
+    double run_ticks;     /* sum over those, timer ticks inside unit_control_period */
     uint32_t clock_Hz;    /* of the ticks */
     uint32_t worst_ticks; /* of all periods */
     uint32_t worst_latency_ticks;

@@ -17,18 +17,18 @@ constexpr bool same(std::uint32_t ours, std::uint32_t firmware)
 {
     return ours == firmware;
 }
-static_assert(same(ZH_STATE_BOOT, DRIVE_STATE_BOOT) && same(ZH_STATE_READY, DRIVE_STATE_READY));
-static_assert(same(ZH_STATE_RUN, DRIVE_STATE_RUN) && same(ZH_STATE_FAULT, DRIVE_STATE_FAULT));
-static_assert(same(ZH_STATE_TORQUE_OFF, DRIVE_STATE_TORQUE_OFF));
-static_assert(same(ZH_SIL_RUN, DRIVE_STATE_CMD_RUN));
-static_assert(same(ZH_SIL_FAULT_RESET, DRIVE_STATE_CMD_FAULT_RESET));
-static_assert(same(ZH_SIL_TORQUE_OFF, DRIVE_STATE_CMD_TORQUE_OFF));
-static_assert(same(ZH_STATE_RAMP_DOWN, DRIVE_STATE_RAMP_DOWN));
-static_assert(same(ZH_STATE_COAST, DRIVE_STATE_COAST));
-static_assert(same(ZH_FAULT_OVER_CURRENT, MONITOR_OVER_CURRENT));
-static_assert(same(ZH_FAULT_NON_FINITE, MONITOR_NON_FINITE));
-static_assert(same(ZH_FAULT_CONFIG, MONITOR_CONFIG));
-static_assert(same(ZH_FAULT_TABLE_CRC, MONITOR_TABLE_CRC));
+static_assert(same(ZH_STATE_BOOT, SEQUENCE_BOOT) && same(ZH_STATE_READY, SEQUENCE_READY));
+static_assert(same(ZH_STATE_RUN, SEQUENCE_RUN) && same(ZH_STATE_FAULT, SEQUENCE_FAULT));
+static_assert(same(ZH_STATE_TORQUE_OFF, SEQUENCE_TORQUE_OFF));
+static_assert(same(ZH_SIL_RUN, SEQUENCE_CMD_RUN));
+static_assert(same(ZH_SIL_FAULT_RESET, SEQUENCE_CMD_FAULT_RESET));
+static_assert(same(ZH_SIL_TORQUE_OFF, SEQUENCE_CMD_TORQUE_OFF));
+static_assert(same(ZH_STATE_RAMP_DOWN, SEQUENCE_RAMP_DOWN));
+static_assert(same(ZH_STATE_COAST, SEQUENCE_COAST));
+static_assert(same(ZH_FAULT_OVER_CURRENT, FAULT_OVER_CURRENT));
+static_assert(same(ZH_FAULT_NON_FINITE, FAULT_NON_FINITE));
+static_assert(same(ZH_FAULT_CONFIG, FAULT_CONFIG));
+static_assert(same(ZH_FAULT_TABLE_CRC, FAULT_TABLE_CRC));
 
 struct zh_sil {
     zh::Firmware firmware;
@@ -60,7 +60,7 @@ zh_sil_out gates_off()
 
 zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
 {
-    const app_telemetry_t t = firmware.telemetry();
+    const unit_telemetry_t t = firmware.telemetry();
     zh_sil_out o{};
     o.duty_u = output.duty_u;
     o.duty_v = output.duty_v;
@@ -81,7 +81,7 @@ zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
     o.l1_im = t.gain.l1_im_per_s;
     o.l2_re = t.gain.l2_re_ohm;
     o.l2_im = t.gain.l2_im_ohm;
-    o.x_rad_s = firmware.app().drive.adaptation.x_rad_s;
+    o.x_rad_s = firmware.unit().drive.adaptation.x_rad_s;
     return o;
 }
 
@@ -143,11 +143,11 @@ int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
     const bool torque_mode = in->mode == ZH_SIL_TORQUE;
     const bool mode_known = torque_mode || in->mode == ZH_SIL_SPEED;
     // Nobody knows what an unknown mode means: no torque until it is gone and run was seen low.
-    app_command_t command{ZH_SIL_TORQUE_OFF, 0.0F, 0.0F, ++handle->steps};
+    unit_command_t command{ZH_SIL_TORQUE_OFF, 0.0F, 0.0F, ++handle->steps};
     if (mode_known) {
         // A reference that is no number goes in as well: the firmware itself has to trip on it.
         command.command =
-            (in->command & all_commands) | (torque_mode ? DRIVE_STATE_CMD_TORQUE_MODE : 0U);
+            (in->command & all_commands) | (torque_mode ? SEQUENCE_CMD_TORQUE_MODE : 0U);
         command.omega_m_ref_rad_s = zh::rad_s_from_rpm(in->speed_ref_rpm);
         command.torque_ref_Nm = torque_mode ? in->torque_ref_Nm : 0.0F;
     }

@@ -77,7 +77,7 @@ zh_observer *zh_observer_open(const char *motor_dir, const char *overrides, floa
         zh::set_param(params, "period_s", period_s, "zh_observer_open");
         zh::apply_overrides(params, overrides != nullptr ? overrides : "", "overrides");
         drive_params_t drive;
-        app_config_drive(&drive, &params);
+        unit_config_drive(&drive, &params);
         auto observer = std::make_unique<zh_observer>();
         observer->gain = dir.gain;
         if (!drive_init(&observer->cfg, &drive, &dir.gain->table())) {

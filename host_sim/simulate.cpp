@@ -42,7 +42,7 @@ public:
     {
         return static_cast<float>(scenario_.speed_ref_rpm.value(t_s, cursor_));
     }
-    app_command_t command(double t_s, float speed_ref_rpm)
+    unit_command_t command(double t_s, float speed_ref_rpm)
     {
         // Who has fallen silent repeats the last word for ever: that is what a mailbox shows.
         if (t_s < scenario_.silent_from_s) {
@@ -54,7 +54,7 @@ public:
 private:
     const Scenario &scenario_;
     std::size_t cursor_ = 0;
-    app_command_t last_{};
+    unit_command_t last_{};
 };
 
 // Frequency of the true rotor flux: how far it turned since the last crest, low-passed.
@@ -91,7 +91,7 @@ private:
 // Everything one row is made of; the columns pick from it (sim_columns.def).
 struct Row {
     Truth truth;
-    app_telemetry_t t;
+    unit_telemetry_t t;
     hal_output_t duty;
     double speed_ref_rpm = 0.0;
     double omega_ref_rad_s = 0.0;
@@ -154,14 +154,14 @@ public:
                 watch(plant_.time_s());
                 break;
             }
-            if (firmware_.app().commissioned.status != COMMISSIONING_BUSY) {
+            if (firmware_.unit().commissioned.status != COMMISSIONING_BUSY) {
                 break;
             }
         }
-        const app_t &app = firmware_.app();
-        out_.commissioned = app.commissioned.status == COMMISSIONING_DONE;
-        out_.refusal = app.commissioning.refusal;
-        out_.commissioning = app.commissioning.result;
+        const unit_t &unit = firmware_.unit();
+        out_.commissioned = unit.commissioned.status == COMMISSIONING_DONE;
+        out_.refusal = unit.commissioning.refusal;
+        out_.commissioning = unit.commissioning.result;
         out_.loop_ns_per_step = 1e9 * (cpu_time_s() - start_s) /
                                 static_cast<double>(std::max<std::uint64_t>(out_.steps, 1));
         return std::move(out_);
@@ -169,7 +169,7 @@ public:
 
 private:
     // False when a witness ends the run.
-    bool period(hal_sample_t sample, const app_command_t &command, hal_output_t &output)
+    bool period(hal_sample_t sample, const unit_command_t &command, hal_output_t &output)
     {
         if (witness_ == nullptr) {
             output = firmware_.step(sample, command);
@@ -177,16 +177,16 @@ private:
         }
         witness_->ask(sample, command);
         output = firmware_.step(sample, command);
-        return witness_->answer(firmware_.app(), output);
+        return witness_->answer(firmware_.unit(), output);
     }
 
     void record(const hal_output_t &output)
     {
-        const app_t &app = firmware_.app();
+        const unit_t &unit = firmware_.unit();
         Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
         const Vec flux_Wb = r.truth.psi_r_Wb;
         r.speed_ref_rpm = static_cast<double>(speed_ref_rpm_);
-        r.omega_ref_rad_s = static_cast<double>(app.drive.speed.omega_ref_rad_s) /
+        r.omega_ref_rad_s = static_cast<double>(unit.drive.speed.omega_ref_rad_s) /
                             static_cast<double>(firmware_.params().pole_pairs);
         r.f_s_Hz = f_s_.f_Hz();
         r.lambda_Wb = magnitude(flux_Wb);
@@ -197,7 +197,7 @@ private:
         r.gates_on = output.gates_on ? 1.0 : 0.0;
         r.Rs_true_ohm =
             run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
-        r.x_rad_s = static_cast<double>(app.drive.adaptation.x_rad_s);
+        r.x_rad_s = static_cast<double>(unit.drive.adaptation.x_rad_s);
         float *cell = out_.data.data() + out_.rows;
 #define COLUMN(name, value, text)                                                                  \
     *cell = static_cast<float>(value);                                                             \
@@ -212,7 +212,7 @@ private:
         const MotorState &x = plant_.state();
         const Vec i_A = plant_.motor().stator_current(x);
         std::uint32_t trip = 0;
-        if (const std::uint32_t faults = firmware_.app().machine.faults; faults != 0) {
+        if (const std::uint32_t faults = firmware_.unit().machine.faults; faults != 0) {
             trip |= ZH_TRIP_FIRMWARE;
             if (out_.first_fault == 0) {
                 out_.first_fault = faults;
@@ -248,7 +248,7 @@ private:
 // One period as firmware and plant saw it, for timing them one at a time.
 struct Exchange {
     hal_sample_t sample;
-    app_command_t command;
+    unit_command_t command;
     hal_output_t output;
     Duty acting;
 };

@@ -24,8 +24,8 @@ constexpr hal_sample_t sample_of(const Words &w, bool broken)
 }
 
 // What a scenario's operator asks for at this time, as the mailbox carries it.
-inline app_command_t command_at(const Scenario &scenario, double t_s, float speed_ref_rpm,
-                                std::uint32_t count)
+inline unit_command_t command_at(const Scenario &scenario, double t_s, float speed_ref_rpm,
+                                 std::uint32_t count)
 {
     return {scenario.command(t_s), rad_s_from_rpm(speed_ref_rpm),
             static_cast<float>(scenario.torque_ref_Nm.value(t_s)), count};

@@ -11,9 +11,9 @@ public:
     virtual ~Witness() = default;
     // Before the firmware's period: the sample and command it is about to get. Late periods are the
     // witness's to count.
-    virtual void ask(hal_sample_t &sample, const app_command_t &command) = 0;
+    virtual void ask(hal_sample_t &sample, const unit_command_t &command) = 0;
     // After it: the witness's output, which the plant then gets. False ends the run.
-    virtual bool answer(const app_t &app, hal_output_t &output) = 0;
+    virtual bool answer(const unit_t &unit, hal_output_t &output) = 0;
 };
 
 } // namespace zh

@@ -1,6 +1,6 @@
 #include "monitor.h"
 
-#include "lasting.h"
+#include "debounce.h"
 
 /* Current into earth rises until something gives: no longer than a sample may be disturbed. */
 #define MONITOR_EARTH_PERIODS 3u
@@ -36,8 +36,8 @@ static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in
     if (current && below_max && above_min && speed) {
         return 0u;
     }
-    return (current ? 0u : MONITOR_OVER_CURRENT) | (below_max ? 0u : MONITOR_DC_OVER_VOLTAGE) |
-           (above_min ? 0u : MONITOR_DC_UNDER_VOLTAGE) | (speed ? 0u : MONITOR_OVER_SPEED);
+    return (current ? 0u : FAULT_OVER_CURRENT) | (below_max ? 0u : FAULT_DC_OVER_VOLTAGE) |
+           (above_min ? 0u : FAULT_DC_UNDER_VOLTAGE) | (speed ? 0u : FAULT_OVER_SPEED);
 }
 
 /* Values that enter and stay are numbers, and a duty is one the timer can do. */
@@ -59,13 +59,13 @@ COLD static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t
     const bool range = (flags & (MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE)) != 0u;
     const bool sum = (flags & MEASUREMENT_CURRENT_SUM) != 0u;
     const float sum_A = meas->i_A.u + meas->i_A.v + meas->i_A.w;
-    st->adc_periods = lasting_count(st->adc_periods, range, limit);
-    st->sum_periods = lasting_count(st->sum_periods, sum, limit);
-    st->earth_periods = lasting_count(
+    st->adc_periods = debounce_count(st->adc_periods, range, limit);
+    st->sum_periods = debounce_count(st->sum_periods, sum, limit);
+    st->earth_periods = debounce_count(
         st->earth_periods, !within(sum_A, MONITOR_EARTH_PU * cfg->i_trip_A), MONITOR_EARTH_PERIODS);
-    return (lasting(st->adc_periods, limit) ? MONITOR_ADC_RANGE : 0u) |
-           (lasting(st->sum_periods, limit) ? MONITOR_CURRENT_SUM : 0u) |
-           (lasting(st->earth_periods, MONITOR_EARTH_PERIODS) ? MONITOR_EARTH_FAULT : 0u);
+    return (debounce_elapsed(st->adc_periods, limit) ? FAULT_ADC_RANGE : 0u) |
+           (debounce_elapsed(st->sum_periods, limit) ? FAULT_CURRENT_SUM : 0u) |
+           (debounce_elapsed(st->earth_periods, MONITOR_EARTH_PERIODS) ? FAULT_EARTH_FAULT : 0u);
 }
 
 uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in)
@@ -74,7 +74,7 @@ uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const mo
     uint32_t faults = limit_faults(cfg, in);
 
     if (!all_finite(in)) {
-        faults |= MONITOR_NON_FINITE;
+        faults |= FAULT_NON_FINITE;
     }
     /* Nothing odd now nor before: nothing to count. */
     if ((flags | st->adc_periods | st->sum_periods | st->earth_periods) != 0u) {

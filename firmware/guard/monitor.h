@@ -12,36 +12,36 @@
 #include "frames.h"
 #include "measurement.h"
 
-#define MONITOR_OVER_CURRENT      (1u << 0)
-#define MONITOR_DC_OVER_VOLTAGE   (1u << 1)
-#define MONITOR_DC_UNDER_VOLTAGE  (1u << 2)
-#define MONITOR_NON_FINITE        (1u << 3) /* a state or an output is NaN or infinite */
-#define MONITOR_ADC_RANGE         (1u << 4) /* a word at an end of the ADC's range, or beyond */
-#define MONITOR_CURRENT_SUM       (1u << 5) /* phase currents do not add up to zero */
-#define MONITOR_OVER_SPEED        (1u << 6)
-#define MONITOR_CONFIG            (1u << 7)  /* parameters, motor data or table refused at start */
-#define MONITOR_CURRENT_OFFSET    (1u << 8)  /* zero-current offset too large */
-#define MONITOR_TABLE_CRC         (1u << 9)  /* gain table changed in memory */
-#define MONITOR_PERIOD_LATE       (1u << 10) /* one control period took too long: a warning */
-#define MONITOR_PERIOD_OVERRUN    (1u << 11) /* two in a row did */
-#define MONITOR_STATOR_RESISTANCE (1u << 12) /* measured at the start: no value of this motor */
-#define MONITOR_ORIENTATION_LOST  (1u << 13) /* supervisor: the field angle is lost */
-#define MONITOR_OVERLOAD          (1u << 14)
-#define MONITOR_CURRENT_SENSOR    (1u << 15)
-#define MONITOR_VOLTAGE_SENSOR    (1u << 16)
-#define MONITOR_OPEN_PHASE        (1u << 17)
-#define MONITOR_EARTH_FAULT       (1u << 18)
-#define MONITOR_STALL             (1u << 19)
-#define MONITOR_OBSERVER          (1u << 20)
-#define MONITOR_COMMAND_TIMEOUT   (1u << 21)
-#define MONITOR_DERATED           (1u << 22)
-#define MONITOR_REGENERATION      (1u << 23)
-#define MONITOR_MAINS_LOST        (1u << 24)
-#define MONITOR_BRAKE_INPUT       (1u << 25) /* the port tells: hardware comparator */
-#define MONITOR_STORE             (1u << 26)
-#define MONITOR_COMMISSIONING     (1u << 27)
-#define MONITOR_FLYING_START      (1u << 28)
-#define MONITOR_UNDERLOAD         (1u << 29) /* reserved */
+#define FAULT_OVER_CURRENT      (1u << 0)
+#define FAULT_DC_OVER_VOLTAGE   (1u << 1)
+#define FAULT_DC_UNDER_VOLTAGE  (1u << 2)
+#define FAULT_NON_FINITE        (1u << 3) /* a state or an output is NaN or infinite */
+#define FAULT_ADC_RANGE         (1u << 4) /* a word at an end of the ADC's range, or beyond */
+#define FAULT_CURRENT_SUM       (1u << 5) /* phase currents do not add up to zero */
+#define FAULT_OVER_SPEED        (1u << 6)
+#define FAULT_CONFIG            (1u << 7)  /* parameters, motor data or table refused at start */
+#define FAULT_CURRENT_OFFSET    (1u << 8)  /* zero-current offset too large */
+#define FAULT_TABLE_CRC         (1u << 9)  /* gain table changed in memory */
+#define FAULT_PERIOD_LATE       (1u << 10) /* one control period took too long: a warning */
+#define FAULT_PERIOD_OVERRUN    (1u << 11) /* two in a row did */
+#define FAULT_STATOR_RESISTANCE (1u << 12) /* measured at the start: no value of this motor */
+#define FAULT_ORIENTATION_LOST  (1u << 13) /* supervisor: the field angle is lost */
+#define FAULT_OVERLOAD          (1u << 14)
+#define FAULT_CURRENT_SENSOR    (1u << 15)
+#define FAULT_VOLTAGE_SENSOR    (1u << 16)
+#define FAULT_OPEN_PHASE        (1u << 17)
+#define FAULT_EARTH_FAULT       (1u << 18)
+#define FAULT_STALL             (1u << 19)
+#define FAULT_OBSERVER          (1u << 20)
+#define FAULT_COMMAND_TIMEOUT   (1u << 21)
+#define FAULT_DERATED           (1u << 22)
+#define FAULT_REGENERATION      (1u << 23)
+#define FAULT_MAINS_LOST        (1u << 24)
+#define FAULT_BRAKE_INPUT       (1u << 25) /* the port tells: hardware comparator */
+#define FAULT_STORE             (1u << 26)
+#define FAULT_COMMISSIONING     (1u << 27)
+#define FAULT_FLYING_START      (1u << 28)
+#define FAULT_UNDERLOAD         (1u << 29) /* reserved */
 
 typedef struct {
     float i_trip_A; /* any phase, instantaneous */
@@ -52,7 +52,7 @@ typedef struct {
 } monitor_config_t;
 
 typedef struct {
-    uint32_t adc_periods; /* counts of lasting.h */
+    uint32_t adc_periods; /* counts of debounce.h */
     uint32_t sum_periods;
     uint32_t earth_periods;
 } monitor_state_t;

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "lasting.h"
+#include "debounce.h"
 
 /* Times on end, each a turn of 3.2 ms: longer than any transient of the current loop, shorter than
  * what a wrong angle needs to lose the load. A phase comes first: with one open, the voltages do
@@ -51,8 +51,8 @@ bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_s
     }
     const float allowed_V = cfg->p.u_V + PLAUSIBILITY_VOLTAGE_PU * sqrtf(ab_norm2(duty_V));
     const bool wrong = !(ab_norm2(ab_sub(sensed_V, duty_V)) <= (allowed_V * allowed_V));
-    st->voltage = lasting_count(st->voltage, wrong, PLAUSIBILITY_VOLTAGE_TURNS);
-    return lasting(st->voltage, PLAUSIBILITY_VOLTAGE_TURNS);
+    st->voltage = debounce_count(st->voltage, wrong, PLAUSIBILITY_VOLTAGE_TURNS);
+    return debounce_elapsed(st->voltage, PLAUSIBILITY_VOLTAGE_TURNS);
 }
 
 /* Each phase counts for itself: where the voltage ends, the current lags what is asked for, and one
@@ -72,8 +72,8 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
         /* A NaN is no current. */
         const bool wrong = (absf(wanted_A[x]) > least_A) &&
                            !(absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A));
-        st->phase[x] = lasting_count(st->phase[x], wrong, PLAUSIBILITY_PHASE_TURNS);
-        open = open || lasting(st->phase[x], PLAUSIBILITY_PHASE_TURNS);
+        st->phase[x] = debounce_count(st->phase[x], wrong, PLAUSIBILITY_PHASE_TURNS);
+        open = open || debounce_elapsed(st->phase[x], PLAUSIBILITY_PHASE_TURNS);
     }
     return open;
 }
@@ -94,8 +94,8 @@ bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_
     const bool power = beyond(in->air_gap_W - in->torque_power_W, cfg->p.power_W);
     st->omega_before_rad_s = in->omega_rad_s;
     st->estimate =
-        lasting_count(st->estimate, e1 || flux || rate || power, PLAUSIBILITY_ESTIMATE_TURNS);
-    return lasting(st->estimate, PLAUSIBILITY_ESTIMATE_TURNS);
+        debounce_count(st->estimate, e1 || flux || rate || power, PLAUSIBILITY_ESTIMATE_TURNS);
+    return debounce_elapsed(st->estimate, PLAUSIBILITY_ESTIMATE_TURNS);
 }
 
 bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t *st, bool at_limit,
@@ -106,8 +106,8 @@ bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t
     }
     const bool wrong = at_limit && (absf(omega_rad_s) < PLAUSIBILITY_STILL_RAD_S) &&
                        (absf(omega_ref_rad_s) > PLAUSIBILITY_WANTED_RAD_S);
-    st->stall = lasting_count(st->stall, wrong, cfg->stall_turns);
-    return lasting(st->stall, cfg->stall_turns);
+    st->stall = debounce_count(st->stall, wrong, cfg->stall_turns);
+    return debounce_elapsed(st->stall, cfg->stall_turns);
 }
 
 /* With u and v, v and w or w and u exchanged the sensors show e^(j phi) conj(i), phi a third of a

@@ -1,6 +1,6 @@
 /* Does what is measured, what was asked for and what is estimated fit together? Bits for faults.
  *
- * Each question is put once per slow turn, to one sample, and answered by a count (lasting.h):
+ * Each question is put once per slow turn, to one sample, and answered by a count (debounce.h):
  *   voltage   |u_sensed - u_duty| <= u_V + .1 |u_duty|    line sensors, dc link, duty
  *   phases    no phase without current that was asked for   open phase
  *   estimate  |e1| <= e1_A, flux not far below its reference, speed changes by rate_rad_s2 at
@@ -38,7 +38,7 @@ typedef struct {
 } plausibility_config_t;
 
 typedef struct {
-    uint32_t voltage; /* counts of lasting.h */
+    uint32_t voltage; /* counts of debounce.h */
     uint32_t phase[3];
     uint32_t estimate;
     float omega_before_rad_s; /* a turn ago */

@@ -48,7 +48,7 @@ typedef struct {
     uint32_t unknown;         /* in the record, not in the list any more: dropped */
     uint32_t refused;         /* outside today's range: the default stays */
     uint32_t last_refused;    /* index of the last of them */
-    gain_table_id_t made_for; /* the table it was saved with: app_init_for compares */
+    gain_table_id_t made_for; /* the table it was saved with: unit_init_for compares */
 } param_store_report_t;
 
 typedef enum {

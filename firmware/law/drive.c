@@ -53,7 +53,7 @@ static bool init_control(drive_config_t *cfg, const drive_params_t *params)
            flux_control_init(&cfg->flux, &params->flux, &cfg->motor, params->period_s) &&
            current_control_init(&cfg->current, &params->current, &cfg->motor, params->period_s) &&
            svpwm_init(&cfg->svpwm, &params->svpwm, params->period_s) &&
-           dead_time_init(&cfg->dead_time, &params->dead_time, params->period_s) &&
+           inverter_error_init(&cfg->dead_time, &params->dead_time, params->period_s) &&
            monitor_init(&params->monitor) && link_limit_init(&cfg->link, &params->link) &&
            overload_init(&cfg->overload, &params->overload,
                          (float)DRIVE_SLOW_PERIODS * params->period_s) &&
@@ -70,12 +70,11 @@ static bool init_means(drive_config_t *cfg, const drive_params_t *params)
                                params->period_s) &&
            rs_tracking_init(&cfg->rs_tracking, &params->rs_tracking, turn_s) &&
            flux_steering_init(&cfg->steering, &params->steering, &cfg->motor, turn_s) &&
-           impressed_current_init(&cfg->impressed, &params->impressed, &cfg->motor,
-                                  params->period_s) &&
+           i_f_init(&cfg->impressed, &params->impressed, &cfg->motor, params->period_s) &&
            drive_modes_init(&cfg->modes, &params->modes, &cfg->motor, params->period_s) &&
            (((params->lost_action != DRIVE_LOST_IMPRESS) &&
              (params->modes.control != DRIVE_CONTROL_IMPRESSED)) ||
-            impressed_current_on(&cfg->impressed));
+            i_f_on(&cfg->impressed));
 }
 
 bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_table_t *table)
@@ -176,7 +175,7 @@ static ab_t ended_voltage(const drive_config_t *cfg, drive_state_t *st, ab_t u_f
     if ((st->supervisor.periods == DRIVE_CHECK_VOLTAGE) &&
         (st->dead_time_found || !cfg->dead_time_identify) &&
         plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, u_V, u_from_duty)) {
-        out->faults |= MONITOR_VOLTAGE_SENSOR;
+        out->faults |= FAULT_VOLTAGE_SENSOR;
     }
     return u_V;
 }
@@ -204,7 +203,7 @@ static void measure_rs(const drive_config_t *cfg, drive_state_t *st, const drive
             st->dead_time_pu = rs.lost_V / out->meas.u_dc_V;
         }
     } else if (rs.status == RS_MEASUREMENT_REFUSED) {
-        out->faults |= MONITOR_STATOR_RESISTANCE;
+        out->faults |= FAULT_STATOR_RESISTANCE;
     } else {
         /* busy, or nothing to do */
     }
@@ -250,7 +249,7 @@ COLD static void catch_motor(const drive_config_t *cfg, drive_state_t *st, const
     st->adaptation = (speed_adaptation_state_t){.x_rad_s = omega_rad_s};
     st->omega_e_hat_rad_s = omega_rad_s;
     st->omega_s_hat_rad_s = omega_rad_s;
-    flux_level_start(&cfg->modes.level, &st->modes.level, omega_rad_s, out->meas.u_dc_V);
+    flux_reference_start(&cfg->modes.level, &st->modes.level, omega_rad_s, out->meas.u_dc_V);
     set_flux(cfg, st);
 }
 
@@ -264,7 +263,7 @@ COLD static void search(const drive_config_t *cfg, drive_state_t *st, drive_out_
         catch_motor(cfg, st, out);
         break;
     case FLYING_START_REFUSED:
-        out->faults |= MONITOR_FLYING_START;
+        out->faults |= FAULT_FLYING_START;
         break;
     case FLYING_START_SEARCH:
     default:
@@ -295,7 +294,7 @@ static float open_wanted_rad_s(const drive_config_t *cfg, const drive_state_t *s
 COLD static void impress(const drive_config_t *cfg, drive_state_t *st, ab_t i_s_A, ab_t lambda_Wb)
 {
     const float omega_rad_s = st->omega_e_hat_rad_s;
-    impressed_current_start(&st->impressed, i_s_A, omega_rad_s);
+    i_f_start(&st->impressed, i_s_A, omega_rad_s);
     st->current.q.x +=
         cfg->current.decoupling * cfg->current.kr * omega_rad_s * sqrtf(ab_norm2(lambda_Wb));
 }
@@ -365,10 +364,9 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_i
         if (plausibility_current_mirrored(&st->plausibility, out->meas.i_s_A,
                                           st->observer.i_s_hat_A, cfg->monitor.i_trip_A)) {
             /* A vector as long as the trip: its largest phase is at .7 to .8 of it. */
-            out->faults |= MONITOR_CURRENT_SENSOR;
+            out->faults |= FAULT_CURRENT_SENSOR;
         }
-    } else if (st->impressed.active &&
-               !impressed_current_observable(&cfg->impressed, &st->impressed)) {
+    } else if (st->impressed.active && !i_f_observable(&cfg->impressed, &st->impressed)) {
         /* Nothing to see: the rotor follows what is impressed, or nothing helps. */
         st->omega_e_hat_rad_s = st->impressed.omega_rad_s;
         st->adaptation.x_rad_s = st->impressed.omega_rad_s;
@@ -404,7 +402,7 @@ static inline float flux_frequency(const drive_config_t *cfg, const drive_state_
 static float leg_loss_V(const drive_config_t *cfg, const drive_state_t *st, float u_dc_V)
 {
     return st->dead_time_found ? (st->dead_time_pu * u_dc_V)
-                               : dead_time_lost_V(&cfg->dead_time, u_dc_V);
+                               : inverter_error_lost_V(&cfg->dead_time, u_dc_V);
 }
 
 /* Voltage reference and current, both turned to when the duty acts -> duty; returns the voltage (at
@@ -414,7 +412,7 @@ static ab_t modulate(const drive_config_t *cfg, const drive_state_t *st, ab_t u_
 {
     const float lost_V =
         (out->rs_measurement == RS_MEASUREMENT_BUSY) ? 0.0f : leg_loss_V(cfg, st, out->meas.u_dc_V);
-    const ab_t u_lost_V = dead_time_voltage(&cfg->dead_time, i_predicted_A, lost_V);
+    const ab_t u_lost_V = inverter_error_voltage(&cfg->dead_time, i_predicted_A, lost_V);
     const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_ref_V, u_lost_V), out->meas.u_dc_V);
     out->duty = pwm.duty;
     return ab_sub(pwm.u_realised_V, u_lost_V);
@@ -431,11 +429,12 @@ static void steer_flux(const drive_config_t *cfg, drive_state_t *st, float lambd
 COLD static void level_flux(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out,
                             float lambda_Wb)
 {
-    const flux_level_in_t in = {.u_V = sqrtf(ab_norm2(st->u_pending_V)),
-                                .u_dc_V = out->meas.u_dc_V,
-                                .omega_s_rad_s = st->omega_s_hat_rad_s,
-                                .torque_Nm = motor_torque_Nm(&cfg->motor, lambda_Wb, out->i_A.q)};
-    flux_level_step(&cfg->modes.level, &st->modes.level, &in);
+    const flux_reference_in_t in = {.u_V = sqrtf(ab_norm2(st->u_pending_V)),
+                                    .u_dc_V = out->meas.u_dc_V,
+                                    .omega_s_rad_s = st->omega_s_hat_rad_s,
+                                    .torque_Nm =
+                                        motor_torque_Nm(&cfg->motor, lambda_Wb, out->i_A.q)};
+    flux_reference_step(&cfg->modes.level, &st->modes.level, &in);
     set_flux(cfg, st);
 }
 
@@ -461,7 +460,7 @@ static void slow_turn(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->slow_period = (st->slow_period + 1u) % DRIVE_SLOW_PERIODS;
     switch (st->slow_period) {
     case DRIVE_TURN_LEVEL:
-        if (flux_level_on(&cfg->modes.level) || (st->modes.level.below_Wb > 0.0f)) {
+        if (flux_reference_on(&cfg->modes.level) || (st->modes.level.below_Wb > 0.0f)) {
             level_flux(cfg, st, out, lambda_Wb);
         }
         break;
@@ -553,7 +552,7 @@ COLD static float ride_through(const drive_config_t *cfg, drive_state_t *st, dri
         return i_q_A;
     }
     if (st->modes.mains.over) {
-        out->faults |= MONITOR_MAINS_LOST;
+        out->faults |= FAULT_MAINS_LOST;
     }
     st->speed.pi.x = st->modes.mains.i_q_A;
     st->speed.i_q_A = st->modes.mains.i_q_A; /* where a torque mode's slew goes on */
@@ -633,7 +632,7 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
     if ((st->supervisor.periods == DRIVE_CHECK_PHASES) && (in->mode == DRIVE_RUN) &&
         plausibility_phase_open(&cfg->plausibility, &st->plausibility, out->meas.i_A,
                                 ab_from_dq(out->i_ref_A, axis))) {
-        out->faults |= MONITOR_OPEN_PHASE;
+        out->faults |= FAULT_OPEN_PHASE;
     }
     const current_control_in_t cc_in = {.i_ref_A = out->i_ref_A,
                                         .i_A = out->i_A,
@@ -658,7 +657,7 @@ static void control(const drive_config_t *cfg, drive_state_t *st, const drive_in
 static void take_over(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
 {
     const float omega_rad_s = st->speed.omega_ref_rad_s;
-    impressed_current_start(&st->impressed, out->meas.i_s_A, omega_rad_s);
+    i_f_start(&st->impressed, out->meas.i_s_A, omega_rad_s);
     st->observer = (observer_state_t){
         .i_s_hat_A = out->meas.i_s_A,
         .lambda_r_hat_Wb = ab_scale(st->impressed.axis, 1.0f / cfg->inv_lambda_ref_per_Wb)};
@@ -690,7 +689,7 @@ static void hand_back(const drive_config_t *cfg, drive_state_t *st, const drive_
     st->ramp = (speed_ramp_state_t){0};
     st->speed.omega_filtered_rad_s = st->omega_e_hat_rad_s;
     st->slow_period = st->supervisor.periods; /* it stood still: no part meets another */
-    st->impressed = (impressed_current_state_t){0};
+    st->impressed = (i_f_state_t){0};
 }
 
 /* Lost, or impressed until now: what follows from the supervisor's judgement. */
@@ -702,19 +701,19 @@ static void react(const drive_config_t *cfg, drive_state_t *st, const drive_in_t
         /* A torque cannot be held by it: the speed of then can. */
         const float target_rad_s =
             (in->aim == DRIVE_AIM_TORQUE) ? st->speed.omega_ref_rad_s : in->omega_e_ref_rad_s;
-        const impressed_current_in_t imp_in = {
+        const i_f_in_t imp_in = {
             .omega_ref_rad_s = target_rad_s, .u_dc_V = out->meas.u_dc_V, .lost = lost};
-        if (!lost && impressed_current_observable(&cfg->impressed, &st->impressed)) {
+        if (!lost && i_f_observable(&cfg->impressed, &st->impressed)) {
             hand_back(cfg, st, out);
-        } else if (impressed_current_step(&cfg->impressed, &st->impressed, &imp_in)) {
-            out->faults |= MONITOR_ORIENTATION_LOST;
+        } else if (i_f_step(&cfg->impressed, &st->impressed, &imp_in)) {
+            out->faults |= FAULT_ORIENTATION_LOST;
         } else {
             /* it holds */
         }
     } else if (cfg->lost_action == DRIVE_LOST_IMPRESS) {
         take_over(cfg, st, out);
     } else if (cfg->lost_action == DRIVE_LOST_STOP) {
-        out->faults |= MONITOR_ORIENTATION_LOST;
+        out->faults |= FAULT_ORIENTATION_LOST;
     } else {
         /* told only */
     }
@@ -743,20 +742,20 @@ COLD static void look_after(const drive_config_t *cfg, drive_state_t *st, const 
 {
     const speed_control_config_t *limit = &cfg->speed;
     if (overload_step(&cfg->overload, &st->overload, ab_norm2(out->meas.i_s_A))) {
-        out->faults |= MONITOR_OVERLOAD;
+        out->faults |= FAULT_OVERLOAD;
     }
     if (st->impressed.active) {
         return; /* the estimate is known to be wrong, and the speed is what is impressed */
     }
     if (estimate_wrong(cfg, st, out)) {
-        out->faults |= MONITOR_OBSERVER;
+        out->faults |= FAULT_OBSERVER;
     }
     const dq_t i_ref_A = out->i_ref_A;
     const float room_A2 = minf(limit->i_q_max2_A2, limit->i_max2_A2 - i_ref_A.d * i_ref_A.d);
     const bool at_limit = (i_ref_A.q * i_ref_A.q) >= (DRIVE_AT_LIMIT_PU2 * room_A2);
     if (plausibility_stalled(&cfg->plausibility, &st->plausibility, at_limit, st->omega_e_hat_rad_s,
                              in->omega_e_ref_rad_s)) {
-        out->faults |= MONITOR_STALL;
+        out->faults |= FAULT_STALL;
     }
 }
 
@@ -768,12 +767,12 @@ COLD static void supervise_open(const drive_config_t *cfg, drive_state_t *st, co
     st->slow_period = (st->slow_period + 1u) % DRIVE_SLOW_PERIODS;
     if ((st->slow_period == 0u) &&
         overload_step(&cfg->overload, &st->overload, ab_norm2(out->meas.i_s_A))) {
-        out->faults |= MONITOR_OVERLOAD;
+        out->faults |= FAULT_OVERLOAD;
     }
     if (st->modes.open == DRIVE_OPEN_IMPRESSED) {
-        const impressed_current_in_t imp_in = {.omega_ref_rad_s = open_reference_rad_s(st, in),
-                                               .u_dc_V = out->meas.u_dc_V};
-        (void)impressed_current_step(&cfg->impressed, &st->impressed, &imp_in);
+        const i_f_in_t imp_in = {.omega_ref_rad_s = open_reference_rad_s(st, in),
+                                 .u_dc_V = out->meas.u_dc_V};
+        (void)i_f_step(&cfg->impressed, &st->impressed, &imp_in);
     }
 }
 
@@ -783,7 +782,7 @@ static void supervise(const drive_config_t *cfg, drive_state_t *st, const drive_
 {
     if (in->mode != DRIVE_RUN) {
         st->supervisor = (supervisor_state_t){0};
-        st->impressed = (impressed_current_state_t){0};
+        st->impressed = (i_f_state_t){0};
         return;
     }
     if (open) {
@@ -836,7 +835,7 @@ COLD static void cool(const drive_config_t *cfg, drive_state_t *st, drive_mode_t
     if ((st->idle_periods == 0u) &&
         overload_step(&cfg->overload, &st->overload, ab_norm2(out->meas.i_s_A)) &&
         (mode != DRIVE_OFF)) {
-        out->faults |= MONITOR_OVERLOAD;
+        out->faults |= FAULT_OVERLOAD;
     }
 }
 
@@ -880,9 +879,9 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
                                  .omega_e_hat_rad_s = st->omega_e_hat_rad_s};
     out->faults |= monitor_step(&cfg->monitor, &st->monitor, &mon_in);
     if (st->link.limiting && (in->mode == DRIVE_RUN)) {
-        out->faults |= MONITOR_REGENERATION;
+        out->faults |= FAULT_REGENERATION;
     }
     if (st->overload.derating) {
-        out->faults |= MONITOR_DERATED;
+        out->faults |= FAULT_DERATED;
     }
 }

@@ -16,13 +16,13 @@
 #include <stdint.h>
 
 #include "current_control.h"
-#include "dead_time.h"
+#include "inverter_error.h"
 #include "drive_modes.h"
 #include "flux_control.h"
 #include "flux_steering.h"
 #include "frames.h"
 #include "gain_table.h"
-#include "impressed_current.h"
+#include "i_f.h"
 #include "link_limit.h"
 #include "measurement.h"
 #include "monitor.h"
@@ -84,7 +84,7 @@ typedef struct {
     flux_control_params_t flux;
     current_control_params_t current;
     svpwm_params_t svpwm;
-    dead_time_params_t dead_time;
+    inverter_error_params_t dead_time;
     bool dead_time_identify; /* the loss that the dc measurement finds, instead of the parameters */
     rs_measurement_params_t rs_measurement;
     rs_tracking_params_t rs_tracking;
@@ -95,7 +95,7 @@ typedef struct {
     plausibility_params_t plausibility;
     supervisor_params_t supervisor;
     drive_lost_action_t lost_action;
-    impressed_current_params_t impressed;
+    i_f_params_t impressed;
     drive_modes_params_t modes;
 } drive_params_t;
 
@@ -116,7 +116,7 @@ typedef struct {
     flux_control_config_t flux;
     current_control_config_t current;
     svpwm_config_t svpwm;
-    dead_time_config_t dead_time;
+    inverter_error_config_t dead_time;
     bool dead_time_identify;
     float inv_lambda_ref_per_Wb;
     rs_measurement_config_t rs_measurement;
@@ -128,7 +128,7 @@ typedef struct {
     plausibility_config_t plausibility;
     supervisor_config_t supervisor;
     drive_lost_action_t lost_action;
-    impressed_current_config_t impressed;
+    i_f_config_t impressed;
     drive_modes_config_t modes;
 } drive_config_t;
 
@@ -156,7 +156,7 @@ typedef struct {
     uint32_t idle_periods; /* of its turn while not in RUN */
     plausibility_state_t plausibility;
     supervisor_state_t supervisor;
-    impressed_current_state_t impressed;
+    i_f_state_t impressed;
     float rs_start_delta_ohm; /* Rs found at the start minus the parameter; 0: none found */
     float dead_time_pu;       /* leg voltage lost over dc link, as found */
     bool dead_time_found;     /* else by the parameters */

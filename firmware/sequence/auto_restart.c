@@ -42,7 +42,7 @@ uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_
     if (!auto_restart_on(cfg)) {
         return in->command;
     }
-    if ((in->command & ~DRIVE_STATE_CMD_TORQUE_MODE) != DRIVE_STATE_CMD_RUN) {
+    if ((in->command & ~SEQUENCE_CMD_TORQUE_MODE) != SEQUENCE_CMD_RUN) {
         /* The operator has let go, or acts himself. */
         *st = (auto_restart_state_t){0};
         return in->command;
@@ -51,14 +51,14 @@ uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_
         st->id = in->id;
         st->periods = 0u;
     }
-    st->ran = st->ran || (in->id == DRIVE_STATE_PREMAGNETISE) || (in->id == DRIVE_STATE_RUN);
-    if (in->id == DRIVE_STATE_FAULT) {
+    st->ran = st->ran || (in->id == SEQUENCE_PREMAGNETISE) || (in->id == SEQUENCE_RUN);
+    if (in->id == SEQUENCE_FAULT) {
         if (due(cfg, st, in)) {
             st->periods = 0u;
             st->used++;
-            return DRIVE_STATE_CMD_FAULT_RESET;
+            return SEQUENCE_CMD_FAULT_RESET;
         }
-    } else if ((in->id == DRIVE_STATE_RUN) && (st->used > 0u)) {
+    } else if ((in->id == SEQUENCE_RUN) && (st->used > 0u)) {
         st->periods++;
         if (st->periods > cfg->forgive_periods) {
             st->used = 0u;

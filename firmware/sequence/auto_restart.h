@@ -12,10 +12,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "drive_state.h"
+#include "sequence.h"
 
 /* The faults a dip leaves. */
-#define AUTO_RESTART_FAULTS (MONITOR_DC_UNDER_VOLTAGE | MONITOR_MAINS_LOST)
+#define AUTO_RESTART_FAULTS (FAULT_DC_UNDER_VOLTAGE | FAULT_MAINS_LOST)
 
 typedef struct {
     uint32_t count;  /* restarts on end; 0: off */
@@ -31,15 +31,15 @@ typedef struct {
 } auto_restart_config_t;
 
 typedef struct {
-    uint32_t used;       /* restarts so far */
-    uint32_t periods;    /* without a cause in FAULT, or of running */
-    drive_state_id_t id; /* in which these are counted */
-    bool ran;            /* by the command that still stands */
+    uint32_t used;    /* restarts so far */
+    uint32_t periods; /* without a cause in FAULT, or of running */
+    sequence_id_t id; /* in which these are counted */
+    bool ran;         /* by the command that still stands */
 } auto_restart_state_t;
 
 typedef struct {
     uint32_t command; /* of the operator */
-    drive_state_id_t id;
+    sequence_id_t id;
     uint32_t latched; /* faults of the machine */
     uint32_t faults;  /* of now */
     bool fed;         /* the dc link is where the mains puts it */

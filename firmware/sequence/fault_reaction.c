@@ -4,7 +4,7 @@
 
 /* A bit moved in one of the two places would change the meaning of every log. */
 #define FAULT(name, bit, reaction, text, cause, remedy)                                            \
-    _Static_assert(MONITOR_##name == (1u << (bit)), #name);
+    _Static_assert(FAULT_##name == (1u << (bit)), #name);
 #include "fault_list.def"
 #undef FAULT
 

@@ -1,6 +1,6 @@
 #include "host_port.h"
 
-#include "app_record.h"
+#include "unit_record.h"
 
 #define HOST_PORT_BACKGROUND_EVERY 10u
 
@@ -50,7 +50,7 @@ bool host_port_init(host_port_t *port, const params_t *params, const gain_table_
                                     .link_read = read_line,
                                     .link_write = write_line,
                                     .identity = "ZeroHertz port=host"};
-    return app_init(&port->app, params, table);
+    return unit_init(&port->unit, params, table);
 }
 
 bool host_port_start(host_port_t *port, const params_t *params, const gain_table_t *table,
@@ -59,27 +59,27 @@ bool host_port_start(host_port_t *port, const params_t *params, const gain_table
     port->devices.flash = store->flash;
     port->devices.access_key = store->access_key;
     port->devices.entropy = store->entropy;
-    return app_start(&port->app, params, table, &port->devices);
+    return unit_start(&port->unit, params, table, &port->devices);
 }
 
-void host_port_record(host_port_t *port, const app_memory_t *memory)
+void host_port_record(host_port_t *port, const unit_memory_t *memory)
 {
-    app_record_init(&port->app, memory);
+    unit_record_init(&port->unit, memory);
     port->recording = true;
 }
 
-void host_port_period(host_port_t *port, const app_command_t *command, const hal_sample_t *sample,
+void host_port_period(host_port_t *port, const unit_command_t *command, const hal_sample_t *sample,
                       hal_output_t *output)
 {
-    app_post_command(&port->app, command);
-    app_control_period(&port->app, sample, output);
+    unit_post_command(&port->unit, command);
+    unit_control_period(&port->unit, sample, output);
     if (port->recording) {
-        app_record_period(&port->app, output);
+        unit_record_period(&port->unit, output);
     }
     port->clock_us += port->period_us;
     port->until_background--;
     if (port->until_background == 0u) {
         port->until_background = port->background_every;
-        app_background(&port->app, &port->devices);
+        unit_background(&port->unit, &port->devices);
     }
 }

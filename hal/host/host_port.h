@@ -5,7 +5,7 @@
 #ifndef HOST_PORT_H
 #define HOST_PORT_H
 
-#include "app.h"
+#include "unit.h"
 
 /* The line of the host link: what has come for the drive, and room for what it says. */
 typedef struct {
@@ -25,7 +25,7 @@ typedef struct {
 } host_port_store_t;
 
 typedef struct {
-    app_t app;
+    unit_t unit;
     hal_devices_t devices;
     uint32_t watchdog_served;
     uint32_t clock_us;
@@ -46,10 +46,10 @@ CHECKED bool host_port_start(host_port_t *port, const params_t *params, const ga
                              const host_port_store_t *store);
 
 /* Trace and fault record from the next period on; the memory stays the caller's. */
-void host_port_record(host_port_t *port, const app_memory_t *memory);
+void host_port_record(host_port_t *port, const unit_memory_t *memory);
 
 /* One period, and the background function every background_every-th call. */
-void host_port_period(host_port_t *port, const app_command_t *command, const hal_sample_t *sample,
+void host_port_period(host_port_t *port, const unit_command_t *command, const hal_sample_t *sample,
                       hal_output_t *output);
 
 #endif

@@ -40,7 +40,7 @@ static void execute_ram(void)
     entry();
 }
 
-void inject(uint32_t what, app_t *app)
+void inject(uint32_t what, unit_t *unit)
 {
     volatile uint32_t seed = 0u;
     switch (what) {
@@ -69,7 +69,7 @@ void inject(uint32_t what, app_t *app)
         MPS2_TIMER_CTRL(MPS2_TIMER0) = 0u;
         break;
     case PIL_INJECT_TABLE_BIT:
-        flip_bit((uint32_t)(uintptr_t)&app->table->block[6]);
+        flip_bit((uint32_t)(uintptr_t)&unit->table->block[6]);
         break;
     case PIL_INJECT_IMAGE_BIT:
         flip_bit((uint32_t)(uintptr_t)&inject & ~3u);

@@ -5,11 +5,11 @@
 
 #include <stdint.h>
 
-#include "app.h"
+#include "unit.h"
 #include "pil_protocol.h"
 
 /* Inside the control interrupt, at the period asked for; most do not return. */
-void inject(uint32_t what, app_t *app);
+void inject(uint32_t what, unit_t *unit);
 
 /* At the end of the control interrupt that began at `entry` (MPS2_TIMER1), `age` periods after the
  * one asked for: it is made to last a period, or three. */

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app.h"
-#include "app_record.h"
+#include "unit.h"
+#include "unit_record.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
@@ -29,7 +29,7 @@
 #define TRACE_WORDS      1024u /* 128 rows of 8 signals; 25.6 ms */
 #define BAUD_DIVIDER     217u  /* 115200; the emulator does not wait */
 
-static app_t app;
+static unit_t unit;
 static cm_image_check_t image_check;
 static int32_t from_plant;
 static int32_t to_plant;
@@ -86,7 +86,7 @@ void port_halt(const cm_fault_t *fault)
 void port_nmi(void)
 {
     /* A background call takes some periods: only many without service are its own failure. */
-    cm_watchdog_expired(app.period_count - app.served_count > WATCHDOG_PERIODS / 2u);
+    cm_watchdog_expired(unit.period_count - unit.served_count > WATCHDOG_PERIODS / 2u);
 }
 
 static void serve_watchdog(void *context)
@@ -135,7 +135,7 @@ static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
 }
 
 /* Not by number: that took the background two thirds of its time. */
-static void gather(const app_t *a, const hal_output_t *o, uint32_t *signal)
+static void gather(const unit_t *a, const hal_output_t *o, uint32_t *signal)
 {
 #define SIGNAL_F(name, value, text) signal[PIL_SIGNAL_##name] = float_bits(value);
 #define SIGNAL_U(name, value, text) signal[PIL_SIGNAL_##name] = (value);
@@ -200,21 +200,21 @@ void control_interrupt(void)
         leave();
     }
     if (periods == inject_at) {
-        inject(inject_what, &app);
+        inject(inject_what, &unit);
     }
     in.sample.late_periods = (uint16_t)late_periods;
-    const app_command_t command = {.command = in.command,
-                                   .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
-                                   .torque_ref_Nm = in.torque_ref_Nm,
-                                   .count = in.command_count};
-    app_post_command(&app, &command);
+    const unit_command_t command = {.command = in.command,
+                                    .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
+                                    .torque_ref_Nm = in.torque_ref_Nm,
+                                    .count = in.command_count};
+    unit_post_command(&unit, &command);
 
     hal_output_t output;
     const uint32_t start = MPS2_TIMER_VALUE(MPS2_TIMER1);
-    app_control_period(&app, &in.sample, &output);
+    unit_control_period(&unit, &in.sample, &output);
     const uint32_t end = MPS2_TIMER_VALUE(MPS2_TIMER1);
     MPS2_LEDS = output.gates_on ? MPS2_LEDS_GATES : 0u;
-    app_record_period(&app, &output);
+    unit_record_period(&unit, &output);
 
     inject_delay(inject_what, periods - inject_at, entry, CONTROL_TICKS);
     periods++;
@@ -222,7 +222,7 @@ void control_interrupt(void)
 
     pil_out_t out = {
         .period_ticks = start - end, .latency_ticks = latency_ticks, .late_periods = late_periods};
-    gather(&app, &output, out.signal);
+    gather(&unit, &output, out.signal);
     if (!semihosting_write(to_plant, &out, sizeof out)) {
         port_gates_off();
         semihosting_exit(EXIT_NO_PLANT);
@@ -249,9 +249,9 @@ static bool connect(void)
     inject_at = asked.inject_at;
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
-    const uint32_t refused = app_start(&app, params, cm_config.table, &devices) ? 0u : 1u;
-    const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
-    app_record_init(&app, &memory);
+    const uint32_t refused = unit_start(&unit, params, cm_config.table, &devices) ? 0u : 1u;
+    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    unit_record_init(&unit, &memory);
     return semihosting_write(to_plant, &refused, sizeof refused);
 }
 
@@ -287,11 +287,11 @@ int main(void)
     cm_irq_on();
     while (true) {
         cm_background_sync();
-        app_background(&app, &devices);
+        unit_background(&unit, &devices);
         if (!cm_image_check_slice(&image_check)) {
             cm_stop(CM_END_IMAGE_CHANGED);
         }
-        if ((app.mailbox.faults & MONITOR_TABLE_CRC) != 0u) {
+        if ((unit.mailbox.faults & FAULT_TABLE_CRC) != 0u) {
             /* The drive has opened the gates by itself; say so in this port's way. */
             cm_stop(CM_END_TABLE_CHANGED);
         }

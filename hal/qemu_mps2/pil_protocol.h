@@ -70,7 +70,7 @@ typedef enum {
 #define PIL_STOP (1u << 31) /* in `command`: leave */
 
 typedef struct {
-    uint32_t command; /* DRIVE_STATE_CMD_*, PIL_STOP */
+    uint32_t command; /* SEQUENCE_CMD_*, PIL_STOP */
     float omega_m_ref_rad_s;
     float torque_ref_Nm;
     uint32_t command_count;
@@ -78,7 +78,7 @@ typedef struct {
 } pil_in_t;
 
 typedef struct {
-    uint32_t period_ticks;  /* inside app_control_period */
+    uint32_t period_ticks;  /* inside unit_control_period */
     uint32_t late_periods;  /* so far: the count that comes with the next sample */
     uint32_t latency_ticks; /* from the timer's event to the interrupt's first statement */
     uint32_t signal[PIL_SIGNALS];

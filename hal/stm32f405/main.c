@@ -3,8 +3,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app.h"
-#include "app_record.h"
+#include "unit.h"
+#include "unit_record.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
@@ -46,7 +46,7 @@ static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *
                                   (stm32_adc_t *)STM32_ADC3_BASE,
                                   (stm32_adc_common_t *)STM32_ADC_COMMON_BASE};
 
-static app_t app;
+static unit_t unit;
 static cm_image_check_t image_check;
 static char identity[CM_IMAGE_BANNER_BYTES];
 static uint8_t received[RECEIVED_BYTES]; /* ring: from the interrupt to the background */
@@ -123,9 +123,9 @@ void control_interrupt(void)
         cm_stop(CM_END_NOT_AT_CREST);
     }
     hal_output_t output;
-    app_control_period(&app, &sample, &output);
+    unit_control_period(&unit, &sample, &output);
     stm32_pwm_write(tim1, &output);
-    app_record_period(&app, &output);
+    unit_record_period(&unit, &output);
     const uint16_t missed = missed_crests(entry_us);
     late_periods = (uint16_t)(late_periods + missed);
     behind_late = missed > 0u;
@@ -299,11 +299,11 @@ COLD static bool start_drive(stm32_clock_t clock)
         wrong = "watchdog does not start; drive off\r\n";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
-        if (!app_start(&app, &cm_config.params, cm_config.table, &devices)) {
+        if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
             (void)stm32_usart_send(usart, "parameters or gain table refused; gates stay off\r\n");
         }
-        const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
-        app_record_init(&app, &memory);
+        const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+        unit_record_init(&unit, &memory);
         stm32_usart_interrupt(usart);
         cm_nvic_enable(STM32_IRQ_USART3);
         stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
@@ -324,17 +324,17 @@ COLD static bool start_drive(stm32_clock_t clock)
 /* What the host asks for, the break input and what it means for the drive. */
 COLD static void follow_commands(void)
 {
-    app_command_t command = app_link_command(&app);
+    unit_command_t command = unit_link_command(&unit);
     const bool broken = stm32_pwm_broken(tim1);
-    if (broken && ((command.command & DRIVE_STATE_CMD_FAULT_RESET) != 0u)) {
+    if (broken && ((command.command & SEQUENCE_CMD_FAULT_RESET) != 0u)) {
         stm32_pwm_clear_break(tim1);
     }
     if (broken) {
-        command.command |= DRIVE_STATE_CMD_TORQUE_OFF;
+        command.command |= SEQUENCE_CMD_TORQUE_OFF;
     }
-    app_post_command(&app, &command);
-    stm32_gpio_write(port_c, PIN_LED_RUN, app.mode != DRIVE_OFF);
-    stm32_gpio_write(port_c, PIN_LED_FAULT, app.machine.faults != 0u);
+    unit_post_command(&unit, &command);
+    stm32_gpio_write(port_c, PIN_LED_RUN, unit.mode != DRIVE_OFF);
+    stm32_gpio_write(port_c, PIN_LED_FAULT, unit.machine.faults != 0u);
 }
 
 COLD int main(void)
@@ -352,7 +352,7 @@ COLD int main(void)
     while (true) {
         cm_background_sync();
         if (running) {
-            app_background(&app, &devices);
+            unit_background(&unit, &devices);
             follow_commands();
         } else {
             stm32_watchdog_serve(iwdg);

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "app.h"
+#include "unit.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
@@ -16,7 +16,7 @@
 /* FILL IN: number of the interrupt that comes when the ADC is done. */
 #define CONTROL_IRQ 0u
 
-static app_t app; /* the drive; all file-scope state of a port is in its main.c */
+static unit_t unit; /* the drive; all file-scope state of a port is in its main.c */
 static cm_image_check_t image_check;
 static uint16_t late_periods;
 
@@ -93,7 +93,7 @@ void control_interrupt(void)
     read_adc(&sample);
     sample.late_periods = late_periods;
     hal_output_t output;
-    app_control_period(&app, &sample, &output);
+    unit_control_period(&unit, &sample, &output);
     write_pwm(&output);
     late_periods = (uint16_t)(late_periods + missed_crests());
 }
@@ -101,7 +101,7 @@ void control_interrupt(void)
 int main(void)
 {
     const hal_devices_t devices = {.watchdog_serve = serve_watchdog};
-    const bool running = app_init(&app, &cm_config.params, cm_config.table) && start_devices();
+    const bool running = unit_init(&unit, &cm_config.params, cm_config.table) && start_devices();
     if (running) {
         cm_nvic_enable(CONTROL_IRQ);
         cm_irq_on();
@@ -109,7 +109,7 @@ int main(void)
     while (true) {
         cm_background_sync();
         if (running) {
-            app_background(&app, &devices);
+            unit_background(&unit, &devices);
         } else {
             serve_watchdog(NULL); /* dark, and not in a loop of resets */
         }
@@ -117,7 +117,7 @@ int main(void)
             cm_stop(CM_END_IMAGE_CHANGED);
         }
         /* FILL IN: where commands come from; without one the drive stands in READY. */
-        const app_command_t command = {.command = DRIVE_STATE_CMD_TORQUE_OFF};
-        app_post_command(&app, &command);
+        const unit_command_t command = {.command = SEQUENCE_CMD_TORQUE_OFF};
+        unit_post_command(&unit, &command);
     }
 }

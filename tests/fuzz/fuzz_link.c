@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app_link.h"
-#include "app_record.h"
+#include "unit_link.h"
+#include "unit_record.h"
 #include "fuzz_link.h"
 #include "host_port.h"
 #include "ram_flash.h"
@@ -57,19 +57,19 @@ static void start(void)
     ram_flash_start(&flash_memory);
     claim(host_port_init(&port, &params, NULL), "the drive starts");
     claim(host_port_start(&port, &params, NULL, &store), "also with a store");
-    port.app.store.access.waited =
-        port.app.store.access_cfg.lockout_ticks; /* challenges from now */
+    port.unit.store.access.waited =
+        port.unit.store.access_cfg.lockout_ticks; /* challenges from now */
     port.background_every = 1u;
     port.until_background = 1u;
-    const app_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
     host_port_record(&port, &memory);
-    port.app.link.session = 0x5A5A1234u;
+    port.unit.link.session = 0x5A5A1234u;
     fresh = port;
 }
 
 static void control_periods(uint32_t n)
 {
-    const app_command_t nothing = {0};
+    const unit_command_t nothing = {0};
     const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
     for (uint32_t k = 0u; k < n; k++) {
         hal_output_t out;
@@ -83,7 +83,7 @@ static uint32_t append_frame(uint32_t at, const uint8_t *piece, uint32_t n, bool
     command_writer_t w;
     command_begin(&w, (n > 0u) ? piece[0] : 0u, (n > 1u) ? (piece[1] & 0x7Fu) : 0u);
     if (in_session) {
-        command_put_u32(&w, port.app.link.session);
+        command_put_u32(&w, port.unit.link.session);
     }
     for (uint32_t k = 2u; k < n; k++) {
         command_put_u8(&w, piece[k]);
@@ -121,32 +121,32 @@ static void check_answers(void)
     for (uint32_t k = 0u; k < port.line.sent_n; k++) {
         if (command_byte(&answer_parser, answers[k], &frame)) {
             good++;
-            claim((frame.op & APP_LINK_ANSWER) != 0u, "an answer is marked as one");
-            claim((frame.body_bytes >= 1u) && (frame.body[0] <= APP_LINK_REFUSED),
+            claim((frame.op & UNIT_LINK_ANSWER) != 0u, "an answer is marked as one");
+            claim((frame.body_bytes >= 1u) && (frame.body[0] <= UNIT_LINK_REFUSED),
                   "an answer has a known status");
         }
     }
     claim(answer_parser.bad == 0u, "answers are frames");
-    claim(good <= port.app.link.parser.good, "no answer without a request");
+    claim(good <= port.unit.link.parser.good, "no answer without a request");
     answer_parser = (command_parser_t){0};
 }
 
 static void check_drive(void)
 {
-    const app_t *app = &port.app;
-    const bool changed = memcmp(&app->params, &fresh.app.params, sizeof app->params) != 0;
+    const unit_t *unit = &port.unit;
+    const bool changed = memcmp(&unit->params, &fresh.unit.params, sizeof unit->params) != 0;
     for (size_t k = 0u; changed && (k < params_count()); k++) {
         const param_info_t *info = params_info(k);
-        const float value = params_get(&app->params, k);
-        const float before = params_get(&fresh.app.params, k);
+        const float value = params_get(&unit->params, k);
+        const float before = params_get(&fresh.unit.params, k);
         claim((value >= info->minimum) && (value <= info->maximum), "parameters are in range");
         claim((info->access != PARAM_ACCESS_PROTECTED) || !((value < before) || (value > before)),
               "protected parameters stay");
     }
-    claim((app->link.command & ~0x1Fu) == 0u, "commands are known");
-    claim(is_finite(app->link.omega_m_ref_rad_s), "the reference is a number");
-    claim(app->configured, "the drive stays configured");
-    claim(!app->store.access.unlocked, "nobody guesses the answer");
+    claim((unit->link.command & ~0x1Fu) == 0u, "commands are known");
+    claim(is_finite(unit->link.omega_m_ref_rad_s), "the reference is a number");
+    claim(unit->configured, "the drive stays configured");
+    claim(!unit->store.access.unlocked, "nobody guesses the answer");
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
@@ -165,7 +165,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
                                    .sent = answers,
                                    .room = ANSWER_BYTES};
     for (uint32_t k = 0u; (k < 2000u) && (port.line.taken < bytes); k++) {
-        app_background(&port.app, &port.devices);
+        unit_background(&port.unit, &port.devices);
     }
     const bool full =
         port.line.sent_n == ANSWER_BYTES; /* then the last answer is still on its way */

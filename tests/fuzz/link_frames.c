@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app_link.h"
+#include "unit_link.h"
 #include "link.h"
 #include "params.h"
 #include "random_frames.h"
@@ -72,7 +72,7 @@ static uint32_t talk(zh_link *drive, const uint8_t *byte, uint32_t n, command_pa
 static uint32_t session_of(zh_link *drive, command_parser_t *parser)
 {
     command_writer_t w;
-    command_begin(&w, 0u, APP_LINK_SESSION);
+    command_begin(&w, 0u, UNIT_LINK_SESSION);
     command_end(&w);
     command_frame_t answer;
     if (talk(drive, w.byte, w.length, parser, &answer) != 1u) {
@@ -86,7 +86,7 @@ static uint32_t session_of(zh_link *drive, command_parser_t *parser)
 static void set_parameter(zh_link *drive, uint32_t session, command_parser_t *parser)
 {
     command_writer_t w;
-    command_begin(&w, 255u, APP_LINK_SET);
+    command_begin(&w, 255u, UNIT_LINK_SET);
     command_put_u32(&w, session);
     command_put_u16(&w, (uint16_t)params_find("i_d_A"));
     command_put_float(&w, 4.6f);

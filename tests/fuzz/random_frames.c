@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "app_link.h"
-#include "app_signal.h"
+#include "unit_link.h"
+#include "unit_signal.h"
 
 /* 64-bit LCG, high bits. */
 static uint32_t next(random_frames_t *r)
@@ -32,9 +32,9 @@ static uint32_t wire_of(command_writer_t *w, uint8_t *wire)
 /* Any op but that which gives a session, with any body: what acts lacks the session's number. */
 static uint32_t stranger(random_frames_t *r, uint8_t *wire)
 {
-    static const uint8_t known[] = {APP_LINK_SET,        APP_LINK_COMMAND,     APP_LINK_TRACE_ARM,
-                                    APP_LINK_TRACE_STOP, APP_LINK_FAULT_CLEAR, APP_LINK_SAVE,
-                                    APP_LINK_CHALLENGE,  APP_LINK_UNLOCK};
+    static const uint8_t known[] = {
+        UNIT_LINK_SET,         UNIT_LINK_COMMAND, UNIT_LINK_TRACE_ARM, UNIT_LINK_TRACE_STOP,
+        UNIT_LINK_FAULT_CLEAR, UNIT_LINK_SAVE,    UNIT_LINK_CHALLENGE, UNIT_LINK_UNLOCK};
     static const uint8_t length[] = {10u, 14u, 25u, 4u, 4u, 4u, 4u, 12u};
     const uint32_t pick = next(r) % (2u * sizeof known);
     uint8_t op = (uint8_t)next(r);
@@ -44,7 +44,7 @@ static uint32_t stranger(random_frames_t *r, uint8_t *wire)
         n = length[pick];
     }
     command_writer_t w;
-    command_begin(&w, r->sequence++, (op == APP_LINK_SESSION) ? APP_LINK_STATUS : op);
+    command_begin(&w, r->sequence++, (op == UNIT_LINK_SESSION) ? UNIT_LINK_STATUS : op);
     for (uint32_t k = 0u; k < n; k++) {
         command_put_u8(&w, (uint8_t)next(r));
     }
@@ -53,22 +53,22 @@ static uint32_t stranger(random_frames_t *r, uint8_t *wire)
 
 static uint32_t reader(random_frames_t *r, uint8_t *wire)
 {
-    static const uint8_t ops[] = {APP_LINK_HELLO,       APP_LINK_STATUS,       APP_LINK_TRACE_STATE,
-                                  APP_LINK_FAULT_LOG,   APP_LINK_FAULT_RECORD, APP_LINK_PARAM_INFO,
-                                  APP_LINK_SIGNAL_INFO, APP_LINK_GET,          APP_LINK_SAMPLE,
-                                  APP_LINK_TRACE_READ,  APP_LINK_FAULT_READ,   APP_LINK_STORE};
+    static const uint8_t ops[] = {
+        UNIT_LINK_HELLO,        UNIT_LINK_STATUS,     UNIT_LINK_TRACE_STATE, UNIT_LINK_FAULT_LOG,
+        UNIT_LINK_FAULT_RECORD, UNIT_LINK_PARAM_INFO, UNIT_LINK_SIGNAL_INFO, UNIT_LINK_GET,
+        UNIT_LINK_SAMPLE,       UNIT_LINK_TRACE_READ, UNIT_LINK_FAULT_READ,  UNIT_LINK_STORE};
     const uint8_t op = ops[next(r) % sizeof ops];
     command_writer_t w;
     command_begin(&w, r->sequence++, op);
-    if (op == APP_LINK_PARAM_INFO) {
+    if (op == UNIT_LINK_PARAM_INFO) {
         command_put_u16(&w, (uint16_t)(next(r) % 120u));
-    } else if ((op == APP_LINK_SIGNAL_INFO) || (op == APP_LINK_SAMPLE)) {
+    } else if ((op == UNIT_LINK_SIGNAL_INFO) || (op == UNIT_LINK_SAMPLE)) {
         command_put_u8(&w, (uint8_t)(next(r) % 80u));
-    } else if (op == APP_LINK_GET) {
+    } else if (op == UNIT_LINK_GET) {
         for (uint32_t k = next(r) % 40u; k > 0u; k--) {
             command_put_u16(&w, (uint16_t)(next(r) % 100u));
         }
-    } else if ((op == APP_LINK_TRACE_READ) || (op == APP_LINK_FAULT_READ)) {
+    } else if ((op == UNIT_LINK_TRACE_READ) || (op == UNIT_LINK_FAULT_READ)) {
         command_put_u32(&w, next(r) % 100u);
     } else {
         /* no body */
@@ -80,19 +80,19 @@ static uint32_t recorder(random_frames_t *r, uint8_t *wire)
 {
     command_writer_t w;
     const uint32_t what = next(r) % 4u;
-    const uint8_t op = (what == 0u)   ? APP_LINK_TRACE_STOP
-                       : (what == 1u) ? APP_LINK_FAULT_CLEAR
-                                      : APP_LINK_TRACE_ARM;
+    const uint8_t op = (what == 0u)   ? UNIT_LINK_TRACE_STOP
+                       : (what == 1u) ? UNIT_LINK_FAULT_CLEAR
+                                      : UNIT_LINK_TRACE_ARM;
     command_begin(&w, r->sequence++, op);
     command_put_u32(&w, r->session);
-    if (op == APP_LINK_TRACE_ARM) {
+    if (op == UNIT_LINK_TRACE_ARM) {
         const uint32_t n = next(r) % 10u;
         command_put_u8(&w, (uint8_t)n);
         for (uint32_t k = 0u; k < n; k++) {
-            command_put_u8(&w, (uint8_t)(next(r) % (APP_SIGNALS + 2u)));
+            command_put_u8(&w, (uint8_t)(next(r) % (UNIT_SIGNALS + 2u)));
         }
         command_put_u32(&w, next(r) % 4u);
-        command_put_u8(&w, (uint8_t)(next(r) % APP_SIGNALS));
+        command_put_u8(&w, (uint8_t)(next(r) % UNIT_SIGNALS));
         command_put_u8(&w, (uint8_t)(next(r) % 5u));
         command_put_u32(&w, next(r));
         command_put_float(&w, (float)(next(r) % 5u) * 0.3f);

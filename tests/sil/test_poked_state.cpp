@@ -169,8 +169,8 @@ public:
         while (plant_.time_s() < p.at_s) {
             (void)period();
         }
-        CHECK(app().mode == p.mode && app().machine.faults == 0);
-        std::memcpy(kept_app_.data(), &app(), sizeof(app_t));
+        CHECK(unit().mode == p.mode && unit().machine.faults == 0);
+        std::memcpy(kept_app_.data(), &unit(), sizeof(unit_t));
         kept_plant_ = std::make_unique<Plant>(plant_);
         kept_timer_ = timer_;
     }
@@ -178,12 +178,12 @@ public:
     // As it was at that moment, but for one word; `undisturbed` is filled without a poke.
     Fate poke(std::size_t word, std::uint32_t pattern, std::vector<Duty> &undisturbed)
     {
-        std::memcpy(static_cast<void *>(&app()), kept_app_.data(), sizeof(app_t));
+        std::memcpy(static_cast<void *>(&unit()), kept_app_.data(), sizeof(unit_t));
         plant_ = *kept_plant_;
         timer_ = kept_timer_;
         const bool record = undisturbed.empty();
         if (!record) {
-            std::memcpy(reinterpret_cast<unsigned char *>(&app().drive) + 4 * word, &pattern, 4);
+            std::memcpy(reinterpret_cast<unsigned char *>(&unit().drive) + 4 * word, &pattern, 4);
         }
         Fate out;
         int over = 0;
@@ -201,7 +201,7 @@ public:
             }
             const Duty &usual = undisturbed[static_cast<std::size_t>(k)];
             out.same = out.same && std::memcmp(&usual, &duty, sizeof duty) == 0;
-            out.faults |= app().machine.faults;
+            out.faults |= unit().machine.faults;
             out.gates_on = o.gates_on;
         }
         out.error_rpm = std::abs(plant_.truth().omega_m_rad_s * 60.0 / 6.283185307 - reference());
@@ -209,9 +209,9 @@ public:
     }
 
 private:
-    app_t &app()
+    unit_t &unit()
     {
-        return const_cast<app_t &>(firmware_.app()); // what no interface may do
+        return const_cast<unit_t &>(firmware_.unit()); // what no interface may do
     }
     double reference() const
     {
@@ -220,7 +220,7 @@ private:
     bool sick()
     {
         Words32 words;
-        std::memcpy(words.data(), &app().drive, sizeof words);
+        std::memcpy(words.data(), &unit().drive, sizeof words);
         for (std::size_t n = 0; n < word_count; ++n) {
             if (non_finite(words[n]) && is_float(n)) {
                 return true;
@@ -243,7 +243,7 @@ private:
     Plant plant_;
     PreloadedTimer timer_;
     std::uint32_t count_ = 0;
-    std::vector<unsigned char> kept_app_ = std::vector<unsigned char>(sizeof(app_t));
+    std::vector<unsigned char> kept_app_ = std::vector<unsigned char>(sizeof(unit_t));
     std::unique_ptr<Plant> kept_plant_;
     PreloadedTimer kept_timer_;
 };
@@ -281,7 +281,7 @@ void poke_all(const Point &p)
         std::printf(" %x: %d", bits, count);
     }
     std::printf("\n");
-    CHECK(said[MONITOR_NON_FINITE] > 0);
+    CHECK(said[FAULT_NON_FINITE] > 0);
 }
 
 constexpr Point points[] = {

@@ -12,7 +12,7 @@ from zerohertz.testing.source_rules import check_text, check_tree
 HOME_OF = {
     "observer.h": "firmware/law/estimator/hasegawa",
     "params.h": "firmware/parameters",
-    "app.h": "firmware/unit",
+    "unit.h": "firmware/unit",
     "hal_drive_io.h": "hal/include",
     "hal_devices.h": "hal/include",
 }
@@ -26,11 +26,11 @@ def breaches(text: str, folder: str = "firmware/law") -> list[str]:
     ("folder", "header"),
     [
         ("firmware/law", '"params.h"'),
-        ("firmware/law", '"app.h"'),
+        ("firmware/law", '"unit.h"'),
         ("firmware/law", '"hal_drive_io.h"'),
         ("firmware/law", '"hal_devices.h"'),
         ("firmware/law", "<stdio.h>"),
-        ("firmware/host", '"app.h"'),
+        ("firmware/host", '"unit.h"'),
         ("firmware/host", '"hal_drive_io.h"'),
         ("hal/include", '"observer.h"'),
         ("firmware/law", '"nowhere.h"'),

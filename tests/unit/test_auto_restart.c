@@ -6,8 +6,8 @@
 #include "exact.h"
 #include "unity.h"
 
-#define RUN   DRIVE_STATE_CMD_RUN
-#define RESET DRIVE_STATE_CMD_FAULT_RESET
+#define RUN   SEQUENCE_CMD_RUN
+#define RESET SEQUENCE_CMD_FAULT_RESET
 
 static const auto_restart_params_t good = {
     .count = 2u, .delay_s = 0.001f, .forgive_s = 0.002f, .period_s = 0.0002f};
@@ -25,7 +25,7 @@ void tearDown(void)
 {
 }
 
-static uint32_t step(drive_state_id_t id, uint32_t latched, uint32_t faults)
+static uint32_t step(sequence_id_t id, uint32_t latched, uint32_t faults)
 {
     const auto_restart_in_t in = {RUN, id, latched, faults, true};
     return auto_restart_step(&cfg, &st, &in);
@@ -34,7 +34,7 @@ static uint32_t step(drive_state_id_t id, uint32_t latched, uint32_t faults)
 static int periods_to_reset(void)
 {
     for (int k = 1; k < 100; k++) {
-        if (step(DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u) == RESET) {
+        if (step(SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE, 0u) == RESET) {
             return k;
         }
     }
@@ -64,34 +64,32 @@ static void test_off_passes_every_command(void)
 {
     cfg = (auto_restart_config_t){0};
     for (uint32_t command = 0u; command < 8u; command++) {
-        const auto_restart_in_t in = {command, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u,
-                                      true};
+        const auto_restart_in_t in = {command, SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE, 0u, true};
         TEST_ASSERT_EQUAL_HEX32(command, auto_restart_step(&cfg, &st, &in));
     }
 }
 
 static void test_resets_once_the_cause_has_been_gone_for_the_delay(void)
 {
-    TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u));
-    TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE,
-                                      MONITOR_DC_UNDER_VOLTAGE)); /* back: counted anew */
+    TEST_ASSERT_EQUAL_HEX32(RUN, step(SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE, 0u));
+    TEST_ASSERT_EQUAL_HEX32(RUN, step(SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE,
+                                      FAULT_DC_UNDER_VOLTAGE)); /* back: counted anew */
     TEST_ASSERT_EQUAL(6, periods_to_reset());
     TEST_ASSERT_EQUAL_UINT32(1u, st.used);
 }
 
 static void test_only_for_a_dip(void)
 {
-    const uint32_t others[] = {MONITOR_OVER_CURRENT, MONITOR_DC_UNDER_VOLTAGE | MONITOR_CONFIG};
+    const uint32_t others[] = {FAULT_OVER_CURRENT, FAULT_DC_UNDER_VOLTAGE | FAULT_CONFIG};
     for (int n = 0; n < 2; n++) {
         for (int k = 0; k < 100; k++) {
-            TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_FAULT, others[n], 0u));
+            TEST_ASSERT_EQUAL_HEX32(RUN, step(SEQUENCE_FAULT, others[n], 0u));
         }
     }
     for (int k = 0; k < 5; k++) {
-        (void)step(DRIVE_STATE_FAULT, MONITOR_MAINS_LOST | MONITOR_PERIOD_LATE, 0u);
+        (void)step(SEQUENCE_FAULT, FAULT_MAINS_LOST | FAULT_PERIOD_LATE, 0u);
     }
-    TEST_ASSERT_EQUAL_HEX32(RESET,
-                            step(DRIVE_STATE_FAULT, MONITOR_MAINS_LOST | MONITOR_PERIOD_LATE, 0u));
+    TEST_ASSERT_EQUAL_HEX32(RESET, step(SEQUENCE_FAULT, FAULT_MAINS_LOST | FAULT_PERIOD_LATE, 0u));
 }
 
 static void test_a_limited_number_of_times_unless_it_has_run_since(void)
@@ -100,16 +98,16 @@ static void test_a_limited_number_of_times_unless_it_has_run_since(void)
     TEST_ASSERT_EQUAL(6, periods_to_reset());
     TEST_ASSERT_EQUAL(0, periods_to_reset());
     for (int k = 0; k < 11; k++) {
-        TEST_ASSERT_EQUAL_HEX32(RUN, step(DRIVE_STATE_RUN, 0u, 0u));
+        TEST_ASSERT_EQUAL_HEX32(RUN, step(SEQUENCE_RUN, 0u, 0u));
     }
     TEST_ASSERT_EQUAL(6, periods_to_reset());
     /* Not long enough, and interrupted. */
     for (int k = 0; k < 8; k++) {
-        (void)step(DRIVE_STATE_RUN, 0u, 0u);
+        (void)step(SEQUENCE_RUN, 0u, 0u);
     }
-    (void)step(DRIVE_STATE_PREMAGNETISE, 0u, 0u);
+    (void)step(SEQUENCE_PREMAGNETISE, 0u, 0u);
     for (int k = 0; k < 8; k++) {
-        (void)step(DRIVE_STATE_RUN, 0u, 0u);
+        (void)step(SEQUENCE_RUN, 0u, 0u);
     }
     TEST_ASSERT_EQUAL_UINT32(1u, st.used);
 }
@@ -117,10 +115,10 @@ static void test_a_limited_number_of_times_unless_it_has_run_since(void)
 static void test_the_operator_wins(void)
 {
     (void)periods_to_reset();
-    const uint32_t commands[] = {0u, RUN | RESET, RUN | DRIVE_STATE_CMD_TORQUE_OFF};
+    const uint32_t commands[] = {0u, RUN | RESET, RUN | SEQUENCE_CMD_TORQUE_OFF};
     for (int n = 0; n < 3; n++) {
         st.used = 1u;
-        const auto_restart_in_t in = {commands[n], DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u,
+        const auto_restart_in_t in = {commands[n], SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE, 0u,
                                       true};
         TEST_ASSERT_EQUAL_HEX32(commands[n], auto_restart_step(&cfg, &st, &in));
         TEST_ASSERT_EQUAL_UINT32(0u, st.used);
@@ -130,8 +128,8 @@ static void test_the_operator_wins(void)
 /* A dip in RUN, the dc link back: the machine is in RUN again without the operator. */
 static void test_torque_mode_is_restarted_too(void)
 {
-    const uint32_t torque = RUN | DRIVE_STATE_CMD_TORQUE_MODE;
-    const auto_restart_in_t in = {torque, DRIVE_STATE_FAULT, MONITOR_DC_UNDER_VOLTAGE, 0u, true};
+    const uint32_t torque = RUN | SEQUENCE_CMD_TORQUE_MODE;
+    const auto_restart_in_t in = {torque, SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE, 0u, true};
     for (int k = 0; k < 5; k++) {
         TEST_ASSERT_EQUAL_HEX32(torque, auto_restart_step(&cfg, &st, &in));
     }
@@ -141,22 +139,22 @@ static void test_torque_mode_is_restarted_too(void)
 
 static void test_the_state_machine_runs_again(void)
 {
-    const drive_state_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
-    drive_state_config_t machine_cfg;
-    TEST_ASSERT_TRUE(drive_state_init(&machine_cfg, &p));
-    drive_machine_t machine = {0};
+    const sequence_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
+    sequence_config_t machine_cfg;
+    TEST_ASSERT_TRUE(sequence_init(&machine_cfg, &p));
+    sequence_state_t machine = {0};
     bool was_off = false;
     for (int k = 0; k < 100; k++) {
-        const uint32_t faults = ((k >= 20) && (k < 40)) ? MONITOR_DC_UNDER_VOLTAGE : 0u;
+        const uint32_t faults = ((k >= 20) && (k < 40)) ? FAULT_DC_UNDER_VOLTAGE : 0u;
         const auto_restart_in_t in = {RUN, machine.id, machine.faults, faults, true};
-        const drive_state_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
-                                           .faults = faults};
-        const drive_state_out_t out = drive_state_step(&machine_cfg, &machine, &state_in);
+        const sequence_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
+                                        .faults = faults};
+        const sequence_out_t out = sequence_step(&machine_cfg, &machine, &state_in);
         was_off = was_off || ((k >= 20) && !out.gates_on);
         TEST_ASSERT_FALSE((faults != 0u) && out.gates_on);
     }
     TEST_ASSERT_TRUE(was_off);
-    TEST_ASSERT_EQUAL(DRIVE_STATE_RUN, machine.id);
+    TEST_ASSERT_EQUAL(SEQUENCE_RUN, machine.id);
 }
 
 /* What the drive was told before the dip decides: a run command that only stands starts nothing. */
@@ -164,14 +162,13 @@ static void test_what_did_not_run_is_not_restarted(void)
 {
     st.ran = false;
     TEST_ASSERT_EQUAL(0, periods_to_reset());
-    (void)step(DRIVE_STATE_READY, 0u, 0u);
+    (void)step(SEQUENCE_READY, 0u, 0u);
     TEST_ASSERT_EQUAL(0, periods_to_reset());
-    (void)step(DRIVE_STATE_PREMAGNETISE, 0u, 0u);
+    (void)step(SEQUENCE_PREMAGNETISE, 0u, 0u);
     TEST_ASSERT_EQUAL(6, periods_to_reset());
-    const auto_restart_in_t off = {.command = RUN | DRIVE_STATE_CMD_TORQUE_OFF,
-                                   .id = DRIVE_STATE_RUN};
+    const auto_restart_in_t off = {.command = RUN | SEQUENCE_CMD_TORQUE_OFF, .id = SEQUENCE_RUN};
     (void)auto_restart_step(&cfg, &st, &off);
-    (void)step(DRIVE_STATE_TORQUE_OFF, 0u, 0u);
+    (void)step(SEQUENCE_TORQUE_OFF, 0u, 0u);
     TEST_ASSERT_EQUAL(0, periods_to_reset());
 }
 
@@ -180,7 +177,7 @@ static void test_the_delay_begins_with_the_fault_not_with_the_run(void)
 {
     st.used = 1u;
     for (int k = 0; k < 9; k++) {
-        (void)step(DRIVE_STATE_RUN, 0u, 0u);
+        (void)step(SEQUENCE_RUN, 0u, 0u);
     }
     TEST_ASSERT_EQUAL(6, periods_to_reset());
 }
@@ -188,12 +185,12 @@ static void test_the_delay_begins_with_the_fault_not_with_the_run(void)
 /* Held up by nothing but its capacitors the dc link is not back; a warning is no cause. */
 static void test_waits_for_the_mains_not_for_warnings(void)
 {
-    auto_restart_in_t in = {RUN, DRIVE_STATE_FAULT, MONITOR_MAINS_LOST, 0u, false};
+    auto_restart_in_t in = {RUN, SEQUENCE_FAULT, FAULT_MAINS_LOST, 0u, false};
     for (int k = 0; k < 100; k++) {
         TEST_ASSERT_EQUAL_HEX32(RUN, auto_restart_step(&cfg, &st, &in));
     }
     in.fed = true;
-    in.faults = MONITOR_DERATED | MONITOR_PERIOD_LATE;
+    in.faults = FAULT_DERATED | FAULT_PERIOD_LATE;
     for (int k = 0; k < 5; k++) {
         TEST_ASSERT_EQUAL_HEX32(RUN, auto_restart_step(&cfg, &st, &in));
     }
@@ -203,23 +200,23 @@ static void test_waits_for_the_mains_not_for_warnings(void)
 /* Torque-off, and the mains goes meanwhile: what was stopped stays stopped. */
 static void test_torque_off_is_not_undone_by_a_dip(void)
 {
-    const drive_state_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
-    drive_state_config_t machine_cfg;
-    TEST_ASSERT_TRUE(drive_state_init(&machine_cfg, &p));
-    drive_machine_t machine = {0};
+    const sequence_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
+    sequence_config_t machine_cfg;
+    TEST_ASSERT_TRUE(sequence_init(&machine_cfg, &p));
+    sequence_state_t machine = {0};
     bool ran = false;
     for (int k = 0; k < 200; k++) {
-        const uint32_t off = ((k >= 20) && (k < 60)) ? DRIVE_STATE_CMD_TORQUE_OFF : 0u;
-        const uint32_t faults = ((k >= 30) && (k < 40)) ? MONITOR_DC_UNDER_VOLTAGE : 0u;
+        const uint32_t off = ((k >= 20) && (k < 60)) ? SEQUENCE_CMD_TORQUE_OFF : 0u;
+        const uint32_t faults = ((k >= 30) && (k < 40)) ? FAULT_DC_UNDER_VOLTAGE : 0u;
         const auto_restart_in_t in = {RUN | off, machine.id, machine.faults, faults, true};
-        const drive_state_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
-                                           .faults = faults};
-        const drive_state_out_t out = drive_state_step(&machine_cfg, &machine, &state_in);
+        const sequence_in_t state_in = {.command = auto_restart_step(&cfg, &st, &in),
+                                        .faults = faults};
+        const sequence_out_t out = sequence_step(&machine_cfg, &machine, &state_in);
         ran = ran || out.gates_on;
         TEST_ASSERT_FALSE((k >= 20) && out.gates_on);
     }
     TEST_ASSERT_TRUE(ran);
-    TEST_ASSERT_EQUAL(DRIVE_STATE_FAULT, machine.id);
+    TEST_ASSERT_EQUAL(SEQUENCE_FAULT, machine.id);
 }
 
 int main(void)

@@ -563,7 +563,7 @@ static void test_a_refused_resistance_is_a_fault_while_it_is_asked_for(void)
     drive_in_t in = {.sample = along_alpha(&p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
     for (int k = 0; k < 3; k++) {
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.rs_measurement);
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_STATOR_RESISTANCE, out.faults);
+        TEST_ASSERT_EQUAL_UINT32(FAULT_STATOR_RESISTANCE, out.faults);
         TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
         TEST_ASSERT_FALSE(st.dead_time_found);
         drive_step(&cfg, &st, &in, &out);
@@ -726,7 +726,7 @@ static void test_faults_are_reported_in_every_mode(void)
         in.sample.i_v_counts = 8192u;
         drive_out_t out;
         drive_step(&cfg, &st, &in, &out);
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT | MONITOR_DC_UNDER_VOLTAGE, out.faults);
+        TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_CURRENT | FAULT_DC_UNDER_VOLTAGE, out.faults);
     }
 }
 
@@ -741,7 +741,7 @@ static void test_a_lost_estimate_is_a_fault(void)
     const drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN};
     drive_out_t out;
     drive_step(&cfg, &st, &in, &out);
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, out.faults);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_SPEED, out.faults);
 }
 
 /* As the period finds it: a limit makes a number of it before the period is over. */
@@ -754,10 +754,10 @@ static void test_monitor_sees_a_state_that_a_limit_heals(void)
     drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.4f, NAN}}};
     drive_out_t out;
     drive_step(&cfg, &st, &in, &out);
-    TEST_ASSERT_BITS_HIGH(MONITOR_NON_FINITE, out.faults);
+    TEST_ASSERT_BITS_HIGH(FAULT_NON_FINITE, out.faults);
     TEST_ASSERT_TRUE(isfinite(st.observer.lambda_r_hat_Wb.beta));
     drive_step(&cfg, &st, &in, &out);
-    TEST_ASSERT_EQUAL_UINT32(0u, out.faults & MONITOR_NON_FINITE);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.faults & FAULT_NON_FINITE);
 }
 
 /* What changes slowly is looked at once per turn in RUN, in every period else. */
@@ -770,7 +770,7 @@ static int period_that_sees_a_heat_of_nan(drive_mode_t mode, const drive_params_
     drive_out_t out;
     for (int k = 1; k < 100; k++) {
         drive_step(&cfg, &st, &in, &out);
-        if ((out.faults & MONITOR_NON_FINITE) != 0u) {
+        if ((out.faults & FAULT_NON_FINITE) != 0u) {
             return k;
         }
     }

@@ -116,11 +116,11 @@ static void test_standing_is_reference_and_estimate(void)
 static void test_a_take_over_in_torque_mode_holds_the_speed(void)
 {
     p.lost_action = DRIVE_LOST_IMPRESS;
-    p.impressed = (impressed_current_params_t){.current_A = 8.0f,
-                                               .slew_A_per_s = 100.0f,
-                                               .slew_rad_s2 = 1000.0f,
-                                               .return_rad_s = 12.0f,
-                                               .timeout_s = 1.0f};
+    p.impressed = (i_f_params_t){.current_A = 8.0f,
+                                 .slew_A_per_s = 100.0f,
+                                 .slew_rad_s2 = 1000.0f,
+                                 .return_rad_s = 12.0f,
+                                 .timeout_s = 1.0f};
     const drive_aim_t aim[2] = {DRIVE_AIM_TORQUE, DRIVE_AIM_SPEED};
     const double moved_rad_s[2] = {0.0, 0.2};
     for (int k = 0; k < 2; k++) {
@@ -128,7 +128,7 @@ static void test_a_take_over_in_torque_mode_holds_the_speed(void)
         in.aim = aim[k];
         in.omega_e_ref_rad_s = 200.0f;
         st.speed.omega_ref_rad_s = 5.0f;
-        st.impressed = (impressed_current_state_t){
+        st.impressed = (i_f_state_t){
             .active = true, .axis = {1.0f, 0.0f}, .current_A = 8.0f, .omega_rad_s = 5.0f};
         st.supervisor.confidence = SUPERVISOR_IMPRESSED;
         step();

@@ -49,11 +49,11 @@ static void configure(int machine, drive_lost_action_t action)
 {
     p = both_machines(machine);
     p.lost_action = action;
-    p.impressed = (impressed_current_params_t){.current_A = 10.0f,
-                                               .slew_A_per_s = 100.0f,
-                                               .slew_rad_s2 = 500.0f,
-                                               .return_rad_s = 12.0f,
-                                               .timeout_s = 2e-3f};
+    p.impressed = (i_f_params_t){.current_A = 10.0f,
+                                 .slew_A_per_s = 100.0f,
+                                 .slew_rad_s2 = 500.0f,
+                                 .return_rad_s = 12.0f,
+                                 .timeout_s = 2e-3f};
     p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
     p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
     p.adaptation.leak_per_s_Wb_A = 0.0f;
@@ -100,7 +100,7 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
     st.steer = (flux_steering_out_t){0};
     st.torque_more_pu = 0.0f;
     st.i_d_less_A = 0.0f;
-    st.impressed = (impressed_current_state_t){
+    st.impressed = (i_f_state_t){
         .active = true, .axis = ab(axis), .current_A = 8.0f, .omega_rad_s = omega_rad_s};
     st.observer.lambda_r_hat_Wb = ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
     st.observer.i_s_hat_A = ab(2.0 * NOMINAL_A * axis);
@@ -181,7 +181,7 @@ static void test_stop_is_a_fault_and_nothing_else(void)
     drive_state_t told;
     drive_out_t told_out;
     step_both(SUPERVISOR_IMPRESSED, &told, &told_out);
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_ORIENTATION_LOST, told_out.faults);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_ORIENTATION_LOST, told_out.faults);
     TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     told.supervisor = st.supervisor;
     TEST_ASSERT_EQUAL_MEMORY(&st, &told, sizeof st);
@@ -331,7 +331,7 @@ static void test_it_gives_up_above_the_return_frequency_only(void)
     run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
     for (int k = 0; k < 14; k++) {
         step();
-        TEST_ASSERT_EQUAL_UINT32((k < 10) ? 0u : MONITOR_ORIENTATION_LOST, out.faults);
+        TEST_ASSERT_EQUAL_UINT32((k < 10) ? 0u : FAULT_ORIENTATION_LOST, out.faults);
     }
     run_impressed(SUPERVISOR_IMPRESSED, 11.0f, 1.0);
     for (int k = 0; k < 14; k++) {
@@ -357,7 +357,7 @@ static void test_hand_back_takes_torque_and_speed_along(void)
             TEST_ASSERT_TRUE(i_q_A > 4.0);
             ASSERT_SAME_FLOAT(30.0f, st.speed.omega_ref_rad_s);
             ASSERT_SAME_FLOAT(27.0f, st.speed.omega_filtered_rad_s);
-            const impressed_current_state_t none = {0};
+            const i_f_state_t none = {0};
             TEST_ASSERT_EQUAL_MEMORY(&none, &st.impressed, sizeof none);
             TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
         }
@@ -427,7 +427,7 @@ static void test_hand_back_does_not_move_the_voltage(void)
 static void test_nothing_is_impressed_outside_of_run(void)
 {
     const drive_mode_t modes[] = {DRIVE_OFF, DRIVE_PREMAGNETISE};
-    const impressed_current_state_t none = {0};
+    const i_f_state_t none = {0};
     const supervisor_state_t rested = {0};
     for (unsigned k = 0; k < 2u; k++) {
         run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
@@ -462,7 +462,7 @@ static void test_init_refuses_what_cannot_be_done_about_a_loss(void)
     p.impressed.slew_A_per_s = 0.0f;
     TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
     /* No current to impress: refused only where it is wanted. */
-    p.impressed = (impressed_current_params_t){0};
+    p.impressed = (i_f_params_t){0};
     TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
     p.lost_action = DRIVE_LOST_STOP;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));

@@ -190,7 +190,7 @@ static void test_no_current_is_a_fault(void)
         drive_step(&cfg, &st, &in, &out);
         faults |= out.faults;
     }
-    TEST_ASSERT_EQUAL_HEX32(MONITOR_FLYING_START, faults);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_FLYING_START, faults);
 }
 
 /* Magnetised and turning; the reference goes to zero: the current stands, at least for its time. */
@@ -261,11 +261,11 @@ static void test_volts_per_hertz_turns_the_motor(void)
 static void test_impressed_control_turns_the_motor(void)
 {
     p.modes.control = DRIVE_CONTROL_IMPRESSED;
-    p.impressed = (impressed_current_params_t){.current_A = 6.0f,
-                                               .slew_A_per_s = 100.0f,
-                                               .slew_rad_s2 = 40.0f,
-                                               .return_rad_s = 10.0f,
-                                               .timeout_s = 0.0f};
+    p.impressed = (i_f_params_t){.current_A = 6.0f,
+                                 .slew_A_per_s = 100.0f,
+                                 .slew_rad_s2 = 40.0f,
+                                 .return_rad_s = 10.0f,
+                                 .timeout_s = 0.0f};
     start();
     run(1.0);
     in.mode = DRIVE_RUN;
@@ -315,13 +315,13 @@ static void test_no_brake_takes_over_from_impressed_current(void)
 {
     p.modes.brake_A = 8.0f;
     p.lost_action = DRIVE_LOST_IMPRESS;
-    p.impressed = (impressed_current_params_t){.current_A = 6.0f,
-                                               .slew_A_per_s = 100.0f,
-                                               .slew_rad_s2 = 40.0f,
-                                               .return_rad_s = 10.0f,
-                                               .timeout_s = 5.0f};
+    p.impressed = (i_f_params_t){.current_A = 6.0f,
+                                 .slew_A_per_s = 100.0f,
+                                 .slew_rad_s2 = 40.0f,
+                                 .return_rad_s = 10.0f,
+                                 .timeout_s = 5.0f};
     magnetised_run(8.0f);
-    impressed_current_start(&st.impressed, out.meas.i_s_A, 8.0f);
+    i_f_start(&st.impressed, out.meas.i_s_A, 8.0f);
     in.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
     TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
@@ -339,11 +339,11 @@ static void test_open_loop_goes_on_with_a_motor_that_was_caught(void)
         const float omega_rad_s = (n < 2) ? 200.0f : -200.0f;
         p.modes.flying.enable = true;
         p.modes.control = controls[n % 2];
-        p.impressed = (impressed_current_params_t){.current_A = 6.0f,
-                                                   .slew_A_per_s = 100.0f,
-                                                   .slew_rad_s2 = 40.0f,
-                                                   .return_rad_s = 10.0f,
-                                                   .timeout_s = 0.0f};
+        p.impressed = (i_f_params_t){.current_A = 6.0f,
+                                     .slew_A_per_s = 100.0f,
+                                     .slew_rad_s2 = 40.0f,
+                                     .return_rad_s = 10.0f,
+                                     .timeout_s = 0.0f};
         plant = plant_of(p.motor, (double)omega_rad_s, 0.35);
         start();
         TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
@@ -401,9 +401,9 @@ static void test_a_brake_that_is_too_much_for_the_motor_ends(void)
     p.overload.tau_s[OVERLOAD_MOTOR] = 2.0f;
     magnetised_run(100.0f);
     in.omega_e_ref_rad_s = 0.0f;
-    TEST_ASSERT_EQUAL_HEX32(0u, run(0.3) & MONITOR_OVERLOAD);
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.3) & FAULT_OVERLOAD);
     TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
-    TEST_ASSERT_EQUAL_HEX32(MONITOR_OVERLOAD, run(4.0) & MONITOR_OVERLOAD);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_OVERLOAD, run(4.0) & FAULT_OVERLOAD);
 }
 
 static void test_commissioning_searches_for_nothing(void)
@@ -420,14 +420,14 @@ static void test_commissioning_searches_for_nothing(void)
 
 static void level_on(void)
 {
-    p.modes.level = (flux_level_params_t){.voltage_share = 0.9f,
-                                          .bandwidth_rad_s = 20.0f,
-                                          .pull_out_share = 0.8f,
-                                          .economy_filter_s = 0.5f,
-                                          .economy_slew_Wb_per_s = 0.4f,
-                                          .lambda_nominal_Wb = 0.408f,
-                                          .lambda_min_Wb = 0.04f,
-                                          .i_q_max_A = 12.0f};
+    p.modes.level = (flux_reference_params_t){.voltage_share = 0.9f,
+                                              .bandwidth_rad_s = 20.0f,
+                                              .pull_out_share = 0.8f,
+                                              .economy_filter_s = 0.5f,
+                                              .economy_slew_Wb_per_s = 0.4f,
+                                              .lambda_nominal_Wb = 0.408f,
+                                              .lambda_min_Wb = 0.04f,
+                                              .i_q_max_A = 12.0f};
 }
 
 /* Beyond the speed whose EMF is the dc link: the voltage stays at its share, no fault. */
@@ -541,7 +541,7 @@ static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
     ASSERT_NEAR(3.0, 150.0, plant.omega_e_rad_s);
     /* Gone for good: the shaft gives all it has, then it is a fault. */
     plant.u_dc_V = 215.0;
-    TEST_ASSERT_EQUAL_HEX32(MONITOR_MAINS_LOST, run(4.0));
+    TEST_ASSERT_EQUAL_HEX32(FAULT_MAINS_LOST, run(4.0));
     TEST_ASSERT_TRUE(fabs(plant.omega_e_rad_s) < 20.0);
 }
 

@@ -96,7 +96,7 @@ static void test_a_voltage_that_the_duty_does_not_explain_is_told(void)
     p.plausibility.u_V = 30.0f;
     configure();
     in.sample = sampled(4.0, 60.0, 540.0);
-    const int period = period_of(MONITOR_VOLTAGE_SENSOR, 20 * TURN);
+    const int period = period_of(FAULT_VOLTAGE_SENSOR, 20 * TURN);
     TEST_ASSERT_GREATER_THAN_INT(7 * TURN, period);
     TEST_ASSERT_LESS_OR_EQUAL_INT(8 * TURN, period);
 }
@@ -109,9 +109,9 @@ static void test_a_loss_that_was_not_found_is_no_broken_sensor(void)
     p.dead_time_identify = true;
     configure();
     in.sample = sampled(4.0, 60.0, 540.0);
-    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_VOLTAGE_SENSOR);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_VOLTAGE_SENSOR);
     st.dead_time_found = true;
-    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_VOLTAGE_SENSOR, 20 * TURN));
+    TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_VOLTAGE_SENSOR, 20 * TURN));
 }
 
 static void test_a_drive_that_uses_no_voltage_sensors_judges_none(void)
@@ -120,7 +120,7 @@ static void test_a_drive_that_uses_no_voltage_sensors_judges_none(void)
     p.voltage_source = DRIVE_VOLTAGE_DUTY;
     configure();
     in.sample = sampled(4.0, 60.0, 540.0);
-    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_VOLTAGE_SENSOR);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_VOLTAGE_SENSOR);
 }
 
 /* Phase u of a standing field carries sqrt(2/3) of it, and here nothing. */
@@ -129,12 +129,12 @@ static void test_an_open_phase_is_told(void)
     p.plausibility.open_A = 1.2f;
     configure();
     in.sample = sampled(4.0 * I, 0.0, 540.0);
-    const int period = period_of(MONITOR_OPEN_PHASE, 20 * TURN);
+    const int period = period_of(FAULT_OPEN_PHASE, 20 * TURN);
     TEST_ASSERT_GREATER_THAN_INT(5 * TURN, period);
     TEST_ASSERT_LESS_OR_EQUAL_INT(6 * TURN, period);
     configure();
     in.sample = sampled(4.0, 0.0, 540.0);
-    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_OPEN_PHASE);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_OPEN_PHASE);
 }
 
 static void test_phases_are_judged_in_run_only(void)
@@ -144,7 +144,7 @@ static void test_phases_are_judged_in_run_only(void)
     in.mode = DRIVE_PREMAGNETISE;
     st.supervisor.periods = 6u;
     in.sample = sampled(4.0 * I, 0.0, 540.0);
-    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & MONITOR_OPEN_PHASE);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_OPEN_PHASE);
 }
 
 /* Sensors of v and w exchanged: the conjugate. Largest phase 17 A, the trip is at 20 A. */
@@ -165,10 +165,9 @@ static uint32_t faults_with_mirrored_current(drive_mode_t mode)
 
 static void test_exchanged_current_sensors_are_told_wherever_direct_current_flows(void)
 {
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_CURRENT_SENSOR,
+    TEST_ASSERT_EQUAL_UINT32(FAULT_CURRENT_SENSOR,
                              faults_with_mirrored_current(DRIVE_PREMAGNETISE));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_CURRENT_SENSOR,
-                             faults_with_mirrored_current(DRIVE_COMMISSION));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_CURRENT_SENSOR, faults_with_mirrored_current(DRIVE_COMMISSION));
     TEST_ASSERT_EQUAL_UINT32(0u, faults_with_mirrored_current(DRIVE_RUN));
 }
 
@@ -178,7 +177,7 @@ static void test_an_estimate_far_from_the_current_is_told(void)
     p.plausibility.e1_A = 0.5f;
     configure();
     in.sample = sampled(-9.0, 0.0, 540.0);
-    const int period = period_of(MONITOR_OBSERVER, 100 * TURN);
+    const int period = period_of(FAULT_OBSERVER, 100 * TURN);
     TEST_ASSERT_GREATER_THAN_INT(59 * TURN, period);
     TEST_ASSERT_LESS_OR_EQUAL_INT(60 * TURN, period);
 }
@@ -189,10 +188,10 @@ static void test_power_that_no_torque_explains_is_told(void)
     p.plausibility.power_W = 150.0f;
     configure();
     in.sample = sampled(4.0, 60.0, 540.0);
-    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_OBSERVER, 61 * TURN));
+    TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_OBSERVER, 61 * TURN));
     p.plausibility.power_W = 300.0f;
     configure();
-    TEST_ASSERT_EQUAL_INT(0, period_of(MONITOR_OBSERVER, 61 * TURN));
+    TEST_ASSERT_EQUAL_INT(0, period_of(FAULT_OBSERVER, 61 * TURN));
 }
 
 static void test_all_torque_without_speed_is_a_stall(void)
@@ -200,11 +199,11 @@ static void test_all_torque_without_speed_is_a_stall(void)
     p.plausibility.stall_s = 0.05f;
     configure();
     in.omega_e_ref_rad_s = 200.0f;
-    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_STALL, 200 * TURN));
+    TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_STALL, 200 * TURN));
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, out.i_ref_A.q);
     configure();
     in.omega_e_ref_rad_s = 0.0f;
-    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(200 * TURN) & MONITOR_STALL);
+    TEST_ASSERT_EQUAL_UINT32(0u, faults_in(200 * TURN) & FAULT_STALL);
 }
 
 /* Impressed current knows no estimate and no speed of its own; heat it knows. */
@@ -213,11 +212,11 @@ static void test_impressed_current_is_judged_by_its_heat_alone(void)
     p.plausibility.e1_A = 0.5f;
     p.plausibility.stall_s = 0.05f;
     p.lost_action = DRIVE_LOST_IMPRESS;
-    p.impressed = (impressed_current_params_t){.current_A = 10.0f,
-                                               .slew_A_per_s = 100.0f,
-                                               .slew_rad_s2 = 500.0f,
-                                               .return_rad_s = 12.0f,
-                                               .timeout_s = 1.0f};
+    p.impressed = (i_f_params_t){.current_A = 10.0f,
+                                 .slew_A_per_s = 100.0f,
+                                 .slew_rad_s2 = 500.0f,
+                                 .return_rad_s = 12.0f,
+                                 .timeout_s = 1.0f};
     p.overload.cont_A[OVERLOAD_MOTOR] = 10.0f;
     p.overload.tau_s[OVERLOAD_MOTOR] = 1.0f;
     configure();
@@ -227,7 +226,7 @@ static void test_impressed_current_is_judged_by_its_heat_alone(void)
         st.supervisor.confidence = SUPERVISOR_IMPRESSED;
         st.impressed.active = true;
         drive_step(&cfg, &st, &in, &out);
-        TEST_ASSERT_EQUAL_UINT32(0u, out.faults & (MONITOR_OBSERVER | MONITOR_STALL));
+        TEST_ASSERT_EQUAL_UINT32(0u, out.faults & (FAULT_OBSERVER | FAULT_STALL));
     }
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.44f * (1.0f - expf(-0.256f)),
                              st.overload.image_pu[OVERLOAD_MOTOR]);
@@ -242,11 +241,11 @@ static void test_heat_derates_and_then_stops(void)
     in.omega_e_ref_rad_s = 200.0f;
     st.overload.image_pu[OVERLOAD_MOTOR] = 1.1f;
     in.sample = sampled(5.0, 0.0, 540.0);
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_DERATED, faults_in(4 * TURN));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(4 * TURN));
     /* 5 A are left, 4 of them magnetise. */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 3.0f, out.i_ref_A.q);
     st.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
-    TEST_ASSERT_NOT_EQUAL(0, period_of(MONITOR_OVERLOAD, TURN));
+    TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_OVERLOAD, TURN));
 }
 
 static void test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque(void)
@@ -283,7 +282,7 @@ static void test_a_link_that_fills_limits_braking_in_both_directions(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, -12.0f, i_q_at(590.0, 200.0f, 0.0f));
     TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(637.5, 200.0f, 0.0f));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_REGENERATION, out.faults);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_REGENERATION, out.faults);
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(637.5, -200.0f, 0.0f));
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.0f, i_q_at(680.0, 200.0f, 0.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(637.5, 100.0f, 300.0f));
@@ -293,7 +292,7 @@ static void test_a_link_that_empties_makes_the_motor_brake(void)
 {
     p.link.hold_V = 300.0f;
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(330.0, 100.0f, 300.0f));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_REGENERATION, out.faults);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_REGENERATION, out.faults);
     TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(270.0, 100.0f, 300.0f));
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(270.0, -100.0f, -300.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(400.0, 100.0f, 300.0f));
@@ -332,7 +331,7 @@ static void test_heat_goes_on_outside_run(void)
     in.mode = DRIVE_OFF;
     in.sample = sampled(0.0, 0.0, 540.0);
     st.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_DERATED, faults_in(TURN));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(TURN));
     (void)faults_in(299 * TURN); /* .96 s */
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f), st.overload.image_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
@@ -341,10 +340,10 @@ static void test_heat_goes_on_outside_run(void)
         configure();
         in.mode = modes[n];
         in.sample = sampled(8.0, 0.0, 540.0);
-        TEST_ASSERT_EQUAL_UINT32(0u, faults_in(100 * TURN) & MONITOR_OVERLOAD);
+        TEST_ASSERT_EQUAL_UINT32(0u, faults_in(100 * TURN) & FAULT_OVERLOAD);
         TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.56f * (1.0f - expf(-0.32f)),
                                  st.overload.image_pu[OVERLOAD_MOTOR]);
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVERLOAD, faults_in(200 * TURN) & MONITOR_OVERLOAD);
+        TEST_ASSERT_EQUAL_UINT32(FAULT_OVERLOAD, faults_in(200 * TURN) & FAULT_OVERLOAD);
     }
 }
 

@@ -66,11 +66,11 @@ static void test_each_bit_is_in_the_masks_of_its_reaction_only(void)
 /* Hardware, sensors, estimate: nobody may soften these to a ramp, which needs all three. */
 static void test_what_a_ramp_cannot_survive_opens_the_gates(void)
 {
-    const uint32_t hard = MONITOR_OVER_CURRENT | MONITOR_DC_OVER_VOLTAGE | MONITOR_NON_FINITE |
-                          MONITOR_ADC_RANGE | MONITOR_CURRENT_SUM | MONITOR_CURRENT_SENSOR |
-                          MONITOR_VOLTAGE_SENSOR | MONITOR_OPEN_PHASE | MONITOR_EARTH_FAULT |
-                          MONITOR_OBSERVER | MONITOR_BRAKE_INPUT | MONITOR_PERIOD_OVERRUN |
-                          MONITOR_TABLE_CRC | MONITOR_CONFIG;
+    const uint32_t hard = FAULT_OVER_CURRENT | FAULT_DC_OVER_VOLTAGE | FAULT_NON_FINITE |
+                          FAULT_ADC_RANGE | FAULT_CURRENT_SUM | FAULT_CURRENT_SENSOR |
+                          FAULT_VOLTAGE_SENSOR | FAULT_OPEN_PHASE | FAULT_EARTH_FAULT |
+                          FAULT_OBSERVER | FAULT_BRAKE_INPUT | FAULT_PERIOD_OVERRUN |
+                          FAULT_TABLE_CRC | FAULT_CONFIG;
     TEST_ASSERT_EQUAL_HEX32(hard, fault_opening(hard));
 }
 

@@ -19,7 +19,7 @@ void tearDown(void)
 
 static void run(host_port_t *port, uint32_t command, int n, hal_output_t *out)
 {
-    const app_command_t c = {.command = command};
+    const unit_command_t c = {.command = command};
     const hal_sample_t sample = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
     for (int k = 0; k < n; k++) {
         host_port_period(port, &c, &sample, out);
@@ -48,9 +48,9 @@ static void test_the_command_of_a_period_acts_in_that_period(void)
     TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
     run(&port, 0u, 600, &out);
     TEST_ASSERT_FALSE(out.gates_on);
-    run(&port, DRIVE_STATE_CMD_RUN, 1, &out);
+    run(&port, SEQUENCE_CMD_RUN, 1, &out);
     TEST_ASSERT_TRUE(out.gates_on);
-    run(&port, DRIVE_STATE_CMD_TORQUE_OFF, 1, &out);
+    run(&port, SEQUENCE_CMD_TORQUE_OFF, 1, &out);
     TEST_ASSERT_FALSE(out.gates_on);
 }
 
@@ -60,7 +60,7 @@ static void test_a_refused_application_can_be_stepped(void)
     hal_output_t out;
     params.M_H = 0.2f;
     TEST_ASSERT_FALSE(host_port_init(&port, &params, NULL));
-    run(&port, DRIVE_STATE_CMD_RUN, 30, &out);
+    run(&port, SEQUENCE_CMD_RUN, 30, &out);
     TEST_ASSERT_FALSE(out.gates_on);
 }
 
@@ -72,10 +72,10 @@ static void test_two_ports_do_not_know_each_other(void)
     TEST_ASSERT_TRUE(host_port_init(&b, &params, NULL));
     run(&a, 0u, 600, &out);
     run(&b, 0u, 600, &out);
-    run(&a, DRIVE_STATE_CMD_RUN, 100, &out);
-    TEST_ASSERT_EQUAL(DRIVE_STATE_PREMAGNETISE, a.app.machine.id);
-    TEST_ASSERT_EQUAL(DRIVE_STATE_READY, b.app.machine.id);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, b.app.drive.observer.i_s_hat_A.alpha);
+    run(&a, SEQUENCE_CMD_RUN, 100, &out);
+    TEST_ASSERT_EQUAL(SEQUENCE_PREMAGNETISE, a.unit.machine.id);
+    TEST_ASSERT_EQUAL(SEQUENCE_READY, b.unit.machine.id);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, b.unit.drive.observer.i_s_hat_A.alpha);
 }
 
 int main(void)

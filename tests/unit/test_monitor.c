@@ -81,9 +81,9 @@ static void test_init_refuses_every_bad_limit(void)
 
 static void test_bits_are_the_numbers_of_the_fault_log(void)
 {
-    const uint32_t bits[] = {
-        MONITOR_OVER_CURRENT, MONITOR_DC_OVER_VOLTAGE, MONITOR_DC_UNDER_VOLTAGE, MONITOR_NON_FINITE,
-        MONITOR_ADC_RANGE,    MONITOR_CURRENT_SUM,     MONITOR_OVER_SPEED,       MONITOR_CONFIG};
+    const uint32_t bits[] = {FAULT_OVER_CURRENT, FAULT_DC_OVER_VOLTAGE, FAULT_DC_UNDER_VOLTAGE,
+                             FAULT_NON_FINITE,   FAULT_ADC_RANGE,       FAULT_CURRENT_SUM,
+                             FAULT_OVER_SPEED,   FAULT_CONFIG};
     for (unsigned i = 0; i < 8u; i++) {
         TEST_ASSERT_EQUAL_UINT32(1u << i, bits[i]);
     }
@@ -102,10 +102,10 @@ static void test_any_phase_beyond_the_trip_level_is_over_current(void)
     for (unsigned i = 0; i < 3u; i++) {
         TEST_ASSERT_EQUAL_UINT32(0u, faults_with(phase[i], 20.0f));
         TEST_ASSERT_EQUAL_UINT32(0u, faults_with(phase[i], -20.0f));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], 20.001f));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], -20.001f));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], NAN));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_CURRENT, faults_with(phase[i], INFINITY));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_CURRENT, faults_with(phase[i], 20.001f));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_CURRENT, faults_with(phase[i], -20.001f));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_CURRENT, faults_with(phase[i], NAN));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_CURRENT, faults_with(phase[i], INFINITY));
     }
 }
 
@@ -113,16 +113,16 @@ static void test_the_dc_link_has_an_upper_and_a_lower_limit(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&meas.u_dc_V, 400.0f));
     TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&meas.u_dc_V, 200.0f));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_DC_OVER_VOLTAGE, faults_with(&meas.u_dc_V, 400.1f));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_DC_UNDER_VOLTAGE, faults_with(&meas.u_dc_V, 199.9f));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_DC_OVER_VOLTAGE, faults_with(&meas.u_dc_V, 400.1f));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_DC_UNDER_VOLTAGE, faults_with(&meas.u_dc_V, 199.9f));
 }
 
 static void test_the_estimated_speed_is_limited_both_ways(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&in.omega_e_hat_rad_s, 500.0f));
     TEST_ASSERT_EQUAL_UINT32(0u, faults_with(&in.omega_e_hat_rad_s, -500.0f));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, faults_with(&in.omega_e_hat_rad_s, 500.1f));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_OVER_SPEED, faults_with(&in.omega_e_hat_rad_s, -500.1f));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_SPEED, faults_with(&in.omega_e_hat_rad_s, 500.1f));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_SPEED, faults_with(&in.omega_e_hat_rad_s, -500.1f));
 }
 
 static void test_a_value_that_is_no_number_trips_wherever_it_stands(void)
@@ -131,7 +131,7 @@ static void test_a_value_that_is_no_number_trips_wherever_it_stands(void)
                             &meas.u_line_V.beta, &in.state_sum};
     for (unsigned i = 0; i < sizeof value / sizeof value[0]; i++) {
         for (int j = 0; j < NOT_FINITE_COUNT; j++) {
-            TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(value[i], not_finite(j)));
+            TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, faults_with(value[i], not_finite(j)));
         }
         TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&cfg, &st, &in));
     }
@@ -139,14 +139,13 @@ static void test_a_value_that_is_no_number_trips_wherever_it_stands(void)
 
 static void test_a_nan_trips_every_limit_it_is_compared_with(void)
 {
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_DC_OVER_VOLTAGE |
-                                 MONITOR_DC_UNDER_VOLTAGE,
+    TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE | FAULT_DC_OVER_VOLTAGE | FAULT_DC_UNDER_VOLTAGE,
                              faults_with(&meas.u_dc_V, NAN));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_DC_OVER_VOLTAGE,
+    TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE | FAULT_DC_OVER_VOLTAGE,
                              faults_with(&meas.u_dc_V, INFINITY));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_OVER_SPEED,
+    TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE | FAULT_OVER_SPEED,
                              faults_with(&in.omega_e_hat_rad_s, NAN));
-    TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE | MONITOR_OVER_SPEED,
+    TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE | FAULT_OVER_SPEED,
                              faults_with(&in.omega_e_hat_rad_s, -INFINITY));
 }
 
@@ -156,10 +155,10 @@ static void test_a_duty_that_no_timer_can_do_trips(void)
     for (unsigned i = 0; i < 3u; i++) {
         TEST_ASSERT_EQUAL_UINT32(0u, faults_with(duty[i], 0.0f));
         TEST_ASSERT_EQUAL_UINT32(0u, faults_with(duty[i], 1.0f));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], -1e-6f));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], 1.000001f));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], NAN));
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_NON_FINITE, faults_with(duty[i], INFINITY));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, faults_with(duty[i], -1e-6f));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, faults_with(duty[i], 1.000001f));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, faults_with(duty[i], NAN));
+        TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, faults_with(duty[i], INFINITY));
     }
 }
 
@@ -185,17 +184,17 @@ static void assert_persistence(uint32_t flag, uint32_t fault)
 
 static void test_a_word_at_the_end_of_its_range_trips_when_it_lasts(void)
 {
-    assert_persistence(MEASUREMENT_SATURATED, MONITOR_ADC_RANGE);
+    assert_persistence(MEASUREMENT_SATURATED, FAULT_ADC_RANGE);
 }
 
 static void test_a_word_beyond_its_range_trips_when_it_lasts(void)
 {
-    assert_persistence(MEASUREMENT_OUT_OF_RANGE, MONITOR_ADC_RANGE);
+    assert_persistence(MEASUREMENT_OUT_OF_RANGE, FAULT_ADC_RANGE);
 }
 
 static void test_a_current_sum_trips_when_it_lasts(void)
 {
-    assert_persistence(MEASUREMENT_CURRENT_SUM, MONITOR_CURRENT_SUM);
+    assert_persistence(MEASUREMENT_CURRENT_SUM, FAULT_CURRENT_SUM);
 }
 
 /* Each in one period of two: neither count takes the other's. */
@@ -214,7 +213,7 @@ static void test_a_lasting_flag_never_wraps_its_count(void)
     st = (monitor_state_t){.adc_periods = 7999999u, .sum_periods = 7999999u};
     meas.flags = MEASUREMENT_SATURATED | MEASUREMENT_CURRENT_SUM;
     for (int k = 0; k < 3; k++) {
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_ADC_RANGE | MONITOR_CURRENT_SUM,
+        TEST_ASSERT_EQUAL_UINT32(FAULT_ADC_RANGE | FAULT_CURRENT_SUM,
                                  monitor_step(&longest, &st, &in));
     }
     TEST_ASSERT_EQUAL_UINT32(8000000u, st.adc_periods);
@@ -231,10 +230,10 @@ static void test_a_large_current_sum_is_an_earth_fault_after_three_periods(void)
         st = (monitor_state_t){0};
         meas.i_A = (uvw_t){5.0f, -2.0f, sum_A[n] - 3.0f};
         meas.flags = MEASUREMENT_CURRENT_SUM;
-        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in) & ~MONITOR_OVER_CURRENT);
-        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in) & ~MONITOR_OVER_CURRENT);
-        TEST_ASSERT_EQUAL_UINT32(MONITOR_EARTH_FAULT,
-                                 monitor_step(&slow, &st, &in) & ~MONITOR_OVER_CURRENT);
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in) & ~FAULT_OVER_CURRENT);
+        TEST_ASSERT_EQUAL_UINT32(0u, monitor_step(&slow, &st, &in) & ~FAULT_OVER_CURRENT);
+        TEST_ASSERT_EQUAL_UINT32(FAULT_EARTH_FAULT,
+                                 monitor_step(&slow, &st, &in) & ~FAULT_OVER_CURRENT);
     }
     st = (monitor_state_t){0};
     meas.i_A = (uvw_t){5.0f, -2.0f, 2.9f};
@@ -258,18 +257,17 @@ static void test_faults_of_one_period_are_reported_together(void)
                                       .u_dc_min_V = 200.0f,
                                       .omega_max_rad_s = 500.0f,
                                       .plausibility_periods = 1u};
-    const uint32_t all_but_one = MONITOR_OVER_CURRENT | MONITOR_NON_FINITE | MONITOR_ADC_RANGE |
-                                 MONITOR_CURRENT_SUM | MONITOR_OVER_SPEED;
+    const uint32_t all_but_one = FAULT_OVER_CURRENT | FAULT_NON_FINITE | FAULT_ADC_RANGE |
+                                 FAULT_CURRENT_SUM | FAULT_OVER_SPEED;
     meas.i_A.v = 100.0f;
     meas.flags = MEASUREMENT_OUT_OF_RANGE | MEASUREMENT_CURRENT_SUM;
     in.duty.w = NAN;
     in.omega_e_hat_rad_s = -900.0f;
     meas.u_dc_V = 10.0f;
-    TEST_ASSERT_EQUAL_UINT32(all_but_one | MONITOR_DC_UNDER_VOLTAGE,
+    TEST_ASSERT_EQUAL_UINT32(all_but_one | FAULT_DC_UNDER_VOLTAGE,
                              monitor_step(&at_once, &st, &in));
     meas.u_dc_V = 500.0f;
-    TEST_ASSERT_EQUAL_UINT32(all_but_one | MONITOR_DC_OVER_VOLTAGE,
-                             monitor_step(&at_once, &st, &in));
+    TEST_ASSERT_EQUAL_UINT32(all_but_one | FAULT_DC_OVER_VOLTAGE, monitor_step(&at_once, &st, &in));
 }
 
 static void test_two_monitors_count_apart(void)

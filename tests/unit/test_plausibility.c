@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "lasting.h"
+#include "debounce.h"
 #include "unity.h"
 
 #define TURN_S 3.2e-3f
@@ -91,7 +91,7 @@ static void test_a_phase_without_the_current_asked_for_is_open(void)
         st = (plausibility_state_t){0};
         *phase[x] = -0.29f;
         TEST_ASSERT_EQUAL_INT(6, times_until_open(i_A, ref_A));
-        TEST_ASSERT_EQUAL_UINT32(6u * LASTING_WEIGHT, st.phase[x]);
+        TEST_ASSERT_EQUAL_UINT32(6u * DEBOUNCE_WEIGHT, st.phase[x]);
         *phase[x] = NAN;
         st = (plausibility_state_t){0};
         TEST_ASSERT_EQUAL_INT(6, times_until_open(i_A, ref_A));

@@ -36,12 +36,11 @@ bool drive_modes_init(drive_modes_config_t *cfg, const drive_modes_params_t *par
     cfg->any_open = (params->control != DRIVE_CONTROL_VECTOR) || params->flying.enable ||
                     (params->brake_A > 0.0f);
     cfg->ride_through = params->mains.u_lost_V > 0.0f;
-    return flux_level_init(&cfg->level, &params->level, motor,
-                           period_s * (float)FLUX_LEVEL_PERIODS) &&
+    return flux_reference_init(&cfg->level, &params->level, motor,
+                               period_s * (float)FLUX_REFERENCE_PERIODS) &&
            flying_start_init(&cfg->flying, &params->flying, motor, period_s) &&
            (!cfg->any_open ||
-            standing_current_init(&cfg->standing, params->standing_bandwidth_rad_s, motor,
-                                  period_s)) &&
+            dc_current_init(&cfg->standing, params->standing_bandwidth_rad_s, motor, period_s)) &&
            ((params->control != DRIVE_CONTROL_VOLTS_PER_HERTZ) ||
             volts_per_hertz_init(&cfg->volts, &params->volts, period_s)) &&
            mains_loss_init(&cfg->mains, &params->mains, motor, period_s) &&
@@ -84,7 +83,7 @@ bool drive_modes_select(const drive_modes_config_t *cfg, drive_modes_state_t *st
     const drive_open_t before = st->open;
     st->open = selected(cfg, st, in);
     if ((st->open == DRIVE_OPEN_BRAKE) && (before != DRIVE_OPEN_BRAKE)) {
-        st->standing = (standing_current_state_t){.i_before_A = in->i_A};
+        st->standing = (dc_current_state_t){.i_before_A = in->i_A};
         st->brake_i_ref_A = in->i_A;
         st->brake_omega_rad_s = in->omega_hat_rad_s;
         st->brake_periods = 0u;
@@ -99,12 +98,12 @@ bool drive_modes_select(const drive_modes_config_t *cfg, drive_modes_state_t *st
 static ab_t stand(const drive_modes_config_t *cfg, drive_modes_state_t *st,
                   const drive_modes_in_t *in, ab_t i_ref_A, float omega_rad_s)
 {
-    const standing_current_in_t standing_in = {.i_ref_A = i_ref_A,
-                                               .i_A = in->i_A,
-                                               .u_V = in->u_V,
-                                               .Rs_ohm = in->Rs_ohm,
-                                               .omega_rad_s = omega_rad_s};
-    return standing_current_step(&cfg->standing, &st->standing, &standing_in);
+    const dc_current_in_t standing_in = {.i_ref_A = i_ref_A,
+                                         .i_A = in->i_A,
+                                         .u_V = in->u_V,
+                                         .Rs_ohm = in->Rs_ohm,
+                                         .omega_rad_s = omega_rad_s};
+    return dc_current_step(&cfg->standing, &st->standing, &standing_in);
 }
 
 static ab_t brake_voltage(const drive_modes_config_t *cfg, drive_modes_state_t *st,

@@ -10,11 +10,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "flux_level.h"
+#include "flux_reference.h"
 #include "flying_start.h"
-#include "impressed_current.h"
+#include "i_f.h"
 #include "mains_loss.h"
-#include "standing_current.h"
+#include "dc_current.h"
 #include "volts_per_hertz.h"
 
 typedef enum {
@@ -34,7 +34,7 @@ typedef enum {
 
 typedef struct {
     drive_control_t control;
-    flux_level_params_t level;
+    flux_reference_params_t level;
     flying_start_params_t flying;
     volts_per_hertz_params_t volts;
     mains_loss_params_t mains;
@@ -50,9 +50,9 @@ typedef struct {
     /* The questions of a period when all is off: what acts without orientation, what in a dip. */
     bool any_open;
     bool ride_through;
-    flux_level_config_t level;
+    flux_reference_config_t level;
     flying_start_config_t flying;
-    standing_current_config_t standing;
+    dc_current_config_t standing;
     volts_per_hertz_config_t volts;
     mains_loss_config_t mains;
     float brake_A;
@@ -64,9 +64,9 @@ typedef struct {
 typedef struct {
     drive_open_t open;
     ab_t u_V; /* wanted by it */
-    flux_level_state_t level;
+    flux_reference_state_t level;
     flying_start_state_t flying;
-    standing_current_state_t standing;
+    dc_current_state_t standing;
     volts_per_hertz_state_t volts;
     mains_loss_state_t mains;
     uint32_t brake_periods;

@@ -24,7 +24,7 @@ _TRACE_WORDS, _RECORD_WORDS = 6, 5
 
 
 class Op(IntEnum):
-    """Requests, numbers as in firmware/unit/app_link.h."""
+    """Requests, numbers as in firmware/unit/unit_link.h."""
 
     HELLO = 0x01
     SESSION = 0x02

@@ -1,6 +1,6 @@
 """What the control law is made of: the constants of firmware/law, in double precision.
 
-Derived from the parameters of a configuration as app_config.c and the init functions do it; nothing
+Derived from the parameters of a configuration as unit_config.c and the init functions do it; nothing
 here depends on the operating point.
 """
 

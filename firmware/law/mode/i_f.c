@@ -1,0 +1,85 @@
+#include "i_f.h"
+
+#include "trig.h"
+
+/* Share of the dc link that the rotor flux M I may induce: half of what svpwm can give. */
+#define I_F_VOLTAGE_SHARE 0.35f
+
+/* Below this there is no current whose direction means anything. */
+#define I_F_I_MIN_A 1e-3f
+
+#define I_F_MAX_PERIODS 1e9f
+
+bool i_f_init(i_f_config_t *cfg, const i_f_params_t *params, const motor_model_t *motor,
+              float period_s)
+{
+    *cfg = (i_f_config_t){0};
+    if (!(params->current_A > 0.0f) && nonnegativef(params->current_A)) {
+        return true; /* off */
+    }
+    const bool numbers = positivef(params->current_A) && positivef(params->slew_A_per_s) &&
+                         positivef(params->slew_rad_s2) && positivef(params->return_rad_s) &&
+                         nonnegativef(params->timeout_s);
+    if (!numbers || !positivef(period_s) || !positivef(motor->M_H) || !positivef(motor->kr)) {
+        return false;
+    }
+    const float periods = params->timeout_s / period_s;
+    if (!(periods < I_F_MAX_PERIODS)) {
+        return false;
+    }
+    *cfg = (i_f_config_t){
+        .current_A = params->current_A,
+        .step_A = params->slew_A_per_s * period_s,
+        .step_rad_s = params->slew_rad_s2 * period_s,
+        .return_rad_s = params->return_rad_s,
+        .timeout_periods = (uint32_t)periods,
+        .A_rad_s_per_V = I_F_VOLTAGE_SHARE / (motor->kr * motor->M_H),
+        .period_s = period_s,
+    };
+    return true;
+}
+
+void i_f_start(i_f_state_t *st, ab_t i_s_A, float omega_rad_s)
+{
+    const float length_A = sqrtf(ab_norm2(i_s_A));
+    const bool current = length_A > I_F_I_MIN_A;
+    *st = (i_f_state_t){
+        .active = true,
+        .axis = current ? ab_scale(i_s_A, 1.0f / length_A) : (ab_t){1.0f, 0.0f},
+        .current_A = current ? length_A : 0.0f,
+        .omega_rad_s = is_finite(omega_rad_s) ? omega_rad_s : 0.0f,
+    };
+}
+
+/* The vector turned by the angle of one period; its length is put right to first order. */
+static ab_t turned(ab_t axis, float angle_rad)
+{
+    const ab_t next = ab_mul(trig_unit(limitf(angle_rad, TRIG_SMALL_MAX_RAD)), axis);
+    return ab_scale(next, 1.5f - 0.5f * ab_norm2(next));
+}
+
+bool i_f_step(const i_f_config_t *cfg, i_f_state_t *st, const i_f_in_t *in)
+{
+    const float behind_rad_s = in->omega_ref_rad_s - st->omega_rad_s;
+    if (is_finite(behind_rad_s)) {
+        st->omega_rad_s += limitf(behind_rad_s, cfg->step_rad_s);
+    }
+    st->axis = turned(st->axis, st->omega_rad_s * cfg->period_s);
+
+    const float room_A = cfg->A_rad_s_per_V * maxf(in->u_dc_V, 0.0f);
+    float length_A = cfg->current_A;
+    if (length_A * absf(st->omega_rad_s) > room_A) {
+        length_A = room_A / absf(st->omega_rad_s);
+    }
+    st->current_A += limitf(length_A - st->current_A, cfg->step_A);
+
+    const bool hopeless = in->lost && i_f_observable(cfg, st);
+    if (!hopeless) {
+        st->lost_periods = 0u;
+    } else if (st->lost_periods < cfg->timeout_periods) {
+        st->lost_periods++;
+    } else {
+        return true;
+    }
+    return false;
+}

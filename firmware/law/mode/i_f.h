@@ -1,0 +1,71 @@
+/* I-f operation: a current vector of fixed length, turned at the speed that is wanted.
+ *
+ * What is left when the field angle is lost: it needs no estimate, holds at zero stator frequency
+ * and cannot run away. The rotor follows with the slip x tau, x + 1/x = p M kr I^2 / |T|, as long
+ * as |T| < p M kr I^2 / 2. It starts along the measured current, so that nothing jumps, and the
+ * vector is shortened with speed so that the flux M I leaves voltage to control the current.
+ */
+#ifndef I_F_H
+#define I_F_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "frames.h"
+#include "motor.h"
+
+typedef struct {
+    float current_A; /* power invariant; 0: never taken over */
+    float slew_A_per_s;
+    float slew_rad_s2;  /* of the frequency, electrical */
+    float return_rad_s; /* above it the estimator runs, below the speed is taken as imposed */
+    float timeout_s;    /* above it, and still lost for so long: given up */
+} i_f_params_t;
+
+typedef struct {
+    float current_A;
+    float step_A;
+    float step_rad_s;
+    float return_rad_s;
+    uint32_t timeout_periods;
+    float A_rad_s_per_V; /* |i| w up to this share of the dc link */
+    float period_s;
+} i_f_config_t;
+
+typedef struct {
+    bool active;
+    ab_t axis;
+    float current_A;
+    float omega_rad_s;
+    uint32_t lost_periods;
+} i_f_state_t;
+
+typedef struct {
+    float omega_ref_rad_s; /* electrical */
+    float u_dc_V;
+    bool lost; /* the supervisor still says so */
+} i_f_in_t;
+
+/* False for a number that is not finite or of the wrong sign; with current 0 nothing else is
+ * looked at. */
+CHECKED bool i_f_init(i_f_config_t *cfg, const i_f_params_t *params, const motor_model_t *motor,
+                      float period_s);
+
+static inline bool i_f_on(const i_f_config_t *cfg)
+{
+    return cfg->current_A > 0.0f;
+}
+
+/* Takes over where the current stands. */
+void i_f_start(i_f_state_t *st, ab_t i_s_A, float omega_rad_s);
+
+/* One period of an active state; true: given up. */
+bool i_f_step(const i_f_config_t *cfg, i_f_state_t *st, const i_f_in_t *in);
+
+/* Fast enough for the estimator to find the speed again. */
+static inline bool i_f_observable(const i_f_config_t *cfg, const i_f_state_t *st)
+{
+    return absf(st->omega_rad_s) >= cfg->return_rad_s;
+}
+
+#endif

@@ -1,0 +1,130 @@
+#include "flux_reference.h"
+
+#include <math.h>
+
+/* Flux that lacks by no more than this may be noise of the torque. */
+#define FLUX_REFERENCE_NEAR_PU 0.1f
+
+/* Zero of either sign. */
+static bool is_off(float x)
+{
+    return absf(x) <= 0.0f;
+}
+
+static bool params_valid(const flux_reference_params_t *p)
+{
+    const bool weakening = nonnegativef(p->voltage_share) && (p->voltage_share <= 1.0f) &&
+                           positivef(p->bandwidth_rad_s) && positivef(p->pull_out_share) &&
+                           (p->pull_out_share <= 1.0f);
+    const bool enough =
+        is_off(p->economy_min_pu) || (p->economy_min_pu * p->lambda_nominal_Wb >= p->lambda_min_Wb);
+    const bool economy = enough && (p->economy_min_pu <= 1.0f) &&
+                         nonnegativef(p->economy_from_rad_s) && positivef(p->economy_filter_s) &&
+                         positivef(p->economy_slew_Wb_per_s);
+    return weakening && economy && positivef(p->lambda_nominal_Wb) && positivef(p->lambda_min_Wb) &&
+           (p->lambda_min_Wb <= p->lambda_nominal_Wb) && positivef(p->i_q_max_A);
+}
+
+bool flux_reference_init(flux_reference_config_t *cfg, const flux_reference_params_t *params,
+                         const motor_model_t *motor, float period_s)
+{
+    *cfg = (flux_reference_config_t){0};
+    if (is_off(params->voltage_share) && is_off(params->economy_min_pu)) {
+        return true;
+    }
+    const float kr = motor->kr;
+    const float Ls_H = motor->sigma_Ls_H + kr * motor->M_H;
+    const float rotor_ohm = kr * motor->M_H * motor->tau_per_s; /* kr^2 Rr */
+    const float economy_Wb2_per_Nm =
+        motor->M_H / (motor->pole_pairs * kr) * sqrtf(1.0f + rotor_ohm / motor->Rs_ohm);
+    if (!params_valid(params) || !positivef(period_s) || !positivef(economy_Wb2_per_Nm)) {
+        return false;
+    }
+    *cfg = (flux_reference_config_t){
+        .voltage_share = NUM_SQRT_1_2 * params->voltage_share,
+        .economy_min_Wb = params->economy_min_pu * params->lambda_nominal_Wb,
+        .economy_Wb2_per_Nm = is_off(params->economy_min_pu) ? 0.0f : economy_Wb2_per_Nm,
+        .economy_from_rad_s = params->economy_from_rad_s,
+        .economy_gain = period_s / (period_s + params->economy_filter_s),
+        .economy_step_Wb = params->economy_slew_Wb_per_s * period_s,
+        .gain_Wb_rad_s_per_V = params->bandwidth_rad_s * period_s / kr,
+        .lambda_nominal_Wb = params->lambda_nominal_Wb,
+        .below_max_Wb = params->lambda_nominal_Wb - params->lambda_min_Wb,
+        /* sigma Ls i_q = share Ls i_d, i_d = lambda/M. */
+        .i_q_per_Wb_A = params->pull_out_share * Ls_H / (motor->sigma_Ls_H * motor->M_H),
+        .i_q_max_A = params->i_q_max_A,
+        .inv_period_per_s = 1.0f / period_s,
+    };
+    return true;
+}
+
+/* Below this frequency no weakening is ever needed, and nothing has to be divided by less: twice
+ * the nominal flux would still fit. */
+static float at_least(const flux_reference_config_t *cfg, float omega_s_rad_s, float u_max_V)
+{
+    return maxf(absf(omega_s_rad_s), 0.5f * u_max_V / cfg->lambda_nominal_Wb);
+}
+
+/* Where economy takes more, the voltage is what its own flux would need: it waits where it has to
+ * be when a torque step gives the flux back. */
+static void weaken(const flux_reference_config_t *cfg, flux_reference_state_t *st,
+                   const flux_reference_in_t *in)
+{
+    const float u_max_V = cfg->voltage_share * in->u_dc_V;
+    const float allowed_Wb = cfg->lambda_nominal_Wb - st->weakened_Wb;
+    const float lambda_Wb = minf(allowed_Wb, cfg->lambda_nominal_Wb - st->economy_Wb);
+    const float u_V = in->u_V * (allowed_Wb / lambda_Wb);
+    const float more_Wb =
+        cfg->gain_Wb_rad_s_per_V * (u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
+    if (is_finite(more_Wb)) {
+        st->weakened_Wb = clampf(st->weakened_Wb + more_Wb, 0.0f, cfg->below_max_Wb);
+    }
+}
+
+/* Slowly down, quickly up: a torque step finds its flux again. */
+static void economise(const flux_reference_config_t *cfg, flux_reference_state_t *st,
+                      const flux_reference_in_t *in)
+{
+    if (!is_finite(in->omega_s_rad_s + in->torque_Nm)) {
+        return;
+    }
+    float lambda_Wb = cfg->lambda_nominal_Wb;
+    if (absf(in->omega_s_rad_s) > cfg->economy_from_rad_s) {
+        lambda_Wb = clampf(sqrtf(cfg->economy_Wb2_per_Nm * absf(in->torque_Nm)),
+                           cfg->economy_min_Wb, cfg->lambda_nominal_Wb);
+    }
+    const float more_Wb = cfg->lambda_nominal_Wb - lambda_Wb - st->economy_Wb;
+    const bool step = more_Wb < -FLUX_REFERENCE_NEAR_PU * cfg->lambda_nominal_Wb;
+    st->economy_Wb += step ? maxf(more_Wb, -cfg->economy_step_Wb) : (cfg->economy_gain * more_Wb);
+}
+
+void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_state_t *st,
+                         const flux_reference_in_t *in)
+{
+    if (cfg->economy_Wb2_per_Nm > 0.0f) {
+        economise(cfg, st, in);
+    } else {
+        st->economy_Wb = 0.0f; /* switched off while it acted */
+    }
+    if (cfg->voltage_share > 0.0f) {
+        weaken(cfg, st, in);
+    } else {
+        st->weakened_Wb = 0.0f;
+    }
+    const float below_Wb = maxf(st->weakened_Wb, st->economy_Wb);
+    st->rate_Wb_per_s = (st->below_Wb - below_Wb) * cfg->inv_period_per_s;
+    st->below_Wb = below_Wb;
+    const float i_q_A = cfg->i_q_per_Wb_A * (cfg->lambda_nominal_Wb - below_Wb);
+    st->i_q_less_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
+}
+
+void flux_reference_start(const flux_reference_config_t *cfg, flux_reference_state_t *st,
+                          float omega_s_rad_s, float u_dc_V)
+{
+    *st = (flux_reference_state_t){0};
+    const float room_Wb = cfg->voltage_share * u_dc_V / maxf(absf(omega_s_rad_s), 1.0f);
+    if (cfg->voltage_share > 0.0f) {
+        st->weakened_Wb = clampf(cfg->lambda_nominal_Wb - room_Wb, 0.0f, cfg->below_max_Wb);
+        st->below_Wb = st->weakened_Wb;
+    }
+}

@@ -1,0 +1,82 @@
+/* Flux that the operating point deserves: what the dc link allows, and what the torque needs.
+ *
+ * Weakening: below' = bw (|u| - u_max)/(kr w), u_max = share u_dc/sqrt(2): the voltage vector stays
+ * that far inside the hexagon at any speed, dc link and load. Economy: the copper loss
+ * Rs (i_d^2 + i_q^2) + kr^2 Rr i_q^2 of a torque is least at lambda^2 = M |T|/(p kr)
+ * sqrt(1 + kr^2 Rr/Rs). The lower of the two counts. In the voltage limit the torque turns over at
+ * sigma Ls i_q = Ls i_d: i_q stays a share below, which is a slip below pull-out.
+ */
+#ifndef FLUX_REFERENCE_H
+#define FLUX_REFERENCE_H
+
+#include <stdbool.h>
+
+#include "motor.h"
+#include "num.h"
+
+/* Periods between two turns: drive.h's slow turn. */
+#define FLUX_REFERENCE_PERIODS 16u
+
+typedef struct {
+    float voltage_share;         /* of u_dc/sqrt(2) that may be used; 0: no weakening */
+    float bandwidth_rad_s;       /* of the voltage controller */
+    float pull_out_share;        /* of the i_q at which the torque turns over */
+    float economy_min_pu;        /* lowest flux of economy over nominal; 0: no economy */
+    float economy_from_rad_s;    /* |w_s| from which economy acts: far from zero frequency */
+    float economy_filter_s;      /* how slowly it takes flux away */
+    float economy_slew_Wb_per_s; /* how fast it gives flux back */
+    float lambda_nominal_Wb;
+    float lambda_min_Wb; /* of either */
+    float i_q_max_A;
+} flux_reference_params_t;
+
+typedef struct {
+    float voltage_share; /* of u_dc; 0: no weakening */
+    float economy_min_Wb;
+    float economy_Wb2_per_Nm; /* 0: no economy */
+    float economy_from_rad_s;
+    float economy_gain;
+    float economy_step_Wb;
+    float gain_Wb_rad_s_per_V; /* of the voltage controller, per turn */
+    float lambda_nominal_Wb;
+    float below_max_Wb;
+    float i_q_per_Wb_A;
+    float i_q_max_A;
+    float inv_period_per_s;
+} flux_reference_config_t;
+
+typedef struct {
+    float weakened_Wb;   /* nominal flux minus what the voltage allows */
+    float economy_Wb;    /* nominal flux minus what the torque needs */
+    float below_Wb;      /* the larger of the two: below nominal */
+    float rate_Wb_per_s; /* of the flux, in the last turn */
+    float i_q_less_A;    /* what pull-out takes from the largest torque current */
+} flux_reference_state_t;
+
+typedef struct {
+    float u_V; /* length of the voltage vector at the motor */
+    float u_dc_V;
+    float omega_s_rad_s;
+    float torque_Nm; /* wanted */
+} flux_reference_in_t;
+
+/* False for a number that is not finite or of the wrong sign, a share or a flux above what it is a
+ * part of; nothing else is looked at when both are off. */
+CHECKED bool flux_reference_init(flux_reference_config_t *cfg,
+                                 const flux_reference_params_t *params, const motor_model_t *motor,
+                                 float period_s);
+
+static inline bool flux_reference_on(const flux_reference_config_t *cfg)
+{
+    return (cfg->voltage_share > 0.0f) || (cfg->economy_Wb2_per_Nm > 0.0f);
+}
+
+/* One turn. A number that is not finite changes nothing. */
+COLD void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_state_t *st,
+                              const flux_reference_in_t *in);
+
+/* Weakened at once to what the voltage allows at this speed: a start at speed. */
+COLD void flux_reference_start(const flux_reference_config_t *cfg, flux_reference_state_t *st,
+                               float omega_s_rad_s, float u_dc_V);
+
+#endif

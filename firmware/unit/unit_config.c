@@ -1,0 +1,242 @@
+#include "unit_config.h"
+
+/* The paper gives eps1 = .008 without a unit; the law wants c in 1/(s Wb A). */
+static float leak(const params_t *p)
+{
+    if (p->eps1_unit == 0u) {
+        return speed_adaptation_leak_from_literal(p->eps1);
+    }
+    if (p->eps1_unit == 1u) {
+        return speed_adaptation_leak_from_adaptive(p->eps1, p->adapt_ki);
+    }
+    return speed_adaptation_leak_per_sample(p->eps1, p->period_s);
+}
+
+static void config_board(drive_params_t *d, const params_t *p)
+{
+    d->period_s = p->period_s;
+    d->motor = (motor_t){.Rs_ohm = p->Rs_ohm,
+                         .Rr_ohm = p->Rr_ohm,
+                         .Ls_H = p->Ls_H,
+                         .Lr_H = p->Lr_H,
+                         .M_H = p->M_H,
+                         .pole_pairs = p->pole_pairs};
+    d->measurement =
+        (measurement_params_t){.adc_bits = p->adc_bits,
+                               .current_full_scale_A = p->current_full_scale_A,
+                               .line_voltage_full_scale_V = p->line_voltage_full_scale_V,
+                               .dc_link_full_scale_V = p->dc_link_full_scale_V,
+                               .current_sum_max_A = p->current_sum_max_A,
+                               .swap_vw = p->swap_vw != 0u};
+    d->monitor = (monitor_config_t){.i_trip_A = p->i_trip_A,
+                                    .u_dc_max_V = p->u_dc_max_V,
+                                    .u_dc_min_V = p->u_dc_min_V,
+                                    .omega_max_rad_s = p->over_speed_rad_s,
+                                    .plausibility_periods = p->plausibility_periods};
+}
+
+static void config_estimator(drive_params_t *d, const params_t *p)
+{
+    d->voltage_source = (drive_voltage_source_t)p->voltage_source;
+    d->voltage_filter_comp_s = p->voltage_filter_comp_s;
+    d->observer_method = (observer_method_t)p->observer_method;
+    d->observer_gain_enable = p->observer_gain_enable != 0u;
+    d->lambda_max_Wb = p->lambda_max_Wb;
+    d->adaptation =
+        (speed_adaptation_params_t){.kp_rad_per_s_Wb_A = p->adapt_kp,
+                                    .ki_rad_per_s2_Wb_A = p->adapt_ki,
+                                    .leak_per_s_Wb_A = leak(p),
+                                    .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
+                                    .leak_to_prior = p->eps1_prior != 0u,
+                                    .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
+                                    .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
+                                    .omega_max_rad_s = p->omega_max_rad_s,
+                                    .phi_factor = p->phi_factor,
+                                    .phi_ramp_rad_s = p->phi_ramp_rad_s};
+}
+
+static void config_control(drive_params_t *d, const params_t *p)
+{
+    d->delay_comp_periods = p->delay_comp_periods;
+    d->speed = (speed_control_params_t){.bandwidth_rad_s = p->speed_bandwidth_rad_s,
+                                        .ki_factor = p->speed_ki_factor,
+                                        .J_kg_m2 = p->speed_J_kg_m2,
+                                        .lambda_Wb = p->M_H * p->i_d_A,
+                                        .i_q_max_A = p->i_q_max_A,
+                                        .i_max_A = p->i_max_A,
+                                        .filter_s = p->speed_filter_s,
+                                        .slew_rad_s2 = p->speed_slew_rad_s2,
+                                        .fast_bandwidth_rad_s = p->speed_fast_bandwidth_rad_s,
+                                        .slow_rad_s = p->speed_slow_rad_s,
+                                        .fast_rad_s = p->speed_fast_rad_s,
+                                        .torque_max_rad_s = p->torque_max_rad_s,
+                                        .torque_min_rad_s = -p->torque_max_rad_s,
+                                        .torque_slew_Nm_per_s = p->torque_slew_Nm_s};
+    if (p->direction == 1u) {
+        d->speed.torque_min_rad_s = 0.0f;
+    } else if (p->direction == 2u) {
+        d->speed.torque_max_rad_s = 0.0f;
+    } else {
+        /* both */
+    }
+    d->ramp = (speed_ramp_params_t){.acceleration_rad_s2 = p->speed_slew_rad_s2,
+                                    .jerk_rad_s3 = p->speed_jerk_rad_s3,
+                                    .stop_rad_s2 = p->ramp_down_rad_s2};
+    d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
+                                      .i_d_A = p->i_d_A,
+                                      .bandwidth_rad_s = p->flux_bandwidth_rad_s,
+                                      .i_d_max_A = p->i_d_max_A};
+    /* The integrators never need more than the largest dc link gives. */
+    d->current = (current_control_params_t){.bandwidth_rad_s = p->current_bandwidth_rad_s,
+                                            .ki_factor = p->current_ki_factor,
+                                            .decoupling = p->decoupling,
+                                            .u_max_V = p->u_dc_max_V};
+    d->svpwm = (svpwm_params_t){.min_pulse_s = p->min_pulse_s,
+                                .u_dc_min_V = 0.5f * p->u_dc_min_V + 1.0f,
+                                .swap_vw = p->swap_vw != 0u};
+    d->supervisor = (supervisor_params_t){.corner_rad_s = NUM_TWO_PI * p->sup_corner_Hz,
+                                          .Rs_uncertainty_pu = p->sup_Rs_uncertainty,
+                                          .Rr_uncertainty_pu = p->sup_Rr_uncertainty,
+                                          .i_uncertainty_pu = p->sup_i_uncertainty,
+                                          .u_uncertainty_V = p->sup_u_uncertainty_V,
+                                          .residual_pu = p->sup_residual,
+                                          .lost_pu = p->sup_lost,
+                                          .confirm_s = p->sup_confirm_s,
+                                          .return_s = p->sup_return_s,
+                                          .lambda_nominal_Wb = p->M_H * p->i_d_A,
+                                          .omega_max_rad_s = p->omega_max_rad_s};
+    d->lost_action = (drive_lost_action_t)p->lost_action;
+    d->impressed = (i_f_params_t){.current_A = p->impressed_A,
+                                  .slew_A_per_s = p->impressed_slew_A_s,
+                                  .slew_rad_s2 = p->impressed_slew_rad_s2,
+                                  .return_rad_s = NUM_TWO_PI * p->impressed_return_Hz,
+                                  .timeout_s = p->impressed_timeout_s};
+    d->dead_time = (inverter_error_params_t){.fraction = p->dead_time_fraction,
+                                             .dead_time_s = p->dead_time_s,
+                                             .drop_V = p->device_drop_V,
+                                             .i_threshold_A = p->dead_time_i_threshold_A};
+}
+
+/* What protects motor, inverter and dc link, and what judges the sensors. */
+static void config_protection(drive_params_t *d, const params_t *p)
+{
+    d->link = (link_limit_params_t){.chopper_on_V = p->chopper_on_V,
+                                    .regen_start_V = p->regen_start_V,
+                                    .hold_V = p->link_hold_V,
+                                    .u_dc_max_V = p->u_dc_max_V};
+    d->overload = (overload_params_t){.cont_A = {p->overload_motor_A, p->overload_inverter_A},
+                                      .tau_s = {p->overload_motor_s, p->overload_inverter_s},
+                                      .i_max_A = p->i_max_A};
+    d->plausibility = (plausibility_params_t){.u_V = p->voltage_check_V,
+                                              .open_A = p->open_phase_A,
+                                              .e1_A = p->observer_e1_A,
+                                              .rate_rad_s2 = p->observer_rate_rad_s2,
+                                              .power_W = p->observer_power_W,
+                                              .stall_s = p->stall_s};
+}
+
+/* What goes beyond the paper. */
+static void config_means(drive_params_t *d, const params_t *p)
+{
+    d->dead_time_identify = p->dead_time_identify != 0u;
+    d->rs_measurement = (rs_measurement_params_t){.enable = p->rs_measure != 0u,
+                                                  .high_A = p->rs_high_A,
+                                                  .low_A = p->rs_low_A,
+                                                  .level_s = p->rs_level_s,
+                                                  .average_s = p->rs_average_s,
+                                                  .bias = p->rs_bias,
+                                                  .ratio_max = p->rs_ratio_max};
+    d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
+                                            .i_0_A = p->rs_track_i_0_A,
+                                            .min_rad_s = NUM_TWO_PI * p->rs_track_min_Hz,
+                                            .max_rad_s = NUM_TWO_PI * p->rs_track_max_Hz,
+                                            .low_pu = p->rs_track_low,
+                                            .high_pu = p->rs_track_high,
+                                            .quiet_s = p->rs_track_quiet_s,
+                                            .speed_err_rad_s = p->rs_track_speed_err_rad_s};
+    d->steering = (flux_steering_params_t){.min_rad_s = NUM_TWO_PI * p->steer_min_Hz,
+                                           .hysteresis_rad_s = NUM_TWO_PI * p->steer_hysteresis_Hz,
+                                           .lambda_nominal_Wb = p->M_H * p->i_d_A,
+                                           .lambda_min_Wb = p->M_H * p->i_d_A * p->steer_flux_min,
+                                           .torque_min_Nm = p->steer_torque_min_Nm,
+                                           .torque_filter_s = p->steer_filter_s,
+                                           .slew_Wb_per_s = p->steer_slew_Wb_s,
+                                           .i_q_max_A = p->i_q_max_A};
+}
+
+/* Times and shares that nobody has to tune; a slip of three times 1/Tr is where the rotor follows
+ * direct current. */
+#define CONFIG_FLYING_SETTLE_S    0.02f
+#define CONFIG_FLYING_WINDOW_S    0.15f
+#define CONFIG_WEAKEN_RAD_S       20.0f
+#define CONFIG_ECONOMY_FROM_RAD_S 31.4f
+#define CONFIG_MAINS_BACK_PU      1.1f
+#define CONFIG_STANDS_TAU         3.0f
+#define CONFIG_PULL_OUT_SHARE     0.8f
+#define CONFIG_WEAK_FLUX_MIN_PU   0.1f
+#define CONFIG_ECONOMY_FILTER_S   0.5f
+#define CONFIG_ECONOMY_RISE_PU    0.7f /* of the rate that i_d_max_A begins with */
+#define CONFIG_MAINS_BACK_S       0.1f
+#define CONFIG_BRAKE_RISE_S       0.1f
+
+/* Modes and range. */
+static void config_modes(drive_modes_params_t *m, const params_t *p)
+{
+    const float stands_rad_s = CONFIG_STANDS_TAU * p->Rr_ohm / p->Lr_H;
+    const float lambda_Wb = p->M_H * p->i_d_A;
+    m->control = (drive_control_t)p->control_mode;
+    m->level =
+        (flux_reference_params_t){.voltage_share = p->weaken_share,
+                                  .bandwidth_rad_s = CONFIG_WEAKEN_RAD_S,
+                                  .pull_out_share = CONFIG_PULL_OUT_SHARE,
+                                  .economy_min_pu = p->economy_flux_min,
+                                  .economy_from_rad_s = CONFIG_ECONOMY_FROM_RAD_S,
+                                  .economy_filter_s = CONFIG_ECONOMY_FILTER_S,
+                                  .economy_slew_Wb_per_s = CONFIG_ECONOMY_RISE_PU * p->M_H *
+                                                           p->i_d_max_A * p->Rr_ohm / p->Lr_H,
+                                  .lambda_nominal_Wb = lambda_Wb,
+                                  .lambda_min_Wb = CONFIG_WEAK_FLUX_MIN_PU * lambda_Wb,
+                                  .i_q_max_A = p->i_q_max_A};
+    m->flying = (flying_start_params_t){.enable = p->flying_start != 0u,
+                                        .current_A = p->i_d_A,
+                                        .settle_s = CONFIG_FLYING_SETTLE_S,
+                                        .window_s = CONFIG_FLYING_WINDOW_S,
+                                        .stand_rad_s = stands_rad_s,
+                                        .omega_max_rad_s = p->omega_max_rad_s};
+    m->volts = (volts_per_hertz_params_t){.psi_Wb = p->Ls_H * p->i_d_A,
+                                          .boost_V = p->vf_boost_V,
+                                          .slew_rad_s2 = p->impressed_slew_rad_s2,
+                                          .i_max_A = p->i_max_A};
+    m->mains = (mains_loss_params_t){.u_lost_V = p->mains_lost_V,
+                                     .u_hold_V = p->mains_hold_V,
+                                     .u_back_V = CONFIG_MAINS_BACK_PU * p->mains_hold_V,
+                                     .back_s = CONFIG_MAINS_BACK_S,
+                                     .gain_W_per_V = p->mains_gain_W_V,
+                                     .stop_rad_s = stands_rad_s,
+                                     .lambda_Wb = lambda_Wb,
+                                     .i_q_max_A = p->i_q_max_A};
+    m->brake_A = p->dc_brake_A;
+    m->brake_from_rad_s = NUM_TWO_PI * p->dc_brake_from_Hz;
+    m->brake_s = p->dc_brake_s;
+    m->brake_slew_A_per_s = p->dc_brake_A / CONFIG_BRAKE_RISE_S;
+    m->standing_bandwidth_rad_s = p->current_bandwidth_rad_s;
+}
+
+void unit_config_drive(drive_params_t *drive, const params_t *params)
+{
+    config_board(drive, params);
+    config_estimator(drive, params);
+    config_control(drive, params);
+    config_protection(drive, params);
+    config_means(drive, params);
+    config_modes(&drive->modes, params);
+}
+
+void unit_config_commissioning(commissioning_params_t *c, const params_t *p)
+{
+    *c = (commissioning_params_t){.rated_A = p->com_rated_A,
+                                  .level_s = p->com_level_s,
+                                  .slip_Hz = p->com_slip_Hz,
+                                  .Rs_ohm = p->Rs_ohm,
+                                  .period_s = p->period_s};
+}

@@ -1,0 +1,14 @@
+/* Parameter list -> configuration of the control law: units and names at the edge, nothing else.
+ */
+#ifndef UNIT_CONFIG_H
+#define UNIT_CONFIG_H
+
+#include "commissioning.h"
+#include "drive.h"
+#include "params.h"
+
+void unit_config_drive(drive_params_t *drive, const params_t *params);
+
+void unit_config_commissioning(commissioning_params_t *c, const params_t *p);
+
+#endif

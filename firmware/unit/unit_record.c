@@ -1,0 +1,69 @@
+#include "unit_record.h"
+
+#include "unit_signal.h"
+#include "fault_reaction.h"
+
+/* Columns of the fault record. */
+#define FAULT_SIGNALS(COLUMN)                                                                      \
+    COLUMN(0, i_s_alpha_A)                                                                         \
+    COLUMN(1, i_s_beta_A)                                                                          \
+    COLUMN(2, u_dc_V)                                                                              \
+    COLUMN(3, omega_e_hat_rad_s)                                                                   \
+    COLUMN(4, omega_ref_rad_s)                                                                     \
+    COLUMN(5, i_q_ref_A)
+
+#define NUMBER(column, name) [column] = UNIT_SIGNAL_##name,
+static const uint8_t fault_signal[FAULT_RECORD_SIGNALS] = {FAULT_SIGNALS(NUMBER)};
+
+uint32_t unit_record_fault_signal(uint32_t column)
+{
+    return (column < FAULT_RECORD_SIGNALS) ? fault_signal[column] : (uint32_t)UNIT_SIGNALS;
+}
+
+void unit_record_init(unit_t *unit, const unit_memory_t *memory)
+{
+    unit_memory_t given = *memory;
+    trace_init(&unit->trace, given.trace_word, given.trace_words);
+    fault_record_init(&unit->fault_recorder, given.fault);
+}
+
+/* In every period: six loads and stores. */
+static void write_fault_row(const unit_t *unit, const hal_output_t *output, trace_t *trace)
+{
+    uint32_t *row = trace_row(trace);
+#define STORE(column, name) row[column] = unit_signal_value(unit, output, UNIT_SIGNAL_##name);
+    FAULT_SIGNALS(STORE)
+    trace_row_done(trace);
+}
+
+static void write_row(const unit_t *unit, const hal_output_t *output, trace_t *trace)
+{
+    uint32_t *row = trace_row(trace);
+    for (uint32_t k = 0u; k < trace->setup.signals; k++) {
+        row[k] = unit_signal(unit, output, trace->setup.signal[k]);
+    }
+    trace_row_done(trace);
+}
+
+void unit_record_period(unit_t *unit, const hal_output_t *output)
+{
+    unit->output = *output;
+    fault_recorder_t *fault = &unit->fault_recorder;
+    const uint32_t faults = fault_stopping(unit->machine.faults);
+    if (fault_record_watch(fault, faults, output->gates_on, unit->period_count)) {
+        write_fault_row(unit, output, &fault->trace);
+    }
+    trace_t *trace = &unit->trace;
+    if (trace_running(trace)) {
+        const uint32_t word = unit_signal(unit, output, trace->setup.trigger);
+        if (trace_watch(trace, word, unit->period_count)) {
+            write_row(unit, output, trace);
+        }
+    }
+}
+
+void unit_record_background(unit_t *unit)
+{
+    fault_record_background(&unit->fault_recorder, unit->machine.faults, (uint32_t)unit->machine.id,
+                            unit->period_count);
+}

@@ -1,0 +1,45 @@
+/* The signals of signal_list.def by number, for trace and link. */
+#ifndef UNIT_SIGNAL_H
+#define UNIT_SIGNAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "unit.h"
+
+enum {
+#define SIGNAL_F(name, value, text) UNIT_SIGNAL_##name,
+#define SIGNAL_U(name, value, text) UNIT_SIGNAL_##name,
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+    UNIT_SIGNALS
+};
+
+/* A float as its bits; 0 for a number there is not. Inline for numbers that are constants: one load
+ * each; unit_signal for all others. */
+static inline uint32_t unit_signal_value(const unit_t *a, const hal_output_t *o, uint32_t number)
+{
+    switch (number) {
+#define SIGNAL_F(name, value, text)                                                                \
+    case UNIT_SIGNAL_##name:                                                                       \
+        return float_bits(value);
+#define SIGNAL_U(name, value, text)                                                                \
+    case UNIT_SIGNAL_##name:                                                                       \
+        return (value);
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+    default:
+        return 0u;
+    }
+}
+
+uint32_t unit_signal(const unit_t *a, const hal_output_t *o, uint32_t number);
+
+bool unit_signal_is_float(uint32_t number);
+
+/* Empty for a number there is not. */
+const char *unit_signal_name(uint32_t number);
+
+#endif

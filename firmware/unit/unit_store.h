@@ -1,0 +1,25 @@
+/* Parameters that survive power-down, and who may change them: the store and the access guard of
+ * one drive, wired to its devices. Background only.
+ */
+#ifndef UNIT_STORE_H
+#define UNIT_STORE_H
+
+#include "access.h"
+#include "param_store.h"
+
+/* The drive's own time, in which the guard counts. */
+#define UNIT_STORE_LOCKOUT_S   10.0f  /* from power-up, and after three wrong answers */
+#define UNIT_STORE_CHALLENGE_S 10.0f  /* an answer has to come within */
+#define UNIT_STORE_UNLOCKED_S  600.0f /* then it locks by itself */
+
+/* Zeroed is a valid beginning: locked, nothing found, nothing to save. */
+typedef struct {
+    param_store_t store;
+    param_store_found_t found; /* at start */
+    param_store_report_t report;
+    access_config_t access_cfg;
+    access_t access;
+    uint32_t tick_at; /* period of the guard's last tick */
+} unit_store_t;
+
+#endif

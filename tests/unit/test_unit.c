@@ -1,0 +1,515 @@
+/* One drive as an object: refused configurations stay off, commands arrive, a lost bit is found. */
+#include "unit.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "crc32c.h"
+#include "unity.h"
+#include "whole_words.h"
+
+static observer_gain_t entries[100];
+static whole_words_t packed;
+static gain_table_t table;
+static params_t params;
+static unit_t unit;
+static uint32_t served;
+
+static void serve(void *context)
+{
+    (*(uint32_t *)context)++;
+}
+
+void setUp(void)
+{
+    for (int k = 0; k < 100; k++) {
+        entries[k] = (observer_gain_t){-300.0f, (float)k, 0.5f, -0.01f * (float)k};
+    }
+    table = (gain_table_t){.magic = GAIN_TABLE_MAGIC,
+                           .version = GAIN_TABLE_VERSION,
+                           .motor_id = 1u,
+                           .entry_count = 100u,
+                           .step_rad_s = 0.20943951f};
+    whole_words(&packed, &table, entries);
+    table.crc32c = crc32c(entries, sizeof(entries));
+    params_default(&params);
+    params.offset_calibration_s = 0.01f;
+    params.premagnetise_s = 0.02f;
+    served = 0u;
+}
+
+void tearDown(void)
+{
+}
+
+/* At rest: mid-scale currents and voltages, 283 V. */
+static hal_sample_t rest(void)
+{
+    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
+}
+
+static hal_output_t periods(uint32_t command, float omega_m_rad_s, int n)
+{
+    hal_output_t out = {0};
+    const hal_sample_t sample = rest();
+    const unit_command_t c = {.command = command, .omega_m_ref_rad_s = omega_m_rad_s};
+    for (int k = 0; k < n; k++) {
+        unit_post_command(&unit, &c);
+        unit_control_period(&unit, &sample, &out);
+    }
+    return out;
+}
+
+static unit_telemetry_t telemetry(void)
+{
+    unit_telemetry_t t;
+    unit_telemetry(&unit, &t);
+    return t;
+}
+
+static void test_starts_from_boot_to_run_by_itself(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    TEST_ASSERT_FALSE(periods(0u, 0.0f, 60).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);
+    TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_PREMAGNETISE, telemetry().state);
+    const hal_output_t out = periods(SEQUENCE_CMD_RUN, 0.0f, 1);
+    TEST_ASSERT_TRUE(out.duty_u > 0.5f); /* d axis along alpha: current builds up in phase u */
+    TEST_ASSERT_TRUE(out.duty_v < 0.5f);
+    TEST_ASSERT_EQUAL_FLOAT(out.duty_v, out.duty_w);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 120);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
+    TEST_ASSERT_EQUAL_UINT32(0u, telemetry().faults);
+}
+
+static void test_speed_reference_is_mechanical(void)
+{
+    params.speed_slew_rad_s2 = 1e9f;
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(SEQUENCE_CMD_RUN, 10.0f, 110);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.speed.omega_ref_rad_s); /* 2 pole pairs */
+}
+
+/* To RUN, with the number of a command that stands from then on. */
+static void run_up(float omega_m_rad_s)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(SEQUENCE_CMD_RUN, omega_m_rad_s, 110);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
+}
+
+static void test_silence_is_counted_with_the_gates_on_only(void)
+{
+    params.command_timeout_s = 0.1f; /* 500 periods */
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 2000);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 501);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 1);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_COMMAND_TIMEOUT, telemetry().faults);
+    /* Standing already: nothing to bring down. */
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 2);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+    (void)periods(SEQUENCE_CMD_FAULT_RESET, 0.0f, 60);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);
+}
+
+static void test_a_command_that_counts_keeps_the_drive_running(void)
+{
+    params.command_timeout_s = 0.1f;
+    run_up(0.0f);
+    hal_output_t out = {0};
+    const hal_sample_t sample = rest();
+    for (uint32_t k = 0u; k < 3000u; k++) {
+        const unit_command_t c = {.command = SEQUENCE_CMD_RUN, .count = 1u + k / 400u};
+        unit_post_command(&unit, &c);
+        unit_control_period(&unit, &sample, &out);
+    }
+    TEST_ASSERT_TRUE(out.gates_on);
+    TEST_ASSERT_EQUAL_HEX32(0u, telemetry().faults);
+}
+
+static void test_a_direction_forbidden_makes_zero_of_the_reference(void)
+{
+    const float given[3][2] = {{10.0f, 10.0f}, {-10.0f, 0.0f}, {0.0f, 0.0f}};
+    for (uint32_t direction = 1u; direction <= 2u; direction++) {
+        const float way = (direction == 1u) ? 1.0f : -1.0f;
+        for (int n = 0; n < 3; n++) {
+            params.direction = direction;
+            run_up(way * given[n][0]);
+            TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1], unit.drive.speed.omega_ref_rad_s);
+        }
+    }
+}
+
+static void test_a_stop_ramp_ignores_the_reference(void)
+{
+    params.stop_mode = 1u;
+    params.ramp_down_rad_s2 = 100.0f; /* .02 rad/s a period */
+    run_up(10.0f);
+    (void)periods(0u, 10.0f, 1);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RAMP_DOWN, telemetry().state);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.speed.omega_ref_rad_s);
+    (void)periods(0u, 10.0f, 50);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 19.0f, unit.drive.speed.omega_ref_rad_s);
+}
+
+static void test_torque_mode_asks_for_its_current(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    const unit_command_t c = {.command = SEQUENCE_CMD_RUN | SEQUENCE_CMD_TORQUE_MODE,
+                              .torque_ref_Nm = 1.0f};
+    const hal_sample_t sample = rest();
+    hal_output_t out;
+    for (int k = 0; k < 120; k++) {
+        unit_post_command(&unit, &c);
+        unit_control_period(&unit, &sample, &out);
+    }
+    /* T = p (M/Lr) lambda i_q with M = Lr. */
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.0f / (2.0f * params.M_H * params.i_d_A),
+                             unit.drive.speed.i_q_A);
+}
+
+static void test_a_torque_that_is_no_number_opens_the_gates(void)
+{
+    run_up(0.0f);
+    const unit_command_t c = {.command = SEQUENCE_CMD_RUN, .torque_ref_Nm = NAN};
+    const hal_sample_t sample = rest();
+    hal_output_t out;
+    unit_post_command(&unit, &c);
+    unit_control_period(&unit, &sample, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_NON_FINITE, telemetry().faults);
+}
+
+static void test_measured_offsets_are_removed(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    hal_sample_t s = rest();
+    s.i_u_counts = 8202u;
+    s.i_v_counts = 8182u;
+    hal_output_t out;
+    for (int k = 0; k < 60; k++) {
+        unit_control_period(&unit, &s, &out);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f * 25.0f / 8192.0f, unit.drive.measurement.offset_A.u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, unit.last.meas.i_A.u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, unit.last.meas.i_A.v);
+}
+
+static void test_refused_configuration_stands_in_fault_with_gates_off(void)
+{
+    params.M_H = 0.2f; /* no leakage */
+    TEST_ASSERT_FALSE(unit_init(&unit, &params, &table));
+    const hal_output_t out = periods(SEQUENCE_CMD_RUN, 10.0f, 50);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_u);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_CONFIG, telemetry().faults);
+    (void)periods(0u, 0.0f, 1);
+    (void)periods(SEQUENCE_CMD_FAULT_RESET, 0.0f, 5);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+    unit_background(&unit, NULL); /* and nothing breaks */
+}
+
+/* The parameters, as if they came from a store. */
+static bool adopts(const gain_table_id_t *made_for)
+{
+    return unit_init(&unit, &params, &table) && unit_adopt(&unit, made_for);
+}
+
+static void test_parameters_of_another_table_are_refused(void)
+{
+    const gain_table_id_t same = {table.motor_id, table.crc32c};
+    const gain_table_id_t other_motor = {table.motor_id + 1u, table.crc32c};
+    const gain_table_id_t other_gains = {table.motor_id, table.crc32c + 1u};
+    TEST_ASSERT_TRUE(adopts(&same));
+    TEST_ASSERT_FALSE(adopts(&other_gains));
+    TEST_ASSERT_FALSE(adopts(&other_motor));
+    TEST_ASSERT_FALSE(periods(SEQUENCE_CMD_RUN, 10.0f, 50).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_STORE, telemetry().faults);
+    params.observer_gain_enable = 0u; /* L = 0 does not need it */
+    TEST_ASSERT_TRUE(adopts(&other_motor));
+    params.M_H = 0.2f; /* no leakage */
+    TEST_ASSERT_FALSE(adopts(&same));
+}
+
+static void test_refused_state_times_stand_in_fault(void)
+{
+    params.premagnetise_s = -1.0f;
+    TEST_ASSERT_FALSE(unit_init(&unit, &params, &table));
+}
+
+static void test_a_table_with_a_flipped_bit_is_refused(void)
+{
+    entries[42].l1_im_per_s += 0.0001f;
+    whole_words(&packed, &table, entries);
+    TEST_ASSERT_FALSE(unit_init(&unit, &params, &table));
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 5);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_TABLE_CRC, telemetry().faults);
+    params.observer_gain_enable = 0u; /* L = 0 does not need it */
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, NULL));
+}
+
+static void test_background_finds_a_bit_lost_while_running(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 5);
+    for (int k = 0; k < 10; k++) {
+        unit_background(&unit, NULL);
+    }
+    TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
+    entries[99].l2_im_ohm = 0.5f;
+    whole_words(&packed, &table, entries);
+    for (int k = 0; k < 5; k++) { /* 100 entries are five slices */
+        unit_background(&unit, NULL);
+    }
+    TEST_ASSERT_FALSE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_TABLE_CRC, telemetry().faults);
+}
+
+static void test_background_without_a_table_has_nothing_to_check(void)
+{
+    params.observer_gain_enable = 0u;
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, NULL));
+    unit_background(&unit, NULL);
+    (void)periods(0u, 0.0f, 3);
+    TEST_ASSERT_EQUAL_UINT32(0u, telemetry().faults);
+}
+
+static void test_watchdog_is_fed_only_while_the_control_period_lives(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    const hal_devices_t devices = {.context = &served, .watchdog_serve = serve};
+    (void)periods(0u, 0.0f, 1);
+    unit_background(&unit, &devices);
+    TEST_ASSERT_EQUAL_UINT32(1u, served);
+    unit_background(&unit, &devices);
+    TEST_ASSERT_EQUAL_UINT32(1u, served);
+    (void)periods(0u, 0.0f, 1);
+    unit_background(&unit, &devices);
+    TEST_ASSERT_EQUAL_UINT32(2u, served);
+    const hal_devices_t none = {.context = &served};
+    (void)periods(0u, 0.0f, 1);
+    unit_background(&unit, &none); /* no watchdog on this board */
+}
+
+static void test_a_speed_reference_that_is_no_number_is_a_fault(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_FALSE(periods(SEQUENCE_CMD_RUN, NAN, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, telemetry().faults);
+}
+
+static void test_over_current_opens_the_gates_in_the_same_period(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 10).gates_on);
+    hal_sample_t s = rest();
+    s.i_u_counts = 16000u; /* 23.8 A */
+    s.i_v_counts = 384u;
+    hal_output_t out;
+    unit_control_period(&unit, &s, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_OVER_CURRENT, telemetry().faults);
+}
+
+/* A limit lost in memory lets any voltage through: the last line stops it in the same period. */
+static void test_a_duty_beyond_its_range_never_leaves(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 10).gates_on);
+    unit.config.drive.svpwm.inside_pu = 1e9f;
+    unit.drive.current.d.x = 1e4f;
+    const hal_output_t out = periods(SEQUENCE_CMD_RUN, 0.0f, 1);
+    TEST_ASSERT_TRUE(unit.last.duty.u > 1.0f);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_u);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_v);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_w);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, telemetry().faults);
+}
+
+/* Periods of a drive that runs, each with the port's count of late ones. */
+static hal_output_t late(const uint16_t *count, int n)
+{
+    hal_sample_t s = rest();
+    hal_output_t out = {0};
+    for (int k = 0; k < n; k++) {
+        s.late_periods = count[k];
+        unit_control_period(&unit, &s, &out);
+    }
+    return out;
+}
+
+static void test_one_late_period_is_told_and_the_drive_goes_on(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 10);
+    const uint16_t apart[] = {1u, 1u, 2u, 2u, 2u, 3u};
+    TEST_ASSERT_TRUE(late(apart, 6).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_PERIOD_LATE, telemetry().faults);
+}
+
+/* The count wraps: late is a change, not a larger number. */
+static void test_two_late_periods_in_a_row_open_the_gates(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 10);
+    unit.late_periods = 65534u;
+    const uint16_t row[] = {65535u, 65535u, 0u, 1u};
+    TEST_ASSERT_TRUE(late(row, 3).gates_on);
+    TEST_ASSERT_FALSE(late(&row[3], 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_PERIOD_LATE | FAULT_PERIOD_OVERRUN, telemetry().faults);
+}
+
+/* The hardware has opened the gates by itself: the drive says so, and stays off. */
+static void test_a_break_input_opens_the_gates_for_good(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 10).gates_on);
+    hal_sample_t s = rest();
+    s.inputs = 0xFFFFu & ~HAL_INPUT_BREAK;
+    hal_output_t out;
+    unit_control_period(&unit, &s, &out);
+    TEST_ASSERT_TRUE(out.gates_on);
+    s.inputs = HAL_INPUT_BREAK;
+    unit_control_period(&unit, &s, &out);
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_BRAKE_INPUT, telemetry().faults);
+    TEST_ASSERT_FALSE(periods(SEQUENCE_CMD_RUN, 0.0f, 10).gates_on);
+}
+
+/* 283 V are above 280. */
+static void test_the_brake_resistor_is_switched_without_any_command(void)
+{
+    params.chopper_on_V = 280.0f;
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    TEST_ASSERT_TRUE(periods(0u, 0.0f, 2).brake_on);
+    params.chopper_on_V = 290.0f;
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    TEST_ASSERT_FALSE(periods(0u, 0.0f, 2).brake_on);
+}
+
+/* A hang: the count has grown by more than one when the drive runs again. */
+static void test_one_period_that_misses_two_crests_opens_the_gates(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 10);
+    const uint16_t hang[] = {2u};
+    TEST_ASSERT_FALSE(late(hang, 1).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_PERIOD_LATE | FAULT_PERIOD_OVERRUN, telemetry().faults);
+}
+
+static void test_live_change_is_taken_or_refused_as_a_whole(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    const float before_A = unit.config.drive.flux.i_d_A;
+    params.i_d_A = 3.0f;
+    TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params));
+    TEST_ASSERT_EQUAL_FLOAT(before_A, unit.config.drive.flux.i_d_A); /* not before the period */
+    /* A set that is refused leaves the one that waits, and that is taken whole. */
+    params.i_d_A = 4.0f;
+    params.speed_J_kg_m2 = 0.0f;
+    TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
+    (void)periods(0u, 0.0f, 1);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.params.i_d_A);
+    const drive_config_t before = unit.config.drive;
+    TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
+    (void)periods(0u, 0.0f, 1);
+    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &unit.config.drive.speed, sizeof(before.speed));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.flux.i_d_A);
+    unit.configured = false;
+    params.i_d_A = 3.5f;
+    TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
+    params.speed_J_kg_m2 = 0.035f;
+    TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params)); /* to be saved: for the next start */
+    (void)periods(0u, 0.0f, 1);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, unit.params.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.flux.i_d_A);
+    TEST_ASSERT_FALSE(unit.configured);
+}
+
+static void test_eps1_units_reach_the_law_converted(void)
+{
+    params.eps1 = 0.008f;
+    params.adapt_ki = 500.0f;
+    const float expected[3] = {0.008f, 0.008f * 500.0f, 0.008f / 200e-6f};
+    for (uint32_t reading = 0u; reading < 3u; reading++) {
+        params.eps1_unit = reading;
+        TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+        TEST_ASSERT_EQUAL_FLOAT(expected[reading], unit.config.drive.adaptation.p.leak_per_s_Wb_A);
+    }
+}
+
+static void test_telemetry_says_what_the_period_did(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    unit.drive.omega_e_hat_rad_s = 20.0f;
+    unit.drive.omega_s_hat_rad_s = 6.2831853f;
+    unit.drive.observer.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
+    unit.last.i_A = (dq_t){1.0f, 2.0f};
+    unit.last.i_ref_A = (dq_t){1.5f, 2.5f};
+    unit.drive.observer.e1_A = (ab_t){0.1f, 0.2f};
+    unit.last.gain.l1_re_per_s = -7.0f;
+    const unit_telemetry_t t = telemetry();
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, t.omega_m_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, t.stator_frequency_Hz);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, t.lambda_hat_Wb);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.5707963f, t.lambda_angle_rad);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, t.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, t.i_q_A);
+    TEST_ASSERT_EQUAL_FLOAT(2.5f, t.i_q_ref_A);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, t.e1_alpha_A);
+    TEST_ASSERT_EQUAL_FLOAT(0.2f, t.e1_beta_A);
+    TEST_ASSERT_EQUAL_FLOAT(-7.0f, t.gain.l1_re_per_s);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_starts_from_boot_to_run_by_itself);
+    RUN_TEST(test_speed_reference_is_mechanical);
+    RUN_TEST(test_silence_is_counted_with_the_gates_on_only);
+    RUN_TEST(test_a_command_that_counts_keeps_the_drive_running);
+    RUN_TEST(test_a_direction_forbidden_makes_zero_of_the_reference);
+    RUN_TEST(test_a_stop_ramp_ignores_the_reference);
+    RUN_TEST(test_torque_mode_asks_for_its_current);
+    RUN_TEST(test_a_torque_that_is_no_number_opens_the_gates);
+    RUN_TEST(test_measured_offsets_are_removed);
+    RUN_TEST(test_refused_configuration_stands_in_fault_with_gates_off);
+    RUN_TEST(test_parameters_of_another_table_are_refused);
+    RUN_TEST(test_refused_state_times_stand_in_fault);
+    RUN_TEST(test_a_table_with_a_flipped_bit_is_refused);
+    RUN_TEST(test_background_finds_a_bit_lost_while_running);
+    RUN_TEST(test_background_without_a_table_has_nothing_to_check);
+    RUN_TEST(test_watchdog_is_fed_only_while_the_control_period_lives);
+    RUN_TEST(test_a_speed_reference_that_is_no_number_is_a_fault);
+    RUN_TEST(test_over_current_opens_the_gates_in_the_same_period);
+    RUN_TEST(test_a_duty_beyond_its_range_never_leaves);
+    RUN_TEST(test_one_late_period_is_told_and_the_drive_goes_on);
+    RUN_TEST(test_two_late_periods_in_a_row_open_the_gates);
+    RUN_TEST(test_a_break_input_opens_the_gates_for_good);
+    RUN_TEST(test_the_brake_resistor_is_switched_without_any_command);
+    RUN_TEST(test_one_period_that_misses_two_crests_opens_the_gates);
+    RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
+    RUN_TEST(test_eps1_units_reach_the_law_converted);
+    RUN_TEST(test_telemetry_says_what_the_period_did);
+    return UNITY_END();
+}
