@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "elementary.hpp"
 #include "plant.hpp"
 #include "sim.h"
 
@@ -62,7 +63,7 @@ class FluxFrequency {
 public:
     explicit FluxFrequency(double period_s)
         : Hz_per_rad_(0.5 / (std::numbers::pi * period_s)),
-          share_(1.0 - std::exp(-period_s / f_s_filter_s))
+          share_(1.0 - portable_exp(-period_s / f_s_filter_s))
     {
     }
     void follow(Vec flux_Wb)
@@ -190,10 +191,10 @@ private:
                             static_cast<double>(firmware_.params().pole_pairs);
         r.f_s_Hz = f_s_.f_Hz();
         r.lambda_Wb = magnitude(flux_Wb);
-        r.flux_angle_rad = std::atan2(flux_Wb.beta, flux_Wb.alpha);
+        r.flux_angle_rad = portable_atan2(flux_Wb.beta, flux_Wb.alpha);
         r.flux_angle_err_deg = angle_error_deg(r);
         r.i_abs_A = magnitude(r.truth.i_s_A);
-        r.e1_abs_A = std::hypot(r.t.e1_alpha_A, r.t.e1_beta_A);
+        r.e1_abs_A = magnitude({r.t.e1_alpha_A, r.t.e1_beta_A});
         r.gates_on = output.gates_on ? 1.0 : 0.0;
         r.Rs_true_ohm =
             run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
