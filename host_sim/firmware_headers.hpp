@@ -7,12 +7,13 @@
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 extern "C" {
-#include "unit_config.h"
 #include "crc32c.h"
 #include "gain_table.h"
 #include "host_port.h"
 #include "params.h"
 #include "ram_flash.h"
+#include "unit_config.h"
+#include "unit_signal.h"
 }
 #pragma GCC diagnostic pop
 

@@ -119,6 +119,7 @@ zh::Run zh::run_of(const zh_sim_job &job)
     }
     run.stop_at_trip = (job.flags & ZH_SIM_STOP_AT_TRIP) != 0;
     run.time_split = (job.flags & ZH_SIM_TIME_SPLIT) != 0;
+    run.hash_signals = (job.flags & ZH_SIM_HASH_SIGNALS) != 0;
     return run;
 }
 
@@ -171,6 +172,8 @@ int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)
         result->controller_ns_per_step = out->controller_ns_per_step;
         result->plant_ns_per_step = out->plant_ns_per_step;
         result->commissioning = found(*out);
+        const bool hashed = (job->flags & ZH_SIM_HASH_SIGNALS) != 0;
+        result->signal_hashes = hashed ? out->signal_hashes.data() : nullptr;
         result->owner = out.release();
         return int{ZH_OK};
     });
@@ -184,6 +187,7 @@ void zh_sim_free(zh_sim_result *result)
     delete static_cast<zh::Outcome *>(result->owner);
     result->owner = nullptr;
     result->data = nullptr;
+    result->signal_hashes = nullptr;
     result->rows = 0;
 }
 
@@ -200,4 +204,9 @@ const char *zh_sim_column_name(std::uint32_t index)
 const char *zh_sim_column_text(std::uint32_t index)
 {
     return index < zh::column_count() ? zh::column(index).text : nullptr;
+}
+
+const char *zh_sim_signal_name(std::uint32_t index)
+{
+    return index < zh::signal_count ? unit_signal_name(index) : nullptr;
 }

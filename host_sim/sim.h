@@ -16,6 +16,7 @@ extern "C" {
 
 #define ZH_SIM_STOP_AT_TRIP (1u << 0) /* end the run at the first trip of any kind */
 #define ZH_SIM_TIME_SPLIT   (1u << 1) /* afterwards time firmware and plant, each alone */
+#define ZH_SIM_HASH_SIGNALS (1u << 2) /* hash every traced signal of the firmware */
 
 /* Bits of trip. The run goes on (but for DIVERGED) unless ZH_SIM_STOP_AT_TRIP is set. */
 #define ZH_TRIP_FIRMWARE (1u << 0) /* any fault of the firmware */
@@ -83,6 +84,7 @@ typedef struct {
     double controller_ns_per_step; /* with ZH_SIM_TIME_SPLIT, else 0 */
     double plant_ns_per_step;
     void *owner; /* the library's; NULL after zh_sim_free */
+    const uint64_t *signal_hashes; /* with ZH_SIM_HASH_SIGNALS one per traced signal, else NULL */
     zh_commissioning commissioning;
 } zh_sim_result;
 
@@ -94,6 +96,9 @@ ZH_API void zh_sim_free(zh_sim_result *result);
 ZH_API uint32_t zh_sim_column_count(void);
 ZH_API const char *zh_sim_column_name(uint32_t index);
 ZH_API const char *zh_sim_column_text(uint32_t index);
+
+/* The traced signals (firmware/unit/signal_list.def), in order; NULL beyond the last. */
+ZH_API const char *zh_sim_signal_name(uint32_t index);
 
 #ifdef __cplusplus
 }

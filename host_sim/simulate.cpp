@@ -143,6 +143,9 @@ public:
                 break;
             }
             ++out_.steps;
+            if (run_.hash_signals) {
+                fold_signals(firmware_.unit(), output, out_.signal_hashes);
+            }
             if (--until_row == 0) {
                 until_row = run_.decimate;
                 record(output);

@@ -12,6 +12,7 @@
 #include "firmware.hpp"
 #include "rig.hpp"
 #include "scenario.hpp"
+#include "signal_hash.hpp"
 #include "witness.hpp"
 
 namespace zh {
@@ -43,6 +44,7 @@ struct Run {
     std::uint32_t decimate = 1;
     bool stop_at_trip = false;
     bool time_split = false;
+    bool hash_signals = false;
 };
 
 struct Column {
@@ -62,6 +64,7 @@ struct Outcome {
     double trip_s = -1.0;
     std::uint32_t first_fault = 0;
     double first_fault_s = -1.0;
+    SignalHashes signal_hashes{}; // with Run::hash_signals
     double loop_ns_per_step = 0.0;
     double controller_ns_per_step = 0.0;
     double plant_ns_per_step = 0.0;

@@ -30,6 +30,7 @@ COMMAND_MODULES = (
     "zerohertz.image.params",
     "zerohertz.flash.command",
     "zerohertz.bench.command",
+    "zerohertz.golden.command",
     "zerohertz.testing.command",
     "zerohertz.campaign.command",
 )

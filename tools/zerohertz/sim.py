@@ -5,10 +5,12 @@ The library works without the interpreter's lock: runs in threads go on side by 
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
+import itertools
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from ctypes import (
     POINTER,
     Structure,
@@ -35,7 +37,10 @@ from zerohertz.paths import ROOT
 
 HOST_SIM = ROOT / "host_sim"
 
-_STOP_AT_TRIP, _TIME_SPLIT = 1, 2
+_STOP_AT_TRIP, _TIME_SPLIT, _HASH_SIGNALS = 1, 2, 4
+
+Hashes = dict[str, int]  # 64 bits by the name of the traced signal
+_hashes: list[Hashes] | None = None  # of the runs inside signal_hashes()
 
 
 class Trip(IntFlag):
@@ -164,6 +169,7 @@ class _Result(Structure):
         ("controller_ns_per_step", c_double),
         ("plant_ns_per_step", c_double),
         ("owner", c_void_p),
+        ("signal_hashes", POINTER(c_uint64)),
         ("commissioning", _Commissioning),
     )
 
@@ -174,7 +180,7 @@ def _library() -> ctypes.CDLL:
     lib.zh_sim_run.restype, lib.zh_sim_run.argtypes = c_int, (POINTER(_Job), POINTER(_Result))
     lib.zh_sim_free.restype, lib.zh_sim_free.argtypes = None, (POINTER(_Result),)
     lib.zh_sim_column_count.restype, lib.zh_sim_column_count.argtypes = c_uint32, ()
-    for name in ("zh_sim_column_name", "zh_sim_column_text"):
+    for name in ("zh_sim_column_name", "zh_sim_column_text", "zh_sim_signal_name"):
         function = getattr(lib, name)
         function.restype, function.argtypes = c_char_p, (c_uint32,)
     return lib
@@ -189,6 +195,27 @@ def column_texts() -> dict[str, str]:
     }
 
 
+@functools.cache
+def signal_names() -> tuple[str, ...]:
+    """The traced signals of the firmware (firmware/unit/signal_list.def), in their order."""
+    names = map(_library().zh_sim_signal_name, itertools.count())
+    return tuple(name.decode() for name in itertools.takewhile(lambda name: name, names))
+
+
+@contextlib.contextmanager
+def signal_hashes() -> Iterator[list[Hashes]]:
+    """Inside, every run also hashes its traced signals; the list gets one entry per run.
+
+    For one thread.
+    """
+    global _hashes
+    _hashes = []
+    try:
+        yield _hashes
+    finally:
+        _hashes = None
+
+
 def run(job: Job) -> Record:
     """Simulate; UserError, with the file and the key at fault, for anything senseless."""
     lib = _library()
@@ -196,6 +223,9 @@ def run(job: Job) -> Record:
     result = _Result(struct_size=ctypes.sizeof(_Result))
     check(lib.zh_sim_run(byref(raw), byref(result)))
     del keep  # the table has to live as long as the call
+    if _hashes is not None:
+        names = signal_names()
+        _hashes.append(dict(zip(names, result.signal_hashes[: len(names)], strict=True)))
     return _record(lib, result)
 
 
@@ -250,7 +280,9 @@ def _raw_job(job: Job) -> tuple[_Job, Any]:
         raise UserError(f"Job: seed: {job.seed} is outside 1 .. 2^64 - 1")
     raw = _Job(
         struct_size=ctypes.sizeof(_Job),
-        flags=_STOP_AT_TRIP * job.stop_at_trip | _TIME_SPLIT * job.time_split,
+        flags=_STOP_AT_TRIP * job.stop_at_trip
+        | _TIME_SPLIT * job.time_split
+        | _HASH_SIGNALS * (_hashes is not None),
         decimate=job.decimate,
         seed=job.seed or 0,
         max_steps=job.max_steps or 0,

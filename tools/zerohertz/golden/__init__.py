@@ -1,0 +1,1 @@
+"""`zh golden`: did a change alter one bit of what the firmware computes?"""
