@@ -83,7 +83,7 @@ typedef struct {
     double loop_ns_per_step;       /* CPU time of the whole loop, recording included */
     double controller_ns_per_step; /* with ZH_SIM_TIME_SPLIT, else 0 */
     double plant_ns_per_step;
-    void *owner; /* the library's; NULL after zh_sim_free */
+    void *owner;                   /* the library's; NULL after zh_sim_free */
     const uint64_t *signal_hashes; /* with ZH_SIM_HASH_SIGNALS one per traced signal, else NULL */
     zh_commissioning commissioning;
 } zh_sim_result;

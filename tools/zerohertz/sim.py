@@ -11,18 +11,7 @@ import functools
 import itertools
 import os
 from collections.abc import Iterator, Mapping
-from ctypes import (
-    POINTER,
-    Structure,
-    byref,
-    c_char_p,
-    c_double,
-    c_float,
-    c_int,
-    c_uint32,
-    c_uint64,
-    c_void_p,
-)
+from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_uint32, c_void_p
 from dataclasses import dataclass, field
 from enum import IntFlag
 from pathlib import Path
@@ -34,6 +23,7 @@ import numpy.typing as npt
 from zerohertz.drive import check, library, override_lines
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
+from zerohertz.sim_structs import CURVES, FOUND, RawCommissioning, RawJob, RawResult
 
 HOST_SIM = ROOT / "host_sim"
 
@@ -117,68 +107,11 @@ class Record:
         return self.columns["t_s"]
 
 
-class _Job(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("decimate", c_uint32),
-        ("gain_entries", c_uint32),
-        ("seed", c_uint64),
-        ("max_steps", c_uint64),
-        ("scenario", c_char_p),
-        ("rig", c_char_p),
-        ("board", c_char_p),
-        ("motor_dir", c_char_p),
-        ("scenario_overrides", c_char_p),
-        ("rig_overrides", c_char_p),
-        ("board_overrides", c_char_p),
-        ("firmware_config", c_char_p),
-        ("firmware", c_char_p),
-        ("gain", POINTER(c_float)),
-    )
-
-
-_LEVELS = 8
-_CURVES = ("level_A", "flux_Wb", "error_V")
-_FOUND = ("Rs_ohm", "lost_V", "sigma_Ls_H", "Rr_gamma_ohm", "M_gamma_H", "bias_A")
-
-
-class _Commissioning(Structure):
-    _fields_ = (
-        ("done", c_uint32),
-        ("refusal", c_uint32),
-        *((name, c_float) for name in _FOUND),
-        *((name, c_float * _LEVELS) for name in _CURVES),
-    )
-
-
-class _Result(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("columns", c_uint32),
-        ("rows", c_uint64),
-        ("stride", c_uint64),
-        ("data", POINTER(c_float)),
-        ("steps", c_uint64),
-        ("period_s", c_double),
-        ("trip", c_uint32),
-        ("first_fault", c_uint32),
-        ("trip_s", c_double),
-        ("first_fault_s", c_double),
-        ("loop_ns_per_step", c_double),
-        ("controller_ns_per_step", c_double),
-        ("plant_ns_per_step", c_double),
-        ("owner", c_void_p),
-        ("signal_hashes", POINTER(c_uint64)),
-        ("commissioning", _Commissioning),
-    )
-
-
 @functools.cache
 def _library() -> ctypes.CDLL:
     lib = library()
-    lib.zh_sim_run.restype, lib.zh_sim_run.argtypes = c_int, (POINTER(_Job), POINTER(_Result))
-    lib.zh_sim_free.restype, lib.zh_sim_free.argtypes = None, (POINTER(_Result),)
+    lib.zh_sim_run.restype, lib.zh_sim_run.argtypes = c_int, (POINTER(RawJob), POINTER(RawResult))
+    lib.zh_sim_free.restype, lib.zh_sim_free.argtypes = None, (POINTER(RawResult),)
     lib.zh_sim_column_count.restype, lib.zh_sim_column_count.argtypes = c_uint32, ()
     for name in ("zh_sim_column_name", "zh_sim_column_text", "zh_sim_signal_name"):
         function = getattr(lib, name)
@@ -220,7 +153,7 @@ def run(job: Job) -> Record:
     """Simulate; UserError, with the file and the key at fault, for anything senseless."""
     lib = _library()
     raw, keep = _raw_job(job)
-    result = _Result(struct_size=ctypes.sizeof(_Result))
+    result = RawResult(struct_size=ctypes.sizeof(RawResult))
     check(lib.zh_sim_run(byref(raw), byref(result)))
     del keep  # the table has to live as long as the call
     if _hashes is not None:
@@ -232,7 +165,7 @@ def run(job: Job) -> Record:
 class _Memory:
     """The library's record as numpy sees it: no copy, freed with the last column in use."""
 
-    def __init__(self, lib: ctypes.CDLL, result: _Result) -> None:
+    def __init__(self, lib: ctypes.CDLL, result: RawResult) -> None:
         self._lib, self._result = lib, result
         self.__array_interface__ = {
             "version": 3,
@@ -245,7 +178,7 @@ class _Memory:
         self._lib.zh_sim_free(byref(self._result))
 
 
-def _record(lib: ctypes.CDLL, result: _Result) -> Record:
+def _record(lib: ctypes.CDLL, result: RawResult) -> Record:
     data = np.asarray(_Memory(lib, result))[:, : result.rows]
     return Record(
         columns={name: data[k] for k, name in enumerate(column_texts())},
@@ -262,24 +195,24 @@ def _record(lib: ctypes.CDLL, result: _Result) -> Record:
     )
 
 
-def _commissioned(raw: _Commissioning) -> Commissioned:
+def _commissioned(raw: RawCommissioning) -> Commissioned:
     return Commissioned(
         done=bool(raw.done),
         refusal=raw.refusal,
-        **{name: getattr(raw, name) for name in _FOUND},
-        **{name: tuple(getattr(raw, name)) for name in _CURVES},
+        **{name: getattr(raw, name) for name in FOUND},
+        **{name: tuple(getattr(raw, name)) for name in CURVES},
     )
 
 
-def _raw_job(job: Job) -> tuple[_Job, Any]:
+def _raw_job(job: Job) -> tuple[RawJob, Any]:
     for name in ("decimate", "max_steps"):
         value = getattr(job, name)
         if value is not None and value < 1:
             raise UserError(f"Job: {name}: {value} is not at least 1; give 1 or more")
     if job.seed is not None and not 0 < job.seed < 2**64:
         raise UserError(f"Job: seed: {job.seed} is outside 1 .. 2^64 - 1")
-    raw = _Job(
-        struct_size=ctypes.sizeof(_Job),
+    raw = RawJob(
+        struct_size=ctypes.sizeof(RawJob),
         flags=_STOP_AT_TRIP * job.stop_at_trip
         | _TIME_SPLIT * job.time_split
         | _HASH_SIGNALS * (_hashes is not None),

@@ -44,7 +44,7 @@ def golden(
 
     if write and (only or quick):
         raise UserError("golden: --write: the file has all runs; leave out --only and --quick")
-    committed = None if write and not store.FILE.is_file() else store.read()
+    committed = None if write and not store.FILE.is_file() else store.read(store.FILE)
     names = runs.select(only, quick)
     begin = time.monotonic()
     with progress_bar("runs", len(names)) as progress:
@@ -56,7 +56,7 @@ def golden(
     else:
         print(text(now, difference))
     if write:
-        store.write(now)
+        store.write(now, store.FILE)
         tell(f"written: {short_paths(store.FILE)}")
     elif not difference.none:
         raise typer.Exit(1)

@@ -87,7 +87,7 @@ def difference(committed: Golden, now: Golden, whole: bool) -> Difference:
     )
 
 
-def write(golden: Golden, path: Path = FILE) -> None:
+def write(golden: Golden, path: Path) -> None:
     """As committed: one line per signal and run."""
     content = {
         "all": golden.over_all,
@@ -97,7 +97,7 @@ def write(golden: Golden, path: Path = FILE) -> None:
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def read(path: Path = FILE) -> Golden:
+def read(path: Path) -> Golden:
     """UserError when there is none, or it is damaged."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -69,6 +69,14 @@ def all_stages() -> list[Stage]:
             _bits,
             needs=("build", "clang"),
         ),
+        Stage(
+            "golden",
+            "every traced signal has the committed bits",
+            _golden,
+            needs=("build",),
+            cores=2,
+            quick=True,
+        ),
         Stage("coverage", "line and branch coverage of the core", _coverage),
         Stage("tidy-cpp", "clang-tidy on the plant", _tidy(".cpp"), needs=("clang",)),
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
@@ -215,6 +223,10 @@ def _bits(log: Log) -> Outcome:
         *(BUILD / "host" / "host_sim" / f"{name}_{variant}.so" for variant in VARIANTS),
     ]
     return log.check((PYTHON, "-m", "zerohertz.testing.bits", *libraries))
+
+
+def _golden(log: Log) -> Outcome:
+    return log.check((PYTHON, "-m", "zerohertz", "golden"))
 
 
 def _generated(log: Log) -> Outcome:
