@@ -27,16 +27,16 @@ void fold_signals(const unit_t &unit, const hal_output_t &output, SignalHashes &
 {
     const unit_t *const a = &unit;
     const hal_output_t *const o = &output;
-    std::uint64_t *hash = hashes.data();
-#define SIGNAL_F(name, value, text)                                                                \
-    *hash = folded(*hash, word_of(value));                                                         \
-    ++hash;
-#define SIGNAL_U(name, value, text)                                                                \
-    *hash = folded(*hash, (value));                                                                \
-    ++hash;
+    const std::array<std::uint32_t, signal_count> words{
+#define SIGNAL_F(name, value, text) word_of(value),
+#define SIGNAL_U(name, value, text) (value),
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
+    };
+    for (std::size_t k = 0; k < signal_count; ++k) {
+        hashes[k] = folded(hashes[k], words[k]);
+    }
 }
 
 } // namespace zh
