@@ -81,7 +81,7 @@ zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
     o.l1_im = t.gain.l1_im_per_s;
     o.l2_re = t.gain.l2_re_ohm;
     o.l2_im = t.gain.l2_im_ohm;
-    o.x_rad_s = firmware.unit().drive.adaptation.x_rad_s;
+    o.x_rad_s = firmware.unit().drive.estimator.adaptation.x_rad_s;
     return o;
 }
 

@@ -1,7 +1,5 @@
-// The observer core of the firmware alone: observer, gain table, speed adaptation.
-//
-// Wired as in firmware/law/drive.c; what is missing there is missing here on purpose: no sensor,
-// no control, no modulator.
+// The estimator of the firmware alone, behind its contract (firmware/law/estimator/estimator.h): no
+// sensor, no control, no modulator.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -15,7 +13,7 @@
 
 struct zh_observer {
     drive_config_t cfg{};
-    drive_state_t st{};
+    estimator_state_t st{};
     std::shared_ptr<const zh::GainFile> gain;
 };
 
@@ -33,31 +31,21 @@ bool all_finite(float a, float b, float c, float d)
 
 void step(zh_observer &o, ab_t u_s_V, ab_t i_s_A)
 {
-    const float omega_rad_s = o.st.omega_e_hat_rad_s;
-    const observer_gain_t gain =
-        o.cfg.table != nullptr ? gain_table_at(o.cfg.table, omega_rad_s) : observer_gain_t{};
-    const observer_in_t observed{u_s_V, i_s_A, omega_rad_s, gain};
-    observer_step(&o.cfg.observer, &o.st.observer, &observed);
-
-    const ab_t lambda_Wb = o.st.observer.lambda_r_hat_Wb;
-    const speed_adaptation_in_t adapted{
-        lambda_Wb, o.st.observer.e1_A, o.st.omega_s_hat_rad_s, omega_rad_s, 0.0F, gain};
-    o.st.omega_e_hat_rad_s =
-        speed_adaptation_step(&o.cfg.adaptation, &o.st.adaptation, &adapted).omega_e_hat_rad_s;
-
-    // w_s = w + (M Rr/Lr) i_q / lambda, i_q = Im(conj(lambda) i)/lambda; below the flux that says
-    // where it points there is no slip to speak of.
-    const float least_Wb2 = o.cfg.lambda_min_Wb * o.cfg.lambda_min_Wb;
-    const float slip_rad_s = o.cfg.observer.m_tau_ohm * ab_cross(lambda_Wb, i_s_A) /
-                             maxf(ab_norm2(lambda_Wb), least_Wb2);
-    o.st.omega_s_hat_rad_s = o.st.omega_e_hat_rad_s + slip_rad_s;
+    const estimator_in_t in{.u_s_V = u_s_V,
+                            .i_s_A = i_s_A,
+                            .prior_rad_s = 0.0F,
+                            .frame_imposed = false,
+                            .omega_frame_rad_s = 0.0F,
+                            .lambda_min_Wb = o.cfg.modes.vector.lambda_min_Wb};
+    estimator_step(&o.cfg.estimator, &o.st, &in);
 }
 
 void read_out(const zh_observer &o, float *row)
 {
     const observer_state_t &x = o.st.observer;
+    const estimate_t &e = o.st.estimate;
     const float values[out_columns] = {
-        o.st.omega_e_hat_rad_s,  o.st.omega_s_hat_rad_s, x.i_s_hat_A.alpha, x.i_s_hat_A.beta,
+        e.omega_e_rad_s,         e.omega_s_rad_s,        x.i_s_hat_A.alpha, x.i_s_hat_A.beta,
         x.lambda_r_hat_Wb.alpha, x.lambda_r_hat_Wb.beta, x.e1_A.alpha,      x.e1_A.beta,
         o.st.adaptation.x_rad_s};
     std::copy(std::begin(values), std::end(values), row);
@@ -100,11 +88,12 @@ int zh_observer_set_speed(zh_observer *handle, float omega_e_rad_s)
     if (!std::isfinite(omega_e_rad_s)) {
         return fail(ZH_BAD_INPUT, "zh_observer_set_speed: omega_e_rad_s: is not a finite number");
     }
-    const float limit = handle->cfg.adaptation.p.omega_max_rad_s;
+    const float limit = handle->cfg.estimator.adaptation.p.omega_max_rad_s;
     const float speed_rad_s = clampf(omega_e_rad_s, -limit, limit);
-    handle->st.adaptation.x_rad_s = speed_rad_s;
-    handle->st.omega_e_hat_rad_s = speed_rad_s;
-    handle->st.omega_s_hat_rad_s = speed_rad_s;
+    const estimator_seed_t seed{.i_s_A = handle->st.observer.i_s_hat_A,
+                                .lambda_r_Wb = handle->st.estimate.lambda_r_hat_Wb,
+                                .omega_e_rad_s = speed_rad_s};
+    estimator_seed(&handle->cfg.estimator, &handle->st, &seed);
     return ZH_OK;
 }
 

@@ -190,7 +190,7 @@ private:
         Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
         const Vec flux_Wb = r.truth.psi_r_Wb;
         r.speed_ref_rpm = static_cast<double>(speed_ref_rpm_);
-        r.omega_ref_rad_s = static_cast<double>(unit.drive.speed.omega_ref_rad_s) /
+        r.omega_ref_rad_s = static_cast<double>(unit.drive.modes.vector.speed.omega_ref_rad_s) /
                             static_cast<double>(firmware_.params().pole_pairs);
         r.f_s_Hz = f_s_.f_Hz();
         r.lambda_Wb = magnitude(flux_Wb);
@@ -201,7 +201,7 @@ private:
         r.gates_on = output.gates_on ? 1.0 : 0.0;
         r.Rs_true_ohm =
             run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
-        r.x_rad_s = static_cast<double>(unit.drive.adaptation.x_rad_s);
+        r.x_rad_s = static_cast<double>(unit.drive.estimator.adaptation.x_rad_s);
         float *cell = out_.data.data() + out_.rows;
 #define COLUMN(name, value, text)                                                                  \
     *cell = static_cast<float>(value);                                                             \

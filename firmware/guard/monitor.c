@@ -52,7 +52,7 @@ static bool all_finite(const monitor_in_t *in)
 
 /* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */
 COLD static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t *st,
-                                    const measurement_out_t *meas)
+                                    const measured_t *meas)
 {
     const uint32_t flags = meas->flags;
     const uint32_t limit = cfg->plausibility_periods;

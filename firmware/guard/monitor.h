@@ -1,4 +1,5 @@
-/* Limits and plausibility -> fault bits (fault.h). Reads everything, decides nothing but the bits. */
+/* Limits and plausibility -> fault bits (fault.h). Reads everything, decides nothing but the bits.
+ */
 #ifndef MONITOR_H
 #define MONITOR_H
 
@@ -6,8 +7,7 @@
 #include <stdint.h>
 
 #include "fault.h"
-#include "frames.h"
-#include "measurement.h"
+#include "measured.h"
 
 typedef struct {
     float i_trip_A; /* any phase, instantaneous */
@@ -24,7 +24,7 @@ typedef struct {
 } monitor_state_t;
 
 typedef struct {
-    const measurement_out_t *meas;
+    const measured_t *meas;
     uvw_t duty;
     float state_sum; /* of all that is remembered: a number if all of it is (state_sum.h) */
     float omega_e_hat_rad_s;

@@ -17,12 +17,14 @@ static inline float state_sum_ab(ab_t x)
 
 static inline float state_sum_fast(const drive_state_t *st)
 {
-    const observer_state_t *o = &st->observer;
+    const estimator_state_t *e = &st->estimator;
+    const observer_state_t *o = &e->observer;
     const float believed = state_sum_ab(o->i_s_hat_A) + state_sum_ab(o->lambda_r_hat_Wb) +
-                           state_sum_ab(o->e1_A) + st->adaptation.x_rad_s + st->omega_e_hat_rad_s +
-                           st->omega_s_hat_rad_s;
-    const float acting = st->current.d.x + st->current.q.x + st->speed.pi.x +
-                         state_sum_ab(st->u_acting_V) + state_sum_ab(st->u_pending_V);
+                           state_sum_ab(o->e1_A) + e->adaptation.x_rad_s +
+                           e->estimate.omega_e_rad_s + e->estimate.omega_s_rad_s;
+    const float acting = st->voltage.current.d.x + st->voltage.current.q.x +
+                         st->modes.vector.speed.pi.x + state_sum_ab(st->acting.acting_V) +
+                         state_sum_ab(st->acting.pending_V);
     return believed + acting;
 }
 

@@ -63,7 +63,7 @@ static uint32_t table_crc(const gain_table_t *table, uint32_t crc, uint32_t firs
 /* What speaks against the table; with L = 0 none is used. */
 static uint32_t table_faults(const unit_t *unit, const gain_table_id_t *made_for)
 {
-    if (unit->config.drive.table == NULL) {
+    if (unit->config.drive.estimator.table == NULL) {
         return 0u;
     }
     if (table_crc(unit->table, 0u, 0u, unit->table->entry_count) != unit->table->crc32c) {
@@ -135,7 +135,7 @@ static void write_output(const unit_t *unit, bool gates_on, hal_output_t *output
                              .duty_v = duty.v,
                              .duty_w = duty.w,
                              .gates_on = gates_on && valid,
-                             .brake_on = unit->drive.link.brake_on};
+                             .brake_on = unit->drive.limits.link.brake_on};
 }
 
 /* The port counts the crests that a period missed; one is told, two in a row end the drive: in two
@@ -194,7 +194,7 @@ COLD static void step_state(unit_t *unit, uint32_t command, uint32_t faults)
                               .faults = faults,
                               .i_raw_A = unit->last.meas.i_raw_A,
                               .u_raw_V = unit->last.meas.u_raw_V,
-                              .premagnetising = unit->last.rs_measurement == RS_MEASUREMENT_BUSY,
+                              .premagnetising = unit->last.premagnetising,
                               .standing = drive_standing(&unit->drive, cfg->stop_speed_rad_s),
                               .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
     const sequence_out_t out = sequence_step(&cfg->state, &unit->machine, &in);
@@ -214,7 +214,7 @@ COLD static void step_state(unit_t *unit, uint32_t command, uint32_t faults)
 COLD static uint32_t commission(unit_t *unit)
 {
     const commissioning_in_t in = {.i_A = unit->last.meas.i_s_A,
-                                   .u_coming_V = unit->drive.u_acting_V.alpha};
+                                   .u_coming_V = unit->drive.acting.acting_V.alpha};
     unit->commissioned = commissioning_step(&unit->config.commissioning, &unit->commissioning, &in);
     return (unit->commissioned.status == COMMISSIONING_REFUSED) ? FAULT_COMMISSIONING : 0u;
 }
@@ -227,7 +227,7 @@ COLD static uint32_t substituted(unit_t *unit, uint32_t command, uint32_t faults
                                   .latched = unit->machine.faults,
                                   .faults = faults,
                                   .fed = unit->last.meas.u_dc_V >=
-                                         unit->config.drive.modes.mains.u_back_V};
+                                         unit->config.drive.modes.vector.mains.u_back_V};
     return auto_restart_step(&unit->config.restart, &unit->restart, &in);
 }
 
@@ -275,7 +275,7 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
 /* Running check of the table: flash can lose a bit after the check at start. */
 static void check_table_slice(unit_t *unit)
 {
-    const gain_table_t *table = unit->config.drive.table;
+    const gain_table_t *table = unit->config.drive.estimator.table;
     if (table == NULL) {
         return;
     }
@@ -317,21 +317,22 @@ COLD void unit_telemetry(const unit_t *unit, unit_telemetry_t *t)
     const unit_config_t *cfg = &unit->config;
     const drive_out_t *o = &unit->last;
     const drive_state_t *d = &unit->drive;
+    const estimate_t *e = &d->estimator.estimate;
     const float p = unit->configured ? cfg->drive.motor.pole_pairs : 1.0f;
     *t = (unit_telemetry_t){.state = (uint32_t)unit->machine.id,
                             .faults = unit->machine.faults,
-                            .omega_m_hat_rad_s = d->omega_e_hat_rad_s / p,
-                            .lambda_hat_Wb = sqrtf(ab_norm2(d->observer.lambda_r_hat_Wb)),
-                            .lambda_angle_rad = trig_angle(d->observer.lambda_r_hat_Wb),
+                            .omega_m_hat_rad_s = e->omega_e_rad_s / p,
+                            .lambda_hat_Wb = sqrtf(ab_norm2(e->lambda_r_hat_Wb)),
+                            .lambda_angle_rad = trig_angle(e->lambda_r_hat_Wb),
                             .i_d_A = o->i_A.d,
                             .i_q_A = o->i_A.q,
                             .i_q_ref_A = o->i_ref_A.q,
-                            .e1_alpha_A = d->observer.e1_A.alpha,
-                            .e1_beta_A = d->observer.e1_A.beta,
-                            .stator_frequency_Hz = d->omega_s_hat_rad_s / NUM_TWO_PI,
+                            .e1_alpha_A = e->i_residual_A.alpha,
+                            .e1_beta_A = e->i_residual_A.beta,
+                            .stator_frequency_Hz = e->omega_s_rad_s / NUM_TWO_PI,
                             .Rs_hat_ohm = unit->configured ? drive_rs_ohm(&cfg->drive, d) : 0.0f,
                             .confidence = (uint32_t)d->supervisor.confidence,
                             .supervisor_reasons = d->supervisor.reasons,
                             .omega_m_bound_rad_s = d->supervisor.omega_bound_rad_s / p,
-                            .gain = o->gain};
+                            .gain = d->estimator.gain};
 }

@@ -37,7 +37,7 @@ static void config_board(drive_params_t *d, const params_t *p)
 
 static void config_estimator(drive_params_t *d, const params_t *p)
 {
-    d->voltage_source = (drive_voltage_source_t)p->voltage_source;
+    d->voltage_source = (acting_voltage_source_t)p->voltage_source;
     d->voltage_filter_comp_s = p->voltage_filter_comp_s;
     d->observer_method = (observer_method_t)p->observer_method;
     d->observer_gain_enable = p->observer_gain_enable != 0u;
@@ -180,11 +180,11 @@ static void config_means(drive_params_t *d, const params_t *p)
 #define CONFIG_BRAKE_RISE_S       0.1f
 
 /* Modes and range. */
-static void config_modes(drive_modes_params_t *m, const params_t *p)
+static void config_modes(modes_params_t *m, const params_t *p)
 {
     const float stands_rad_s = CONFIG_STANDS_TAU * p->Rr_ohm / p->Lr_H;
     const float lambda_Wb = p->M_H * p->i_d_A;
-    m->control = (drive_control_t)p->control_mode;
+    m->control = (modes_control_t)p->control_mode;
     m->level =
         (flux_reference_params_t){.voltage_share = p->weaken_share,
                                   .bandwidth_rad_s = CONFIG_WEAKEN_RAD_S,
@@ -215,11 +215,11 @@ static void config_modes(drive_modes_params_t *m, const params_t *p)
                                      .stop_rad_s = stands_rad_s,
                                      .lambda_Wb = lambda_Wb,
                                      .i_q_max_A = p->i_q_max_A};
-    m->brake_A = p->dc_brake_A;
-    m->brake_from_rad_s = NUM_TWO_PI * p->dc_brake_from_Hz;
-    m->brake_s = p->dc_brake_s;
-    m->brake_slew_A_per_s = p->dc_brake_A / CONFIG_BRAKE_RISE_S;
-    m->standing_bandwidth_rad_s = p->current_bandwidth_rad_s;
+    m->brake.current_A = p->dc_brake_A;
+    m->brake.from_rad_s = NUM_TWO_PI * p->dc_brake_from_Hz;
+    m->brake.least_s = p->dc_brake_s;
+    m->brake.slew_A_per_s = p->dc_brake_A / CONFIG_BRAKE_RISE_S;
+    m->dc_bandwidth_rad_s = p->current_bandwidth_rad_s;
 }
 
 void unit_config_drive(drive_params_t *drive, const params_t *params)

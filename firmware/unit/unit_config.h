@@ -4,7 +4,7 @@
 #define UNIT_CONFIG_H
 
 #include "commissioning.h"
-#include "drive.h"
+#include "drive_params.h"
 #include "params.h"
 
 void unit_config_drive(drive_params_t *drive, const params_t *params);

@@ -9,7 +9,7 @@
 #include <complex.h>
 #include <math.h>
 
-#include "drive.h"
+#include "drive_params.h"
 #include "reference_machine.h"
 
 typedef double complex cplx;
@@ -48,7 +48,7 @@ static drive_params_t params_of(motor_t motor)
                                             .line_voltage_full_scale_V = 800.0f,
                                             .dc_link_full_scale_V = 800.0f,
                                             .current_sum_max_A = 3.0f},
-                            .voltage_source = DRIVE_VOLTAGE_SENSORS,
+                            .voltage_source = ACTING_VOLTAGE_SENSORS,
                             .voltage_filter_comp_s = 380e-6f,
                             .delay_comp_periods = 1.5f,
                             .observer_method = OBSERVER_EULER,

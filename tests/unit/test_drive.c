@@ -46,7 +46,7 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const drive_in_t *in
     /* Phase voltages of a floating star with zero sum. */
     cplx u = clarke((2.0 * uv + vw) / 3.0, (vw - uv) / 3.0, -(uv + 2.0 * vw) / 3.0) *
              cexp(I * s->ws * (double)p->voltage_filter_comp_s);
-    if (p->voltage_source == DRIVE_VOLTAGE_DUTY) {
+    if (p->voltage_source == ACTING_VOLTAGE_DUTY) {
         u = s->u_acting;
     }
     s->u_acting = s->u_pending;
@@ -257,21 +257,21 @@ static ref_t compare_found(const drive_params_t *p, double amps, double volts, d
         TEST_ASSERT_DOUBLE_WITHIN(5e-5, ref.duty[0], (double)out.duty.u);
         TEST_ASSERT_DOUBLE_WITHIN(5e-5, ref.duty[1], (double)out.duty.v);
         TEST_ASSERT_DOUBLE_WITHIN(5e-5, ref.duty[2], (double)out.duty.w);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.w, (double)st.omega_e_hat_rad_s);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.ws, (double)st.omega_s_hat_rad_s);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.w, (double)st.estimator.estimate.omega_e_rad_s);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, ref.ws, (double)st.estimator.estimate.omega_s_rad_s);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, ref.iq_ref, (double)out.i_ref_A.q);
         /* A rounding of .2 Wb of flux, 1.5e-8, is a rate of 7e-5 Wb/s: .15 mA; some of them. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, ref.id_ref, (double)out.i_ref_A.d);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.rs_track, (double)st.rs_tracking.delta_ohm);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.below, (double)st.steering.below_Wb);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.below, (double)st.modes.vector.steering.below_Wb);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, (double)p->motor.Rs_ohm + ref.rs_start + ref.rs_track,
                                   (double)drive_rs_ohm(&cfg, &st));
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.i_dq), (double)out.i_A.d);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(ref.i_dq), (double)out.i_A.q);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5, creal(ref.lam), (double)st.observer.lambda_r_hat_Wb.alpha);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5, cimag(ref.lam), (double)st.observer.lambda_r_hat_Wb.beta);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.e1), (double)st.observer.e1_A.alpha);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(ref.e1), (double)st.observer.e1_A.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, creal(ref.lam), (double)st.estimator.observer.lambda_r_hat_Wb.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, cimag(ref.lam), (double)st.estimator.observer.lambda_r_hat_Wb.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.e1), (double)st.estimator.observer.e1_A.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(ref.e1), (double)st.estimator.observer.e1_A.beta);
         TEST_ASSERT_DOUBLE_WITHIN(5e-3, creal(ref.u_s), (double)out.u_s_V.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(5e-3, cimag(ref.u_s), (double)out.u_s_V.beta);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
@@ -308,7 +308,7 @@ static void test_chain_with_duty_voltage_equals_the_double_chain(void)
 {
     for (int n = 0; n < 2; n++) {
         drive_params_t p = both_machines(n);
-        p.voltage_source = DRIVE_VOLTAGE_DUTY;
+        p.voltage_source = ACTING_VOLTAGE_DUTY;
         compare_chain(&p, 5.0, 30.0, 540.0, 25.0, 60, false);
     }
 }
@@ -320,7 +320,7 @@ static void test_chain_without_gain_needs_no_table(void)
     compare_chain(&p, 4.0, 20.0, 540.0, 15.0, 40, false);
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
-    TEST_ASSERT_NULL(cfg.table);
+    TEST_ASSERT_NULL(cfg.estimator.table);
 }
 
 static void test_chain_at_the_voltage_limit_equals_the_double_chain(void)
@@ -400,14 +400,14 @@ static void test_delay_compensation_angle_is_limited(void)
         /* 500 rad/s on top of a slip of thousands: 4 periods would be far more than 45 degrees. */
         drive_state_t st = {.observer = {.lambda_r_hat_Wb = {0.3f, 0.0f}},
                             .omega_e_hat_rad_s = 10.0f};
-        st.adaptation.x_rad_s = (float)sign * 590.0f;
+        st.estimator.adaptation.x_rad_s = (float)sign * 590.0f;
         drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN};
         in.sample.i_v_counts = (uint16_t)(8192 + sign * 3000);
         in.sample.i_w_counts = (uint16_t)(8192 - sign * 3000);
         drive_out_t out;
         drive_step(&cfg, &st, &in, &out);
-        TEST_ASSERT_TRUE(fabsf(st.omega_s_hat_rad_s) * cfg.delay_comp_s < 1.0f);
-        st.omega_s_hat_rad_s = (float)sign * 1e5f;
+        TEST_ASSERT_TRUE(fabsf(st.estimator.estimate.omega_s_rad_s) * cfg.delay_comp_s < 1.0f);
+        st.estimator.estimate.omega_s_rad_s = (float)sign * 1e5f;
         cfg.voltage_filter_comp_s = 380e-6f;
         in.sample.u_uv_counts = 9000u;
         drive_step(&cfg, &st, &in, &out);
@@ -507,7 +507,7 @@ static void test_the_measured_resistance_is_used_after_both_levels(void)
         TEST_ASSERT_EQUAL_FLOAT(4.0f, out.i_ref_A.d); /* on to the flux */
         /* 1 LSB of .1 V and of 3 mA in the differences of 3.6 V and 3 A. */
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.25 * 1.2, (double)drive_rs_ohm(&cfg, &st));
-        TEST_ASSERT_FALSE(st.dead_time_found);
+        TEST_ASSERT_FALSE(st.modes.premagnetise.leg_loss_found);
         /* In the next period it has acted in the observer, and nothing is measured any more. */
         const drive_in_t in = {.sample = along_alpha(&p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
         drive_out_t next;
@@ -525,20 +525,20 @@ static void test_the_legs_loss_is_identified_when_wanted(void)
     drive_state_t st = {0};
     double duty_V[2];
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    st.current.d.x = 20.0f; /* what the duties give for 12.6 and 9 V */
+    st.voltage.current.d.x = 20.0f; /* what the duties give for 12.6 and 9 V */
     (void)measure(&cfg, &p, &st, 8.0, duty_V);
-    TEST_ASSERT_TRUE(st.dead_time_found);
+    TEST_ASSERT_TRUE(st.modes.premagnetise.leg_loss_found);
     const double Rs_ohm = (double)drive_rs_ohm(&cfg, &st) / 1.25;
     const double lost_V = (duty_V[0] - Rs_ohm * 8.0) / sqrt(8.0 / 3.0);
     TEST_ASSERT_TRUE(lost_V > 1.0);
     /* 3 mA of current, .6 V of dc link. */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * lost_V + 3e-3, lost_V, 540.0 * (double)st.dead_time_pu);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * lost_V + 3e-3, lost_V, 540.0 * (double)st.modes.premagnetise.leg_loss_pu);
 }
 
 static void test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them(void)
 {
     drive_params_t p = with_measurement(0);
-    p.voltage_source = DRIVE_VOLTAGE_DUTY;
+    p.voltage_source = ACTING_VOLTAGE_DUTY;
     p.rs_measurement.ratio_max = 10.0f; /* the samples do not answer to the duties */
     drive_config_t cfg;
     drive_state_t st = {0};
@@ -565,7 +565,7 @@ static void test_a_refused_resistance_is_a_fault_while_it_is_asked_for(void)
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.rs_measurement);
         TEST_ASSERT_EQUAL_UINT32(FAULT_STATOR_RESISTANCE, out.faults);
         TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
-        TEST_ASSERT_FALSE(st.dead_time_found);
+        TEST_ASSERT_FALSE(st.modes.premagnetise.leg_loss_found);
         drive_step(&cfg, &st, &in, &out);
     }
     in.mode = DRIVE_OFF;
@@ -612,11 +612,11 @@ static void test_premagnetise_holds_axis_and_speed_still(void)
                            .omega_e_ref_rad_s = 50.0f};
     drive_out_t out;
     drive_step(&cfg, &st, &in, &out);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.omega_e_hat_rad_s);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.omega_s_hat_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.estimate.omega_e_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.estimate.omega_s_rad_s);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
     TEST_ASSERT_EQUAL_FLOAT(4.0f, out.i_ref_A.d);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.speed.omega_ref_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.modes.vector.speed.omega_ref_rad_s);
     /* Voltage along alpha: leg u up, v and w equal; zero current has no dead-time voltage. */
     const double M = (double)p.motor.M_H;
     const double sLs = (double)p.motor.Ls_H - M * M / (double)p.motor.Lr_H;
@@ -646,10 +646,10 @@ static void test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis(void)
     const double lambda_min = 0.05 * (double)p.motor.M_H * 4.0;
     const double m_tau = (double)p.motor.M_H * (double)p.motor.Rr_ohm / (double)p.motor.Lr_H;
     const cplx lam =
-        (double)st.observer.lambda_r_hat_Wb.alpha + I * (double)st.observer.lambda_r_hat_Wb.beta;
-    const cplx i_hat = (double)st.observer.i_s_hat_A.alpha + I * (double)st.observer.i_s_hat_A.beta;
+        (double)st.estimator.observer.lambda_r_hat_Wb.alpha + I * (double)st.estimator.observer.lambda_r_hat_Wb.beta;
+    const cplx i_hat = (double)st.estimator.observer.i_s_hat_A.alpha + I * (double)st.estimator.observer.i_s_hat_A.beta;
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, cimag(conj(lam) * m_tau * i_hat) / (lambda_min * lambda_min),
-                              (double)(st.omega_s_hat_rad_s - st.omega_e_hat_rad_s));
+                              (double)(st.estimator.estimate.omega_s_rad_s - st.estimator.estimate.omega_e_rad_s));
 }
 
 /* i_d has priority: 8 of 10 A leave 6 A for torque, though i_q alone might be 12 A. */
@@ -694,24 +694,24 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.w);
     const float at_rest[] = {
         out.u_s_V.alpha,    out.u_s_V.beta,    out.i_ref_A.d,        out.i_ref_A.q,
-        out.i_A.d,          out.i_A.q,         out.gain.l1_re_per_s, out.gain.l1_im_per_s,
-        out.gain.l2_re_ohm, out.gain.l2_im_ohm};
+        out.i_A.d,          out.i_A.q,         st.estimator.gain.l1_re_per_s, st.estimator.gain.l1_im_per_s,
+        st.estimator.gain.l2_re_ohm, st.estimator.gain.l2_im_ohm};
     for (unsigned k = 0; k < sizeof at_rest / sizeof at_rest[0]; k++) {
         TEST_ASSERT_EQUAL_FLOAT(0.0f, at_rest[k]);
     }
-    TEST_ASSERT_EQUAL_UINT32(11u, st.monitor.adc_periods);
+    TEST_ASSERT_EQUAL_UINT32(11u, st.guard.monitor.adc_periods);
     TEST_ASSERT_EQUAL_FLOAT(0.1f, st.measurement.offset_A.u);
     TEST_ASSERT_EQUAL_FLOAT(-0.2f, st.measurement.offset_A.v);
     TEST_ASSERT_EQUAL_FLOAT(0.3f, st.measurement.offset_A.w);
     TEST_ASSERT_EQUAL_FLOAT(2.0f, st.measurement.offset_V.alpha);
     TEST_ASSERT_EQUAL_FLOAT(-3.0f, st.measurement.offset_V.beta);
     TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.steering.below_Wb);
-    TEST_ASSERT_FALSE(st.dead_time_found);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.omega_e_hat_rad_s);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.omega_s_hat_rad_s);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.observer.lambda_r_hat_Wb.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.u_pending_V.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.modes.vector.steering.below_Wb);
+    TEST_ASSERT_FALSE(st.modes.premagnetise.leg_loss_found);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.estimate.omega_e_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.estimate.omega_s_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.observer.lambda_r_hat_Wb.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.acting.pending_V.alpha);
 }
 
 static void test_faults_are_reported_in_every_mode(void)
@@ -736,7 +736,7 @@ static void test_a_lost_estimate_is_a_fault(void)
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     /* The estimate stays bounded by its clamps; the over-speed limit sees it there. */
-    cfg.monitor.omega_max_rad_s = 500.0f;
+    cfg.guard.monitor.omega_max_rad_s = 500.0f;
     drive_state_t st = {.adaptation = {.x_rad_s = 600.0f}};
     const drive_in_t in = {.sample = words(&p, 0, 0.0, 0.0, 540.0), .mode = DRIVE_RUN};
     drive_out_t out;
@@ -755,7 +755,7 @@ static void test_monitor_sees_a_state_that_a_limit_heals(void)
     drive_out_t out;
     drive_step(&cfg, &st, &in, &out);
     TEST_ASSERT_BITS_HIGH(FAULT_NON_FINITE, out.faults);
-    TEST_ASSERT_TRUE(isfinite(st.observer.lambda_r_hat_Wb.beta));
+    TEST_ASSERT_TRUE(isfinite(st.estimator.observer.lambda_r_hat_Wb.beta));
     drive_step(&cfg, &st, &in, &out);
     TEST_ASSERT_EQUAL_UINT32(0u, out.faults & FAULT_NON_FINITE);
 }
@@ -890,13 +890,13 @@ static void test_init_turns_parameters_into_coefficients(void)
     const drive_params_t p = both_machines(1);
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    TEST_ASSERT_EQUAL_PTR(&test_table, cfg.table);
+    TEST_ASSERT_EQUAL_PTR(&test_table, cfg.estimator.table);
     TEST_ASSERT_EQUAL_FLOAT(1.5f * 200e-6f, cfg.delay_comp_s);
-    TEST_ASSERT_EQUAL_FLOAT(0.05f * p.motor.M_H * 4.0f, cfg.lambda_min_Wb);
+    TEST_ASSERT_EQUAL_FLOAT(0.05f * p.motor.M_H * 4.0f, cfg.modes.vector.lambda_min_Wb);
     TEST_ASSERT_EQUAL_FLOAT(200e-6f, cfg.period_s);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / (p.motor.M_H * 4.0f), cfg.inv_lambda_ref_per_Wb);
-    TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.observer.i_max_A); /* twice the ADC's full scale */
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, cfg.observer.lambda_max_Wb);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / (p.motor.M_H * 4.0f), cfg.modes.vector.inv_lambda_ref_per_Wb);
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.estimator.observer.i_max_A); /* twice the ADC's full scale */
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, cfg.estimator.observer.lambda_max_Wb);
 }
 
 static void test_reset_keeps_the_offsets_only(void)
@@ -907,10 +907,10 @@ static void test_reset_keeps_the_offsets_only(void)
     drive_reset(&st);
     drive_state_t expected = {.measurement = {.offset_A = {0.5f, 0.25f, -0.5f}}};
     TEST_ASSERT_EQUAL_FLOAT(0.5f, st.measurement.offset_A.u);
-    TEST_ASSERT_EQUAL_FLOAT(expected.observer.e1_A.alpha, st.observer.e1_A.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.u_acting_V.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.current.q.x);
-    TEST_ASSERT_EQUAL_UINT32(0u, st.monitor.adc_periods);
+    TEST_ASSERT_EQUAL_FLOAT(expected.observer.e1_A.alpha, st.estimator.observer.e1_A.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.acting.acting_V.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.voltage.current.q.x);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.guard.monitor.adc_periods);
 }
 
 int main(void)

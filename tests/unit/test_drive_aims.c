@@ -48,14 +48,14 @@ static void test_init_refuses_a_senseless_ramp(void)
 /* 500 rad/s^2 of a stop; without jerk limit nothing else has a ramp but the slew limit of 4000. */
 static void test_a_stop_has_its_own_rate(void)
 {
-    st.speed.omega_ref_rad_s = 100.0f;
+    st.modes.vector.speed.omega_ref_rad_s = 100.0f;
     in.aim = DRIVE_AIM_STOP;
     step();
-    ASSERT_NEAR(1e-4, 99.9, st.speed.omega_ref_rad_s);
+    ASSERT_NEAR(1e-4, 99.9, st.modes.vector.speed.omega_ref_rad_s);
     in.aim = DRIVE_AIM_SPEED;
     in.omega_e_ref_rad_s = 50.0f;
     step();
-    ASSERT_NEAR(1e-4, 99.1, st.speed.omega_ref_rad_s);
+    ASSERT_NEAR(1e-4, 99.1, st.modes.vector.speed.omega_ref_rad_s);
 }
 
 /* Quanta of 50 000 x (.2 ms)^2 = 2 mrad/s. */
@@ -64,9 +64,9 @@ static void test_a_jerk_limit_starts_gently(void)
     configure(50000.0f);
     in.omega_e_ref_rad_s = 50.0f;
     step();
-    ASSERT_NEAR(1e-6, 0.002, st.speed.omega_ref_rad_s);
+    ASSERT_NEAR(1e-6, 0.002, st.modes.vector.speed.omega_ref_rad_s);
     step();
-    ASSERT_NEAR(1e-6, 0.006, st.speed.omega_ref_rad_s);
+    ASSERT_NEAR(1e-6, 0.006, st.modes.vector.speed.omega_ref_rad_s);
 }
 
 /* What the ramp was about is forgotten in torque mode: speed mode starts at rest again. */
@@ -77,11 +77,11 @@ static void test_after_torque_mode_the_ramp_begins_anew(void)
     for (int k = 0; k < 20; k++) {
         step();
     }
-    TEST_ASSERT_TRUE(st.ramp.steps > 10.0f);
+    TEST_ASSERT_TRUE(st.modes.vector.ramp.steps > 10.0f);
     in.aim = DRIVE_AIM_TORQUE;
     in.torque_ref_Nm = 1.0f;
     step();
-    ASSERT_SAME_FLOAT(0.0f, st.ramp.steps);
+    ASSERT_SAME_FLOAT(0.0f, st.modes.vector.ramp.steps);
     TEST_ASSERT_TRUE(out.i_ref_A.q > 0.0f);
 }
 
@@ -99,16 +99,16 @@ static void test_commissioning_gives_the_current_that_is_asked(void)
 static void test_standing_is_reference_and_estimate(void)
 {
     TEST_ASSERT_TRUE(drive_standing(&st, 1.0f));
-    st.speed.omega_ref_rad_s = -1.1f;
+    st.modes.vector.speed.omega_ref_rad_s = -1.1f;
     TEST_ASSERT_FALSE(drive_standing(&st, 1.0f));
-    st.impressed.active = true;
+    st.modes.i_f.active = true;
     TEST_ASSERT_TRUE(drive_standing(&st, 1.0f));
-    st.impressed.omega_rad_s = 1.1f;
+    st.modes.i_f.omega_rad_s = 1.1f;
     TEST_ASSERT_FALSE(drive_standing(&st, 1.0f));
-    st.impressed.omega_rad_s = -1.0f;
-    st.omega_e_hat_rad_s = -1.1f;
+    st.modes.i_f.omega_rad_s = -1.0f;
+    st.estimator.estimate.omega_e_rad_s = -1.1f;
     TEST_ASSERT_FALSE(drive_standing(&st, 1.0f));
-    st.omega_e_hat_rad_s = 1.0f;
+    st.estimator.estimate.omega_e_rad_s = 1.0f;
     TEST_ASSERT_TRUE(drive_standing(&st, 1.0f));
 }
 
@@ -127,12 +127,12 @@ static void test_a_take_over_in_torque_mode_holds_the_speed(void)
         configure(0.0f);
         in.aim = aim[k];
         in.omega_e_ref_rad_s = 200.0f;
-        st.speed.omega_ref_rad_s = 5.0f;
-        st.impressed = (i_f_state_t){
+        st.modes.vector.speed.omega_ref_rad_s = 5.0f;
+        st.modes.i_f = (i_f_state_t){
             .active = true, .axis = {1.0f, 0.0f}, .current_A = 8.0f, .omega_rad_s = 5.0f};
         st.supervisor.confidence = SUPERVISOR_IMPRESSED;
         step();
-        ASSERT_NEAR(1e-5, 5.0 + moved_rad_s[k], st.impressed.omega_rad_s);
+        ASSERT_NEAR(1e-5, 5.0 + moved_rad_s[k], st.modes.i_f.omega_rad_s);
     }
 }
 

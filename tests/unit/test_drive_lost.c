@@ -96,17 +96,17 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
     in.sample = sampled(2.0 * NOMINAL_A * axis, 0.0);
     in.omega_e_ref_rad_s = omega_rad_s;
     st.rs_tracking = (rs_tracking_state_t){0}; /* as take-over left it */
-    st.steering = (flux_steering_state_t){0};
-    st.steer = (flux_steering_out_t){0};
-    st.torque_more_pu = 0.0f;
-    st.i_d_less_A = 0.0f;
-    st.impressed = (i_f_state_t){
+    st.modes.vector.steering = (flux_steering_state_t){0};
+    st.modes.vector.steer = (flux_steering_out_t){0};
+    st.modes.vector.torque_gain_extra_pu = 0.0f;
+    st.modes.vector.i_d_reduction_A = 0.0f;
+    st.modes.i_f = (i_f_state_t){
         .active = true, .axis = ab(axis), .current_A = 8.0f, .omega_rad_s = omega_rad_s};
-    st.observer.lambda_r_hat_Wb = ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
-    st.observer.i_s_hat_A = ab(2.0 * NOMINAL_A * axis);
-    st.adaptation.x_rad_s = omega_rad_s;
-    st.omega_e_hat_rad_s = omega_rad_s;
-    st.omega_s_hat_rad_s = omega_rad_s;
+    st.estimator.observer.lambda_r_hat_Wb = ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
+    st.estimator.observer.i_s_hat_A = ab(2.0 * NOMINAL_A * axis);
+    st.estimator.adaptation.x_rad_s = omega_rad_s;
+    st.estimator.estimate.omega_e_rad_s = omega_rad_s;
+    st.estimator.estimate.omega_s_rad_s = omega_rad_s;
 }
 
 static void step(void)
@@ -135,11 +135,11 @@ static void test_run_is_supervised_and_nothing_else_is(void)
         step();
         const supervisor_in_t sup_in = {.u_s_V = out.u_s_V,
                                         .i_s_A = out.meas.i_s_A,
-                                        .lambda_r_hat_Wb = st.observer.lambda_r_hat_Wb,
-                                        .e1_A = st.observer.e1_A,
+                                        .lambda_r_hat_Wb = st.estimator.observer.lambda_r_hat_Wb,
+                                        .e1_A = st.estimator.observer.e1_A,
                                         .Rs_ohm = drive_rs_ohm(&cfg, &st),
-                                        .omega_e_hat_rad_s = st.omega_e_hat_rad_s,
-                                        .omega_s_hat_rad_s = st.omega_s_hat_rad_s};
+                                        .omega_e_hat_rad_s = st.estimator.estimate.omega_e_rad_s,
+                                        .omega_s_hat_rad_s = st.estimator.estimate.omega_s_rad_s};
         supervisor_step(&cfg.supervisor, &expected, &sup_in);
         TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.alpha, st.supervisor.s_Wb.alpha);
         TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.beta, st.supervisor.s_Wb.beta);
@@ -207,13 +207,13 @@ static void test_the_supervisor_itself_brings_the_vector(void)
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         configure(machine, DRIVE_LOST_IMPRESS);
         run_judged(SUPERVISOR_CLOSED);
-        st.observer.lambda_r_hat_Wb = (ab_t){1.2f, 0.0f};
+        st.estimator.observer.lambda_r_hat_Wb = (ab_t){1.2f, 0.0f};
         for (int k = 0; k < 14; k++) {
             step();
-            TEST_ASSERT_FALSE(st.impressed.active);
+            TEST_ASSERT_FALSE(st.modes.i_f.active);
         }
         step();
-        TEST_ASSERT_TRUE(st.impressed.active);
+        TEST_ASSERT_TRUE(st.modes.i_f.active);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     }
 }
@@ -226,25 +226,25 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
         step();
         const cplx i_A = of(out.meas.i_s_A);
         const cplx axis = i_A / cabs(i_A);
-        TEST_ASSERT_TRUE(st.impressed.active);
-        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.impressed.axis) - axis));
-        ASSERT_NEAR(1e-5, cabs(i_A), st.impressed.current_A);
-        ASSERT_SAME_FLOAT(25.0f, st.impressed.omega_rad_s);
-        TEST_ASSERT_EQUAL_MEMORY(&out.meas.i_s_A, &st.observer.i_s_hat_A, sizeof(ab_t));
-        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.observer.lambda_r_hat_Wb) - nominal_Wb() * axis));
-        ASSERT_SAME_FLOAT(0.0f, st.observer.e1_A.alpha);
-        ASSERT_SAME_FLOAT(0.0f, st.observer.e1_A.beta);
-        ASSERT_SAME_FLOAT(25.0f, st.adaptation.x_rad_s);
-        TEST_ASSERT_FALSE(st.adaptation.near_zero);
-        ASSERT_SAME_FLOAT(25.0f, st.omega_e_hat_rad_s);
-        ASSERT_SAME_FLOAT(25.0f, st.omega_s_hat_rad_s);
-        ASSERT_SAME_FLOAT(0.0f, st.steering.below_Wb);
-        ASSERT_SAME_FLOAT(0.0f, st.steering.torque_Nm);
-        TEST_ASSERT_FALSE(st.steering.steering);
-        ASSERT_SAME_FLOAT(0.0f, st.steer.below_Wb);
+        TEST_ASSERT_TRUE(st.modes.i_f.active);
+        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.modes.i_f.axis) - axis));
+        ASSERT_NEAR(1e-5, cabs(i_A), st.modes.i_f.current_A);
+        ASSERT_SAME_FLOAT(25.0f, st.modes.i_f.omega_rad_s);
+        TEST_ASSERT_EQUAL_MEMORY(&out.meas.i_s_A, &st.estimator.observer.i_s_hat_A, sizeof(ab_t));
+        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.estimator.observer.lambda_r_hat_Wb) - nominal_Wb() * axis));
+        ASSERT_SAME_FLOAT(0.0f, st.estimator.observer.e1_A.alpha);
+        ASSERT_SAME_FLOAT(0.0f, st.estimator.observer.e1_A.beta);
+        ASSERT_SAME_FLOAT(25.0f, st.estimator.adaptation.x_rad_s);
+        TEST_ASSERT_FALSE(st.estimator.adaptation.near_zero);
+        ASSERT_SAME_FLOAT(25.0f, st.estimator.estimate.omega_e_rad_s);
+        ASSERT_SAME_FLOAT(25.0f, st.estimator.estimate.omega_s_rad_s);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steering.below_Wb);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steering.torque_Nm);
+        TEST_ASSERT_FALSE(st.modes.vector.steering.steering);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steer.below_Wb);
         ASSERT_SAME_FLOAT(0.0f, st.rs_tracking.delta_ohm);
-        ASSERT_SAME_FLOAT(0.0f, st.torque_more_pu);
-        ASSERT_SAME_FLOAT(0.0f, st.i_d_less_A);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.torque_gain_extra_pu);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.i_d_reduction_A);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     }
 }
@@ -271,16 +271,16 @@ static void test_slow_the_speed_is_the_imposed_one(void)
     p.adaptation.kp_rad_per_s_Wb_A = 1.5f;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     run_impressed(SUPERVISOR_IMPRESSED, 11.9f, 1.0);
-    st.observer.e1_A = (ab_t){1.0f, -1.0f};
-    st.omega_e_hat_rad_s = 5.0f;
-    st.omega_s_hat_rad_s = 6.0f;
-    st.adaptation.x_rad_s = 7.0f;
+    st.estimator.observer.e1_A = (ab_t){1.0f, -1.0f};
+    st.estimator.estimate.omega_e_rad_s = 5.0f;
+    st.estimator.estimate.omega_s_rad_s = 6.0f;
+    st.estimator.adaptation.x_rad_s = 7.0f;
     in.omega_e_ref_rad_s = 11.0f;
     step();
-    ASSERT_SAME_FLOAT(11.9f, st.omega_e_hat_rad_s);
-    ASSERT_SAME_FLOAT(11.9f, st.adaptation.x_rad_s);
-    ASSERT_SAME_FLOAT(11.9f, st.omega_s_hat_rad_s);
-    ASSERT_NEAR(1e-5, 11.8, st.impressed.omega_rad_s); /* for the next period */
+    ASSERT_SAME_FLOAT(11.9f, st.estimator.estimate.omega_e_rad_s);
+    ASSERT_SAME_FLOAT(11.9f, st.estimator.adaptation.x_rad_s);
+    ASSERT_SAME_FLOAT(11.9f, st.estimator.estimate.omega_s_rad_s);
+    ASSERT_NEAR(1e-5, 11.8, st.modes.i_f.omega_rad_s); /* for the next period */
     ASSERT_SAME_FLOAT(8.0f, out.i_ref_A.d);
     ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
     TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
@@ -295,14 +295,14 @@ static void test_fast_the_speed_is_estimated_around_the_imposed_one(void)
     p.adaptation.leak_per_s_Wb_A = 200.0f;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     run_impressed(SUPERVISOR_IMPRESSED, -40.0f, 1.0);
-    st.speed.omega_ref_rad_s = 25.0f;
+    st.modes.vector.speed.omega_ref_rad_s = 25.0f;
     step();
-    const double z = cimag(conj(of(st.observer.lambda_r_hat_Wb)) * of(st.observer.e1_A));
+    const double z = cimag(conj(of(st.estimator.observer.lambda_r_hat_Wb)) * of(st.estimator.observer.e1_A));
     TEST_ASSERT_TRUE(fabs(z) > 1e-3);
     /* x began at the imposed speed, so the leak takes nothing. */
-    ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z, st.adaptation.x_rad_s);
-    ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z + 1.5 * z, st.omega_e_hat_rad_s);
-    ASSERT_SAME_FLOAT(-40.0f, st.omega_s_hat_rad_s);
+    ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z, st.estimator.adaptation.x_rad_s);
+    ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z + 1.5 * z, st.estimator.estimate.omega_e_rad_s);
+    ASSERT_SAME_FLOAT(-40.0f, st.estimator.estimate.omega_s_rad_s);
 }
 
 static void test_the_voltage_turns_with_the_vector(void)
@@ -312,12 +312,12 @@ static void test_the_voltage_turns_with_the_vector(void)
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     cplx u_V[2];
     for (int k = 0; k < 2; k++) {
-        st.current.d.x = 12.0f;
-        st.current.q.x = -30.0f;
-        st.impressed.current_A = 8.0f;
-        in.sample = sampled(8.0 * of(st.impressed.axis), 0.0);
+        st.voltage.current.d.x = 12.0f;
+        st.voltage.current.q.x = -30.0f;
+        st.modes.i_f.current_A = 8.0f;
+        in.sample = sampled(8.0 * of(st.modes.i_f.axis), 0.0);
         step();
-        u_V[k] = of(st.u_pending_V);
+        u_V[k] = of(st.acting.pending_V);
     }
     /* 1.5 periods ahead of the sample; 2 mA of rounding at 3.6 ohm. */
     const cplx expected_V = (12.0 - 30.0 * I) * cexp(I * (0.7 + 30.0 * 1.5 * 2e-4));
@@ -338,7 +338,7 @@ static void test_it_gives_up_above_the_return_frequency_only(void)
         step();
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     }
-    TEST_ASSERT_TRUE(st.impressed.active);
+    TEST_ASSERT_TRUE(st.modes.i_f.active);
 }
 
 static void test_hand_back_takes_torque_and_speed_along(void)
@@ -348,17 +348,17 @@ static void test_hand_back_takes_torque_and_speed_along(void)
         configure(machine, DRIVE_LOST_IMPRESS);
         for (unsigned k = 0; k < 3u; k++) {
             run_impressed(SUPERVISOR_CLOSED, 30.0f, flux_pu[k]);
-            st.adaptation.x_rad_s = 27.0f; /* the estimate, with some slip */
+            st.estimator.adaptation.x_rad_s = 27.0f; /* the estimate, with some slip */
             step();
-            const cplx lambda_Wb = of(st.observer.lambda_r_hat_Wb);
+            const cplx lambda_Wb = of(st.estimator.observer.lambda_r_hat_Wb);
             /* The torque as current at nominal flux. */
             const double i_q_A = cimag(conj(lambda_Wb) * of(out.meas.i_s_A)) / (nominal_Wb());
-            ASSERT_NEAR(1e-4, i_q_A, st.speed.pi.x);
+            ASSERT_NEAR(1e-4, i_q_A, st.modes.vector.speed.pi.x);
             TEST_ASSERT_TRUE(i_q_A > 4.0);
-            ASSERT_SAME_FLOAT(30.0f, st.speed.omega_ref_rad_s);
-            ASSERT_SAME_FLOAT(27.0f, st.speed.omega_filtered_rad_s);
+            ASSERT_SAME_FLOAT(30.0f, st.modes.vector.speed.omega_ref_rad_s);
+            ASSERT_SAME_FLOAT(27.0f, st.modes.vector.speed.omega_filtered_rad_s);
             const i_f_state_t none = {0};
-            TEST_ASSERT_EQUAL_MEMORY(&none, &st.impressed, sizeof none);
+            TEST_ASSERT_EQUAL_MEMORY(&none, &st.modes.i_f, sizeof none);
             TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
         }
     }
@@ -368,7 +368,7 @@ static void test_hand_back_limits_the_torque_to_what_the_controller_may_ask(void
 {
     run_impressed(SUPERVISOR_CLOSED, 30.0f, 2.5); /* 17 A at nominal flux */
     step();
-    ASSERT_SAME_FLOAT(12.0f, st.speed.pi.x);
+    ASSERT_SAME_FLOAT(12.0f, st.modes.vector.speed.pi.x);
 }
 
 /* Below the return frequency the estimate is what was imposed, and proves nothing. */
@@ -376,32 +376,32 @@ static void test_no_hand_back_below_the_return_frequency(void)
 {
     run_impressed(SUPERVISOR_CLOSED, 9.0f, 1.0);
     step();
-    TEST_ASSERT_TRUE(st.impressed.active);
+    TEST_ASSERT_TRUE(st.modes.i_f.active);
     run_impressed(SUPERVISOR_CLOSED, 13.0f, 1.0);
     step();
-    TEST_ASSERT_FALSE(st.impressed.active);
+    TEST_ASSERT_FALSE(st.modes.i_f.active);
 }
 
 static void test_after_it_slow_work_and_judgement_share_no_period(void)
 {
     run_impressed(SUPERVISOR_CLOSED, 30.0f, 1.0);
     st.supervisor.periods = 5u;
-    st.slow_period = 11u;
+    st.modes.vector.slow_period = 11u;
     step();
     TEST_ASSERT_EQUAL_UINT32(6u, st.supervisor.periods);
-    TEST_ASSERT_EQUAL_UINT32(6u, st.slow_period);
+    TEST_ASSERT_EQUAL_UINT32(6u, st.modes.vector.slow_period);
 }
 
 /* Without a flux the frame has no length to divide by. */
 static void test_hand_back_without_flux_leaves_numbers(void)
 {
     run_impressed(SUPERVISOR_CLOSED, 30.0f, 0.0);
-    st.observer.i_s_hat_A = (ab_t){0.0f, 0.0f};
+    st.estimator.observer.i_s_hat_A = (ab_t){0.0f, 0.0f};
     step();
-    TEST_ASSERT_FALSE(st.impressed.active);
-    TEST_ASSERT_TRUE(is_finite(st.speed.pi.x) && is_finite(st.current.d.x) &&
-                     is_finite(st.current.q.x));
-    ASSERT_NEAR(0.1, 0.0, st.speed.pi.x);
+    TEST_ASSERT_FALSE(st.modes.i_f.active);
+    TEST_ASSERT_TRUE(is_finite(st.modes.vector.speed.pi.x) && is_finite(st.voltage.current.d.x) &&
+                     is_finite(st.voltage.current.q.x));
+    ASSERT_NEAR(0.1, 0.0, st.modes.vector.speed.pi.x);
 }
 
 /* Machine, current and flux in balance; the voltage asked before and after. */
@@ -410,17 +410,17 @@ static void test_hand_back_does_not_move_the_voltage(void)
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         configure(machine, DRIVE_LOST_IMPRESS);
         run_impressed(SUPERVISOR_CLOSED, 30.0f, 1.0);
-        const cplx x_V = (12.0 - 30.0 * I) * of(st.impressed.axis);
+        const cplx x_V = (12.0 - 30.0 * I) * of(st.modes.i_f.axis);
         step();
-        const cplx lambda_Wb = of(st.observer.lambda_r_hat_Wb);
-        const cplx kept_V = (double)st.current.d.x + I * (double)st.current.q.x;
+        const cplx lambda_Wb = of(st.estimator.observer.lambda_r_hat_Wb);
+        const cplx kept_V = (double)st.voltage.current.d.x + I * (double)st.voltage.current.q.x;
         ASSERT_NEAR(0.02, 0.0, cabs(kept_V * lambda_Wb / cabs(lambda_Wb) - x_V));
-        const cplx before_V = of(st.u_pending_V);
+        const cplx before_V = of(st.acting.pending_V);
         in.sample = sampled(8.0 * cexp(I * (0.7 + 30.0 * 2e-4)), 0.0);
-        st.observer.i_s_hat_A = out.meas.i_s_A;
+        st.estimator.observer.i_s_hat_A = out.meas.i_s_A;
         step();
         /* 32 V in all. What is left is the slip, and samples whose voltage is no machine's. */
-        ASSERT_NEAR(0.5, 0.0, cabs(of(st.u_pending_V) - before_V * cexp(I * 30.0 * 2e-4)));
+        ASSERT_NEAR(0.5, 0.0, cabs(of(st.acting.pending_V) - before_V * cexp(I * 30.0 * 2e-4)));
     }
 }
 
@@ -433,7 +433,7 @@ static void test_nothing_is_impressed_outside_of_run(void)
         run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
         in.mode = modes[k];
         step();
-        TEST_ASSERT_EQUAL_MEMORY(&none, &st.impressed, sizeof none);
+        TEST_ASSERT_EQUAL_MEMORY(&none, &st.modes.i_f, sizeof none);
         TEST_ASSERT_EQUAL_MEMORY(&rested, &st.supervisor, sizeof rested);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
     }
@@ -448,8 +448,8 @@ static void test_a_reference_that_is_no_number_leaves_the_vector_turning(void)
             step();
             TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
         }
-        ASSERT_SAME_FLOAT(30.0f, st.impressed.omega_rad_s);
-        ASSERT_NEAR(1e-5, 0.7 + 10.0 * 30.0 * 2e-4, carg(of(st.impressed.axis)));
+        ASSERT_SAME_FLOAT(30.0f, st.modes.i_f.omega_rad_s);
+        ASSERT_NEAR(1e-5, 0.7 + 10.0 * 30.0 * 2e-4, carg(of(st.modes.i_f.axis)));
     }
 }
 

@@ -22,7 +22,7 @@ static plant_t plant;
 void setUp(void)
 {
     p = both_machines(0);
-    p.voltage_source = DRIVE_VOLTAGE_DUTY;
+    p.voltage_source = ACTING_VOLTAGE_DUTY;
     p.observer_method = OBSERVER_SECOND_ORDER;
     p.adaptation.kp_rad_per_s_Wb_A = 4.0f;
     p.adaptation.ki_rad_per_s2_Wb_A = 2000.0f;
@@ -31,16 +31,16 @@ void setUp(void)
     p.dead_time.fraction = 0.0f;
     p.current.decoupling = 1.0f;
     p.modes = (drive_modes_params_t){
-        .standing_bandwidth_rad_s = 400.0f,
+        .dc_bandwidth_rad_s = 400.0f,
         .flying = {.current_A = 4.0f,
                    .settle_s = 0.02f,
                    .window_s = 0.1f,
                    .stand_rad_s = 14.7f,
                    .omega_max_rad_s = 600.0f},
         .volts = {.psi_Wb = 0.44f, .boost_V = 4.0f, .slew_rad_s2 = 200.0f, .i_max_A = 15.0f},
-        .brake_from_rad_s = 1000.0f,
-        .brake_s = 0.3f,
-        .brake_slew_A_per_s = 100.0f};
+        .brake.from_rad_s = 1000.0f,
+        .brake.least_s = 0.3f,
+        .brake.slew_A_per_s = 100.0f};
     st = (drive_state_t){0};
     in = (drive_in_t){.mode = DRIVE_PREMAGNETISE};
     plant = plant_of(p.motor, 0.0, 0.0);
@@ -69,7 +69,7 @@ static uint32_t run(double time_s)
 
 static double flux_error(void)
 {
-    const ab_t hat = st.observer.lambda_r_hat_Wb;
+    const ab_t hat = st.estimator.observer.lambda_r_hat_Wb;
     return cabs((double)hat.alpha + I * (double)hat.beta - plant.psi_r_Wb);
 }
 
@@ -82,10 +82,10 @@ static void test_init_refuses_what_a_mode_cannot_do(void)
 {
     p.modes.control = (drive_control_t)3;
     TEST_ASSERT_TRUE(refused());
-    p.modes.control = DRIVE_CONTROL_IMPRESSED; /* without a current to impress */
+    p.modes.control = MODES_CONTROL_I_F; /* without a current to impress */
     TEST_ASSERT_TRUE(refused());
     setUp();
-    p.modes.control = DRIVE_CONTROL_VOLTS_PER_HERTZ;
+    p.modes.control = MODES_CONTROL_VOLTS_PER_HERTZ;
     p.modes.volts.psi_Wb = 0.0f;
     TEST_ASSERT_TRUE(refused());
     setUp();
@@ -94,7 +94,7 @@ static void test_init_refuses_what_a_mode_cannot_do(void)
     TEST_ASSERT_TRUE(refused());
     setUp();
     p.modes.flying.enable = true;
-    p.modes.standing_bandwidth_rad_s = 0.0f;
+    p.modes.dc_bandwidth_rad_s = 0.0f;
     TEST_ASSERT_TRUE(refused());
     setUp();
     p.modes.level.voltage_share = 2.0f;
@@ -108,22 +108,22 @@ static void test_init_refuses_a_brake_that_is_none(void)
 {
     const float bad_A[] = {NAN, -1.0f, INFINITY};
     for (int n = 0; n < 3; n++) {
-        p.modes.brake_A = bad_A[n];
+        p.modes.brake.current_A = bad_A[n];
         TEST_ASSERT_TRUE(refused());
     }
     setUp();
-    p.modes.brake_A = 5.0f;
+    p.modes.brake.current_A = 5.0f;
     TEST_ASSERT_FALSE(refused());
-    p.modes.brake_from_rad_s = -1.0f;
+    p.modes.brake.from_rad_s = -1.0f;
     TEST_ASSERT_TRUE(refused());
     setUp();
-    p.modes.brake_A = 5.0f;
-    p.modes.brake_s = -1.0f;
+    p.modes.brake.current_A = 5.0f;
+    p.modes.brake.least_s = -1.0f;
     TEST_ASSERT_TRUE(refused());
-    p.modes.brake_s = 1e9f;
+    p.modes.brake.least_s = 1e9f;
     TEST_ASSERT_TRUE(refused());
-    p.modes.brake_s = 1.0f;
-    p.modes.brake_slew_A_per_s = 0.0f;
+    p.modes.brake.least_s = 1.0f;
+    p.modes.brake.slew_A_per_s = 0.0f;
     TEST_ASSERT_TRUE(refused());
 }
 
@@ -132,7 +132,7 @@ static void test_all_off_asks_nothing(void)
     start();
     TEST_ASSERT_FALSE(cfg.modes.any_open);
     run(0.01);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
     TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
 }
 
@@ -150,13 +150,13 @@ static void test_a_turning_motor_is_caught(void)
         TEST_ASSERT_EQUAL(RS_MEASUREMENT_BUSY, out.rs_measurement);
         TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
         TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.modes.flying.phase);
-        ASSERT_SAME_FLOAT(0.0f, st.speed.pi.x); /* no torque yet */
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.speed.pi.x); /* no torque yet */
         TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
-        ASSERT_NEAR(2.0, speeds[n % 4], st.omega_e_hat_rad_s);
+        ASSERT_NEAR(2.0, speeds[n % 4], st.estimator.estimate.omega_e_rad_s);
         /* 2nd order leaves w^3 T^2/6 of angle, the ADC an LSB in volts over w: 7 % of .41 Wb. */
         ASSERT_NEAR(0.03, 0.0, flux_error());
         ASSERT_NEAR(0.3, 0.0, out.i_A.q);
-        ASSERT_SAME_FLOAT(st.omega_e_hat_rad_s, st.speed.omega_ref_rad_s);
+        ASSERT_SAME_FLOAT(st.estimator.estimate.omega_e_rad_s, st.modes.vector.speed.omega_ref_rad_s);
         in.mode = DRIVE_RUN;
         in.omega_e_ref_rad_s += 20.0f;
         TEST_ASSERT_EQUAL_HEX32(0u, run(0.02));
@@ -171,11 +171,11 @@ static void test_a_standing_motor_is_magnetised_as_ever(void)
     start();
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.5));
     TEST_ASSERT_EQUAL(FLYING_START_STANDS, st.modes.flying.phase);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
     run(1.0);
     ASSERT_NEAR(0.1, 4.0, creal(plant_current(&plant)));
     ASSERT_NEAR(0.02, 0.0, flux_error());
-    ASSERT_SAME_FLOAT(0.0f, st.omega_e_hat_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.estimator.estimate.omega_e_rad_s);
 }
 
 /* No phase conducts: no current, no speed. */
@@ -207,27 +207,27 @@ static void magnetised_run(float omega_rad_s)
 
 static void test_the_reference_at_zero_brakes_by_direct_current(void)
 {
-    p.modes.brake_A = 8.0f;
+    p.modes.brake.current_A = 8.0f;
     magnetised_run(100.0f);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
     in.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.15));
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
     TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.supervisor.confidence);
     ASSERT_NEAR(0.3, 8.0, creal(plant_current(&plant)));
     ASSERT_NEAR(0.3, 0.0, cimag(plant_current(&plant)));
     TEST_ASSERT_TRUE(plant.omega_e_rad_s < 100.0);
     in.omega_e_ref_rad_s = 50.0f;
     run(0.1);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open); /* its time is not over */
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode); /* its time is not over */
     in.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL_HEX32(0u, run(4.0));
     ASSERT_NEAR(1.0, 0.0, plant.omega_e_rad_s);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
     /* Lets go: flux along alpha is where the estimate begins, and the speed follows again. */
     in.omega_e_ref_rad_s = 50.0f;
     run(PERIOD_S * 1.5);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
     ASSERT_NEAR(0.05, 0.0, flux_error());
     TEST_ASSERT_EQUAL_HEX32(0u, run(2.0));
     ASSERT_NEAR(3.0, 50.0, plant.omega_e_rad_s);
@@ -235,32 +235,32 @@ static void test_the_reference_at_zero_brakes_by_direct_current(void)
 
 static void test_a_small_threshold_only_holds(void)
 {
-    p.modes.brake_A = 8.0f;
-    p.modes.brake_from_rad_s = 5.0f;
+    p.modes.brake.current_A = 8.0f;
+    p.modes.brake.from_rad_s = 5.0f;
     magnetised_run(100.0f);
     in.omega_e_ref_rad_s = 0.0f;
     run(0.01);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
 }
 
 static void test_volts_per_hertz_turns_the_motor(void)
 {
-    p.modes.control = DRIVE_CONTROL_VOLTS_PER_HERTZ;
+    p.modes.control = MODES_CONTROL_VOLTS_PER_HERTZ;
     start();
     run(1.0);
     in.mode = DRIVE_RUN;
     in.omega_e_ref_rad_s = -150.0f;
     plant.J_kg_m2 = 0.03;
     TEST_ASSERT_EQUAL_HEX32(0u, run(4.0));
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_VOLTS, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VOLTS_PER_HERTZ, st.mode);
     ASSERT_NEAR(4.0, -150.0, plant.omega_e_rad_s);
-    ASSERT_NEAR(1e-3, -150.0, st.omega_e_hat_rad_s);
-    ASSERT_SAME_FLOAT(0.0f, st.observer.lambda_r_hat_Wb.alpha);
+    ASSERT_NEAR(1e-3, -150.0, st.estimator.estimate.omega_e_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.estimator.observer.lambda_r_hat_Wb.alpha);
 }
 
 static void test_impressed_control_turns_the_motor(void)
 {
-    p.modes.control = DRIVE_CONTROL_IMPRESSED;
+    p.modes.control = MODES_CONTROL_I_F;
     p.impressed = (i_f_params_t){.current_A = 6.0f,
                                  .slew_A_per_s = 100.0f,
                                  .slew_rad_s2 = 40.0f,
@@ -272,25 +272,25 @@ static void test_impressed_control_turns_the_motor(void)
     in.omega_e_ref_rad_s = 60.0f;
     plant.J_kg_m2 = 0.03;
     TEST_ASSERT_EQUAL_HEX32(0u, run(4.0));
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_IMPRESSED, st.modes.open);
-    TEST_ASSERT_TRUE(st.impressed.active);
+    TEST_ASSERT_EQUAL(MODE_I_F, st.mode);
+    TEST_ASSERT_TRUE(st.modes.i_f.active);
     ASSERT_NEAR(3.0, 60.0, plant.omega_e_rad_s);
     ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
-    ASSERT_SAME_FLOAT(60.0f, st.omega_e_hat_rad_s); /* what is told */
-    ASSERT_SAME_FLOAT(0.0f, out.gain.l1_re_per_s);
-    ASSERT_SAME_FLOAT(0.0f, out.gain.l1_im_per_s);
-    ASSERT_SAME_FLOAT(0.0f, out.gain.l2_re_ohm);
-    ASSERT_SAME_FLOAT(0.0f, out.gain.l2_im_ohm);
+    ASSERT_SAME_FLOAT(60.0f, st.estimator.estimate.omega_e_rad_s); /* what is told */
+    ASSERT_SAME_FLOAT(0.0f, st.estimator.gain.l1_re_per_s);
+    ASSERT_SAME_FLOAT(0.0f, st.estimator.gain.l1_im_per_s);
+    ASSERT_SAME_FLOAT(0.0f, st.estimator.gain.l2_re_ohm);
+    ASSERT_SAME_FLOAT(0.0f, st.estimator.gain.l2_im_ohm);
 }
 
 static void test_a_brake_begins_with_the_current_of_then(void)
 {
-    p.modes.brake_A = 8.0f;
+    p.modes.brake.current_A = 8.0f;
     start();
     const drive_modes_in_t begins = {.running = true, .i_A = {1.0f, 2.0f}};
     drive_modes_state_t modes = {.brake_periods = 7u};
     TEST_ASSERT_FALSE(drive_modes_select(&cfg.modes, &modes, &begins));
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, modes.open);
     TEST_ASSERT_EQUAL_UINT32(0u, modes.brake_periods);
     ASSERT_SAME_FLOAT(1.0f, modes.brake_i_ref_A.alpha);
     ASSERT_SAME_FLOAT(2.0f, modes.brake_i_ref_A.beta);
@@ -299,21 +299,21 @@ static void test_a_brake_begins_with_the_current_of_then(void)
 /* A torque mode's reference of zero is no stop. */
 static void test_no_brake_while_a_torque_is_asked_for(void)
 {
-    p.modes.brake_A = 8.0f;
+    p.modes.brake.current_A = 8.0f;
     magnetised_run(100.0f);
     in.aim = DRIVE_AIM_TORQUE;
     in.omega_e_ref_rad_s = 0.0f;
     run(0.01);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
     in.aim = DRIVE_AIM_SPEED;
     run(0.01);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
 }
 
 /* Lost orientation: its current stands in for the brake, and goes to the reference by itself. */
 static void test_no_brake_takes_over_from_impressed_current(void)
 {
-    p.modes.brake_A = 8.0f;
+    p.modes.brake.current_A = 8.0f;
     p.lost_action = DRIVE_LOST_IMPRESS;
     p.impressed = (i_f_params_t){.current_A = 6.0f,
                                  .slew_A_per_s = 100.0f,
@@ -321,19 +321,19 @@ static void test_no_brake_takes_over_from_impressed_current(void)
                                  .return_rad_s = 10.0f,
                                  .timeout_s = 5.0f};
     magnetised_run(8.0f);
-    i_f_start(&st.impressed, out.meas.i_s_A, 8.0f);
+    i_f_start(&st.modes.i_f, out.meas.i_s_A, 8.0f);
     in.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
-    TEST_ASSERT_TRUE(st.impressed.active);
-    ASSERT_SAME_FLOAT(0.0f, st.impressed.omega_rad_s);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
+    TEST_ASSERT_TRUE(st.modes.i_f.active);
+    ASSERT_SAME_FLOAT(0.0f, st.modes.i_f.omega_rad_s);
     ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
 }
 
 /* Without the observer a motor that was caught goes on at the speed it turns with. */
 static void test_open_loop_goes_on_with_a_motor_that_was_caught(void)
 {
-    const drive_control_t controls[] = {DRIVE_CONTROL_VOLTS_PER_HERTZ, DRIVE_CONTROL_IMPRESSED};
+    const drive_control_t controls[] = {MODES_CONTROL_VOLTS_PER_HERTZ, MODES_CONTROL_I_F};
     for (int n = 0; n < 4; n++) {
         setUp();
         const float omega_rad_s = (n < 2) ? 200.0f : -200.0f;
@@ -364,21 +364,21 @@ static void test_open_loop_goes_on_with_a_motor_that_was_caught(void)
 /* Nobody knows the speed meanwhile: the gates may go when the brake has had its time. */
 static void test_a_stop_is_over_when_the_brake_has_had_its_time(void)
 {
-    p.modes.brake_A = 8.0f;
+    p.modes.brake.current_A = 8.0f;
     magnetised_run(100.0f);
     in.aim = DRIVE_AIM_STOP;
     in.omega_e_ref_rad_s = 0.0f;
     run(0.2);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
     TEST_ASSERT_FALSE(drive_standing(&st, 5.0f));
     run(0.2);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
     TEST_ASSERT_TRUE(drive_standing(&st, 5.0f));
 }
 
 static void test_a_stop_by_volts_per_hertz_ends_at_standstill(void)
 {
-    p.modes.control = DRIVE_CONTROL_VOLTS_PER_HERTZ;
+    p.modes.control = MODES_CONTROL_VOLTS_PER_HERTZ;
     start();
     run(1.0);
     in.mode = DRIVE_RUN;
@@ -396,13 +396,13 @@ static void test_a_stop_by_volts_per_hertz_ends_at_standstill(void)
 /* Holding by direct current can go on for ever: the temperatures are looked at all the same. */
 static void test_a_brake_that_is_too_much_for_the_motor_ends(void)
 {
-    p.modes.brake_A = 8.0f;
+    p.modes.brake.current_A = 8.0f;
     p.overload.cont_A[OVERLOAD_MOTOR] = 6.0f;
     p.overload.tau_s[OVERLOAD_MOTOR] = 2.0f;
     magnetised_run(100.0f);
     in.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.3) & FAULT_OVERLOAD);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_BRAKE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
     TEST_ASSERT_EQUAL_HEX32(FAULT_OVERLOAD, run(4.0) & FAULT_OVERLOAD);
 }
 
@@ -413,7 +413,7 @@ static void test_commissioning_searches_for_nothing(void)
     in.mode = DRIVE_COMMISSION;
     in.i_d_ref_A = 2.0f;
     run(0.3);
-    TEST_ASSERT_EQUAL(DRIVE_OPEN_NONE, st.modes.open);
+    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
     TEST_ASSERT_EQUAL(FLYING_START_SEARCH, st.modes.flying.phase);
     ASSERT_NEAR(0.1, 2.0, creal(plant_current(&plant)));
 }
@@ -437,12 +437,12 @@ static void test_the_field_is_weakened_at_speed(void)
     plant.u_dc_V = 150.0;
     magnetised_run(420.0f);
     run(1.5);
-    const double share = sqrt((double)ab_norm2(st.u_pending_V)) / (150.0 / sqrt(2.0));
+    const double share = sqrt((double)ab_norm2(st.acting.pending_V)) / (150.0 / sqrt(2.0));
     ASSERT_NEAR(0.04, 0.9, share);
     TEST_ASSERT_TRUE(cabs(plant.psi_r_Wb) < 0.3);
     ASSERT_NEAR(0.02, 0.0, flux_error());
-    TEST_ASSERT_EQUAL(st.modes.level.i_q_less_A > 0.0f, st.pull_out_near);
-    ASSERT_SAME_FLOAT(st.modes.level.below_Wb, st.flux_below_Wb);
+    TEST_ASSERT_EQUAL(st.modes.vector.reference.i_q_less_A > 0.0f, st.modes.vector.pull_out_near);
+    ASSERT_SAME_FLOAT(st.modes.vector.reference.below_Wb, st.modes.vector.flux_reduction_Wb);
 }
 
 static observer_gain_t gain_of_a_step_at(float omega_rad_s)
@@ -450,10 +450,10 @@ static observer_gain_t gain_of_a_step_at(float omega_rad_s)
     p.observer_gain_enable = true;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     in.mode = DRIVE_RUN;
-    st.omega_e_hat_rad_s = omega_rad_s;
+    st.estimator.estimate.omega_e_rad_s = omega_rad_s;
     in.sample = plant_words(&plant, &p);
     drive_step(&cfg, &st, &in, &out);
-    return out.gain;
+    return st.estimator.gain;
 }
 
 /* Real parts hold, imaginary ones grow with the speed: without a step, and no more than threefold.
@@ -485,13 +485,13 @@ static void test_weakening_may_be_switched_off_while_it_acts(void)
     plant.u_dc_V = 150.0;
     magnetised_run(420.0f);
     run(1.5);
-    TEST_ASSERT_TRUE(st.flux_below_Wb > 0.1f);
+    TEST_ASSERT_TRUE(st.modes.vector.flux_reduction_Wb > 0.1f);
     p.modes.level.voltage_share = 0.0f;
     start();
     plant.u_dc_V = 283.0;
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
-    ASSERT_SAME_FLOAT(0.0f, st.flux_below_Wb);
-    TEST_ASSERT_FALSE(st.pull_out_near);
+    ASSERT_SAME_FLOAT(0.0f, st.modes.vector.flux_reduction_Wb);
+    TEST_ASSERT_FALSE(st.modes.vector.pull_out_near);
     ASSERT_NEAR(0.05, 0.408, cabs(plant.psi_r_Wb));
 }
 
@@ -508,12 +508,12 @@ static void test_the_lower_of_steering_and_level_counts(void)
                                           .slew_Wb_per_s = 0.4f,
                                           .i_q_max_A = 12.0f};
     magnetised_run(50.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.flux_below_Wb);
-    st.steer.below_Wb = 0.1f;
-    st.steering.below_Wb = 0.1f;
+    ASSERT_SAME_FLOAT(0.0f, st.modes.vector.flux_reduction_Wb);
+    st.modes.vector.steer.below_Wb = 0.1f;
+    st.modes.vector.steering.below_Wb = 0.1f;
     run(16.0 * PERIOD_S);
-    TEST_ASSERT_TRUE(st.flux_below_Wb > 0.05f);
-    ASSERT_SAME_FLOAT(st.steer.below_Wb, st.flux_below_Wb);
+    TEST_ASSERT_TRUE(st.modes.vector.flux_reduction_Wb > 0.05f);
+    ASSERT_SAME_FLOAT(st.modes.vector.steer.below_Wb, st.modes.vector.flux_reduction_Wb);
 }
 
 static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
@@ -529,13 +529,13 @@ static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
     magnetised_run(150.0f);
     plant.u_dc_V = 215.0;
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.05));
-    TEST_ASSERT_TRUE(st.modes.mains.active);
+    TEST_ASSERT_TRUE(st.modes.vector.mains.active);
     ASSERT_NEAR(40.0, -300.0, plant_torque(&plant) * plant.omega_e_rad_s / 2.0);
     /* The mains is back: speed and torque go on from there. */
     const double slowed = plant.omega_e_rad_s;
     plant.u_dc_V = 283.0;
     run(0.02);
-    TEST_ASSERT_FALSE(st.modes.mains.active);
+    TEST_ASSERT_FALSE(st.modes.vector.mains.active);
     ASSERT_NEAR(20.0, slowed, plant.omega_e_rad_s);
     run(1.5);
     ASSERT_NEAR(3.0, 150.0, plant.omega_e_rad_s);
@@ -581,7 +581,7 @@ static void test_torque_mode_slews_back_from_a_dip(void)
     plant.u_dc_V = 215.0;
     run(0.1);
     plant.u_dc_V = 283.0;
-    while (st.modes.mains.active) {
+    while (st.modes.vector.mains.active) {
         run(PERIOD_S);
     }
     TEST_ASSERT_TRUE(plant_torque(&plant) < 0.5);

@@ -43,7 +43,7 @@ void setUp(void)
 {
     p = both_machines(0);
     p.observer_gain_enable = false;
-    p.voltage_source = DRIVE_VOLTAGE_SENSORS;
+    p.voltage_source = ACTING_VOLTAGE_SENSORS;
     p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
     p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
     p.adaptation.leak_per_s_Wb_A = 0.0f;
@@ -110,14 +110,14 @@ static void test_a_loss_that_was_not_found_is_no_broken_sensor(void)
     configure();
     in.sample = sampled(4.0, 60.0, 540.0);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_VOLTAGE_SENSOR);
-    st.dead_time_found = true;
+    st.modes.premagnetise.leg_loss_found = true;
     TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_VOLTAGE_SENSOR, 20 * TURN));
 }
 
 static void test_a_drive_that_uses_no_voltage_sensors_judges_none(void)
 {
     p.plausibility.u_V = 30.0f;
-    p.voltage_source = DRIVE_VOLTAGE_DUTY;
+    p.voltage_source = ACTING_VOLTAGE_DUTY;
     configure();
     in.sample = sampled(4.0, 60.0, 540.0);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_VOLTAGE_SENSOR);
@@ -156,7 +156,7 @@ static uint32_t faults_with_mirrored_current(drive_mode_t mode)
     in.sample = sampled(8.0 - 19.5 * I, 0.0, 540.0);
     uint32_t faults = 0u;
     for (int k = 0; k < 6; k++) {
-        st.observer.i_s_hat_A = (ab_t){8.0f, 19.5f};
+        st.estimator.observer.i_s_hat_A = (ab_t){8.0f, 19.5f};
         drive_step(&cfg, &st, &in, &out);
         faults |= out.faults;
     }
@@ -224,12 +224,12 @@ static void test_impressed_current_is_judged_by_its_heat_alone(void)
     in.sample = sampled(-12.0, 0.0, 540.0);
     for (int k = 0; k < 80 * TURN; k++) {
         st.supervisor.confidence = SUPERVISOR_IMPRESSED;
-        st.impressed.active = true;
+        st.modes.i_f.active = true;
         drive_step(&cfg, &st, &in, &out);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults & (FAULT_OBSERVER | FAULT_STALL));
     }
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.44f * (1.0f - expf(-0.256f)),
-                             st.overload.image_pu[OVERLOAD_MOTOR]);
+                             st.limits.overload.image_pu[OVERLOAD_MOTOR]);
 }
 
 /* Warm: derated and told, gates untouched. Hot: stopped. */
@@ -239,12 +239,12 @@ static void test_heat_derates_and_then_stops(void)
     p.overload.tau_s[OVERLOAD_MOTOR] = 10.0f;
     configure();
     in.omega_e_ref_rad_s = 200.0f;
-    st.overload.image_pu[OVERLOAD_MOTOR] = 1.1f;
+    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.1f;
     in.sample = sampled(5.0, 0.0, 540.0);
     TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(4 * TURN));
     /* 5 A are left, 4 of them magnetise. */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 3.0f, out.i_ref_A.q);
-    st.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
+    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
     TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_OVERLOAD, TURN));
 }
 
@@ -254,7 +254,7 @@ static void test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque(v
     p.overload.tau_s[OVERLOAD_MOTOR] = 10.0f;
     configure();
     in.omega_e_ref_rad_s = 200.0f;
-    st.overload = (overload_state_t){.image_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
+    st.limits.overload = (overload_state_t){.image_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
     (void)faults_in(8);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
 }
@@ -266,10 +266,10 @@ static float i_q_at(double u_dc_V, float omega_rad_s, float ref_rad_s)
     in.omega_e_ref_rad_s = ref_rad_s;
     in.sample = sampled(4.0, 0.0, u_dc_V);
     for (int k = 0; k < 20; k++) {
-        st.omega_e_hat_rad_s = omega_rad_s;
-        st.adaptation.x_rad_s = omega_rad_s;
-        st.speed.omega_filtered_rad_s = omega_rad_s;
-        st.speed.omega_ref_rad_s = ref_rad_s;
+        st.estimator.estimate.omega_e_rad_s = omega_rad_s;
+        st.estimator.adaptation.x_rad_s = omega_rad_s;
+        st.modes.vector.speed.omega_filtered_rad_s = omega_rad_s;
+        st.modes.vector.speed.omega_ref_rad_s = ref_rad_s;
         drive_step(&cfg, &st, &in, &out);
     }
     return out.i_ref_A.q;
@@ -310,15 +310,15 @@ static void test_gates_off_forgets_neither_heat_nor_brake_resistor(void)
     configure();
     in.mode = DRIVE_OFF;
     in.sample = sampled(0.0, 0.0, 610.0);
-    st.overload.image_pu[OVERLOAD_MOTOR] = 0.9f;
-    st.plausibility.stall = 5u;
+    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 0.9f;
+    st.guard.plausibility.stall = 5u;
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(3));
-    TEST_ASSERT_TRUE(st.link.brake_on);
-    TEST_ASSERT_EQUAL_FLOAT(0.9f, st.overload.image_pu[OVERLOAD_MOTOR]);
-    TEST_ASSERT_EQUAL_UINT32(0u, st.plausibility.stall);
+    TEST_ASSERT_TRUE(st.limits.link.brake_on);
+    TEST_ASSERT_EQUAL_FLOAT(0.9f, st.limits.overload.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.guard.plausibility.stall);
     in.sample = sampled(0.0, 0.0, 580.0);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
-    TEST_ASSERT_FALSE(st.link.brake_on);
+    TEST_ASSERT_FALSE(st.limits.link.brake_on);
 }
 
 /* The image follows the current in every mode: with the gates off it cools, tells nothing, and the
@@ -330,10 +330,10 @@ static void test_heat_goes_on_outside_run(void)
     configure();
     in.mode = DRIVE_OFF;
     in.sample = sampled(0.0, 0.0, 540.0);
-    st.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
+    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
     TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(TURN));
     (void)faults_in(299 * TURN); /* .96 s */
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f), st.overload.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f), st.limits.overload.image_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
     const drive_mode_t modes[] = {DRIVE_PREMAGNETISE, DRIVE_COMMISSION};
     for (int n = 0; n < 2; n++) {
@@ -342,7 +342,7 @@ static void test_heat_goes_on_outside_run(void)
         in.sample = sampled(8.0, 0.0, 540.0);
         TEST_ASSERT_EQUAL_UINT32(0u, faults_in(100 * TURN) & FAULT_OVERLOAD);
         TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.56f * (1.0f - expf(-0.32f)),
-                                 st.overload.image_pu[OVERLOAD_MOTOR]);
+                                 st.limits.overload.image_pu[OVERLOAD_MOTOR]);
         TEST_ASSERT_EQUAL_UINT32(FAULT_OVERLOAD, faults_in(200 * TURN) & FAULT_OVERLOAD);
     }
 }

@@ -75,7 +75,7 @@ static void test_two_ports_do_not_know_each_other(void)
     run(&a, SEQUENCE_CMD_RUN, 100, &out);
     TEST_ASSERT_EQUAL(SEQUENCE_PREMAGNETISE, a.unit.machine.id);
     TEST_ASSERT_EQUAL(SEQUENCE_READY, b.unit.machine.id);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, b.unit.drive.observer.i_s_hat_A.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, b.unit.drive.estimator.observer.i_s_hat_A.alpha);
 }
 
 int main(void)

@@ -27,11 +27,11 @@ static const measurement_params_t paper_params = {
 static const measurement_in_t centre = {8192u, 8192u, 8192u, 8192u, 8192u, 8192u};
 static const measurement_state_t no_offset = {.offset_A = {0.0f, 0.0f, 0.0f}};
 
-static measurement_out_t step(const measurement_params_t *params, const measurement_state_t *st,
+static measured_t step(const measurement_params_t *params, const measurement_state_t *st,
                               measurement_in_t in)
 {
     measurement_config_t cfg;
-    measurement_out_t out;
+    measured_t out;
     TEST_ASSERT_TRUE(measurement_init(&cfg, params));
     memset(&out, 0xFF, sizeof out);
     measurement_step(&cfg, st, &in, &out);
@@ -48,7 +48,7 @@ void tearDown(void)
 
 static void test_centre_words_are_zero(void)
 {
-    const measurement_out_t out = step(&paper_params, &no_offset, centre);
+    const measured_t out = step(&paper_params, &no_offset, centre);
     ASSERT_SAME_FLOAT(0.0f, out.i_A.u);
     ASSERT_SAME_FLOAT(0.0f, out.i_A.v);
     ASSERT_SAME_FLOAT(0.0f, out.i_A.w);
@@ -69,7 +69,7 @@ static void test_every_word_length_spans_the_full_scale(void)
         measurement_in_t in = {0};
         in.i_v_counts = (uint16_t)(codes - 1u);
         in.u_dc_counts = (uint16_t)(codes - 1u);
-        const measurement_out_t out = step(&params, &no_offset, in);
+        const measured_t out = step(&params, &no_offset, in);
         ASSERT_SAME_FLOAT(-25.0f, out.i_raw_A.u);
         ASSERT_NEAR(2e-6, 25.0 - 50.0 / codes, out.i_raw_A.v);
         ASSERT_NEAR(5e-5, 400.0 - 400.0 / codes, out.u_dc_V);
@@ -89,7 +89,7 @@ static void test_step_is_the_scaling_in_double_precision(void)
         }
         const measurement_state_t st = {.offset_A = {0.125f, -0.25f, 0.0625f}};
         const measurement_in_t in = {word[0], word[1], word[2], word[3], word[4], word[5]};
-        const measurement_out_t out = step(&paper_params, &st, in);
+        const measured_t out = step(&paper_params, &st, in);
         const double i_u = 25.0 * value[0] - 0.125;
         const double i_v = 25.0 * value[1] + 0.25;
         const double i_w = 25.0 * value[2] - 0.0625;
@@ -115,8 +115,8 @@ static void test_the_voltage_offset_is_taken_off_the_line_voltage_only(void)
 {
     const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
     const measurement_state_t st = {.offset_V = {1.5f, -0.25f}};
-    const measurement_out_t plain = step(&exact_params, &no_offset, in);
-    const measurement_out_t out = step(&exact_params, &st, in);
+    const measured_t plain = step(&exact_params, &no_offset, in);
+    const measured_t out = step(&exact_params, &st, in);
     ASSERT_NEAR(1e-5, sqrt(2.0 / 3.0) * 105.0, out.u_raw_V.alpha);
     ASSERT_NEAR(1e-5, sqrt(0.5) * 10.0, out.u_raw_V.beta);
     ASSERT_SAME_FLOAT(out.u_raw_V.alpha - 1.5f, out.u_line_V.alpha);
@@ -149,8 +149,8 @@ static void test_double_full_scale_doubles_the_values(void)
     twice.current_full_scale_A *= 2.0f;
     twice.line_voltage_full_scale_V *= 2.0f;
     twice.dc_link_full_scale_V *= 2.0f;
-    const measurement_out_t one = step(&paper_params, &no_offset, in);
-    const measurement_out_t two = step(&twice, &no_offset, in);
+    const measured_t one = step(&paper_params, &no_offset, in);
+    const measured_t two = step(&twice, &no_offset, in);
     ASSERT_SAME_FLOAT(2.0f * one.i_s_A.alpha, two.i_s_A.alpha);
     ASSERT_SAME_FLOAT(2.0f * one.i_s_A.beta, two.i_s_A.beta);
     ASSERT_SAME_FLOAT(2.0f * one.u_line_V.alpha, two.u_line_V.alpha);
@@ -167,8 +167,8 @@ static void test_swapped_wiring_gives_the_motors_own_order(void)
     measurement_params_t swapped = exact_params;
     swapped.swap_vw = true;
     const measurement_state_t st = {.offset_A = {0.0f, 1.0f, -1.0f}};
-    const measurement_out_t expected = step(&exact_params, &st, straight);
-    const measurement_out_t actual = step(&swapped, &st, wired);
+    const measured_t expected = step(&exact_params, &st, straight);
+    const measured_t actual = step(&swapped, &st, wired);
     ASSERT_SAME_FLOAT(10.0f, expected.i_raw_A.u);
     ASSERT_SAME_FLOAT(-5.0f, expected.i_A.v);
     ASSERT_SAME_FLOAT(-5.0f, expected.i_A.w);
@@ -231,7 +231,7 @@ static void test_flags_of_several_channels_add_up(void)
     in.i_u_counts = 0u;
     in.i_v_counts = 16384u;
     in.i_w_counts = 0u;
-    const measurement_out_t out = step(&exact_params, &no_offset, in);
+    const measured_t out = step(&exact_params, &no_offset, in);
     TEST_ASSERT_EQUAL_UINT32(
         MEASUREMENT_SATURATED | MEASUREMENT_OUT_OF_RANGE | MEASUREMENT_CURRENT_SUM, out.flags);
 }

@@ -12,13 +12,13 @@ static const monitor_config_t cfg = {.i_trip_A = 20.0f,
                                      .omega_max_rad_s = 500.0f,
                                      .plausibility_periods = 3u};
 
-static measurement_out_t meas;
+static measured_t meas;
 static monitor_in_t in;
 static monitor_state_t st;
 
 void setUp(void)
 {
-    meas = (measurement_out_t){.i_A = {5.0f, -2.0f, -3.0f},
+    meas = (measured_t){.i_A = {5.0f, -2.0f, -3.0f},
                                .i_s_A = {6.1f, 0.7f},
                                .u_line_V = {100.0f, -50.0f},
                                .u_dc_V = 283.0f};

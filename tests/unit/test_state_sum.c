@@ -31,38 +31,38 @@ static void assert_each_is_seen(float *const value[], size_t count, bool fast)
 
 static void test_what_the_estimate_and_the_voltage_rest_on_is_seen_at_once(void)
 {
-    observer_state_t *const o = &st.observer;
+    observer_state_t *const o = &st.estimator.observer;
     float *const value[] = {
         &o->i_s_hat_A.alpha,      &o->i_s_hat_A.beta,    &o->lambda_r_hat_Wb.alpha,
         &o->lambda_r_hat_Wb.beta, &o->e1_A.alpha,        &o->e1_A.beta,
-        &st.adaptation.x_rad_s,   &st.omega_e_hat_rad_s, &st.omega_s_hat_rad_s,
-        &st.current.d.x,          &st.current.q.x,       &st.speed.pi.x,
-        &st.u_acting_V.alpha,     &st.u_acting_V.beta,   &st.u_pending_V.alpha,
-        &st.u_pending_V.beta};
+        &st.estimator.adaptation.x_rad_s,   &st.estimator.estimate.omega_e_rad_s, &st.estimator.estimate.omega_s_rad_s,
+        &st.voltage.current.d.x,          &st.voltage.current.q.x,       &st.modes.vector.speed.pi.x,
+        &st.acting.acting_V.alpha,     &st.acting.acting_V.beta,   &st.acting.pending_V.alpha,
+        &st.acting.pending_V.beta};
     assert_each_is_seen(value, sizeof value / sizeof value[0], true);
 }
 
 static void test_control_and_resistance_are_seen_once_per_turn(void)
 {
-    rs_measurement_sums_t *const high = &st.rs_measurement.high;
-    rs_measurement_sums_t *const low = &st.rs_measurement.low;
-    float *const value[] = {&st.speed.omega_filtered_rad_s,
-                            &st.speed.omega_ref_rad_s,
-                            &st.speed.more,
-                            &st.speed.i_q_A,
-                            &st.ramp.steps,
-                            &st.flux.pi.x,
-                            &st.flux_below_Wb,
-                            &st.i_d_less_A,
-                            &st.torque_more_pu,
-                            &st.steering.torque_Nm,
-                            &st.steering.below_Wb,
-                            &st.steer.below_Wb,
-                            &st.steer.rate_Wb_per_s,
-                            &st.impressed.axis.alpha,
-                            &st.impressed.axis.beta,
-                            &st.impressed.current_A,
-                            &st.impressed.omega_rad_s,
+    rs_measurement_sums_t *const high = &st.modes.premagnetise.measurement.high;
+    rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.low;
+    float *const value[] = {&st.modes.vector.speed.omega_filtered_rad_s,
+                            &st.modes.vector.speed.omega_ref_rad_s,
+                            &st.modes.vector.speed.more,
+                            &st.modes.vector.speed.i_q_A,
+                            &st.modes.vector.ramp.steps,
+                            &st.modes.vector.flux.pi.x,
+                            &st.modes.vector.flux_reduction_Wb,
+                            &st.modes.vector.i_d_reduction_A,
+                            &st.modes.vector.torque_gain_extra_pu,
+                            &st.modes.vector.steering.torque_Nm,
+                            &st.modes.vector.steering.below_Wb,
+                            &st.modes.vector.steer.below_Wb,
+                            &st.modes.vector.steer.rate_Wb_per_s,
+                            &st.modes.i_f.axis.alpha,
+                            &st.modes.i_f.axis.beta,
+                            &st.modes.i_f.current_A,
+                            &st.modes.i_f.omega_rad_s,
                             &high->i_A,
                             &high->u_V,
                             &high->u_duty_V,
@@ -71,8 +71,8 @@ static void test_control_and_resistance_are_seen_once_per_turn(void)
                             &low->u_duty_V,
                             &st.rs_tracking.delta_ohm,
                             &st.omega_ref_before_rad_s,
-                            &st.rs_start_delta_ohm,
-                            &st.dead_time_pu};
+                            &st.modes.premagnetise.Rs_delta_ohm,
+                            &st.modes.premagnetise.leg_loss_pu};
     assert_each_is_seen(value, sizeof value / sizeof value[0], false);
 }
 
@@ -80,11 +80,11 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
 {
     supervisor_state_t *const s = &st.supervisor;
     drive_modes_state_t *const m = &st.modes;
-    float *const value[] = {&st.link.braking_pu,
-                            &st.link.motoring_pu,
-                            &st.overload.image_pu[OVERLOAD_MOTOR],
-                            &st.overload.image_pu[OVERLOAD_INVERTER],
-                            &st.overload.i_max_A,
+    float *const value[] = {&st.limits.link.braking_pu,
+                            &st.limits.link.motoring_pu,
+                            &st.limits.overload.image_pu[OVERLOAD_MOTOR],
+                            &st.limits.overload.image_pu[OVERLOAD_INVERTER],
+                            &st.limits.overload.i_max_A,
                             &s->s_Wb.alpha,
                             &s->s_Wb.beta,
                             &s->found.residual_pu,
@@ -94,7 +94,7 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
                             &s->omega_s_rad_s,
                             &s->flux_error_bound_pu,
                             &s->omega_bound_rad_s,
-                            &st.plausibility.omega_before_rad_s,
+                            &st.guard.plausibility.omega_before_rad_s,
                             &m->u_V.alpha,
                             &m->u_V.beta,
                             &m->level.weakened_Wb,

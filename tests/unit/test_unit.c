@@ -90,7 +90,7 @@ static void test_speed_reference_is_mechanical(void)
     (void)periods(0u, 0.0f, 60);
     (void)periods(SEQUENCE_CMD_RUN, 10.0f, 110);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
-    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.speed.omega_ref_rad_s); /* 2 pole pairs */
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.modes.vector.speed.omega_ref_rad_s); /* 2 pole pairs */
 }
 
 /* To RUN, with the number of a command that stands from then on. */
@@ -142,7 +142,7 @@ static void test_a_direction_forbidden_makes_zero_of_the_reference(void)
         for (int n = 0; n < 3; n++) {
             params.direction = direction;
             run_up(way * given[n][0]);
-            TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1], unit.drive.speed.omega_ref_rad_s);
+            TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1], unit.drive.modes.vector.speed.omega_ref_rad_s);
         }
     }
 }
@@ -154,9 +154,9 @@ static void test_a_stop_ramp_ignores_the_reference(void)
     run_up(10.0f);
     (void)periods(0u, 10.0f, 1);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RAMP_DOWN, telemetry().state);
-    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.speed.omega_ref_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.modes.vector.speed.omega_ref_rad_s);
     (void)periods(0u, 10.0f, 50);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 19.0f, unit.drive.speed.omega_ref_rad_s);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 19.0f, unit.drive.modes.vector.speed.omega_ref_rad_s);
 }
 
 static void test_torque_mode_asks_for_its_current(void)
@@ -173,7 +173,7 @@ static void test_torque_mode_asks_for_its_current(void)
     }
     /* T = p (M/Lr) lambda i_q with M = Lr. */
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.0f / (2.0f * params.M_H * params.i_d_A),
-                             unit.drive.speed.i_q_A);
+                             unit.drive.modes.vector.speed.i_q_A);
 }
 
 static void test_a_torque_that_is_no_number_opens_the_gates(void)
@@ -330,8 +330,8 @@ static void test_a_duty_beyond_its_range_never_leaves(void)
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
     (void)periods(0u, 0.0f, 60);
     TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 10).gates_on);
-    unit.config.drive.svpwm.inside_pu = 1e9f;
-    unit.drive.current.d.x = 1e4f;
+    unit.config.drive.voltage.svpwm.inside_pu = 1e9f;
+    unit.drive.voltage.current.d.x = 1e4f;
     const hal_output_t out = periods(SEQUENCE_CMD_RUN, 0.0f, 1);
     TEST_ASSERT_TRUE(unit.last.duty.u > 1.0f);
     TEST_ASSERT_FALSE(out.gates_on);
@@ -419,22 +419,22 @@ static void test_one_period_that_misses_two_crests_opens_the_gates(void)
 static void test_live_change_is_taken_or_refused_as_a_whole(void)
 {
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-    const float before_A = unit.config.drive.flux.i_d_A;
+    const float before_A = unit.config.drive.modes.vector.flux.i_d_A;
     params.i_d_A = 3.0f;
     TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params));
-    TEST_ASSERT_EQUAL_FLOAT(before_A, unit.config.drive.flux.i_d_A); /* not before the period */
+    TEST_ASSERT_EQUAL_FLOAT(before_A, unit.config.drive.modes.vector.flux.i_d_A); /* not before the period */
     /* A set that is refused leaves the one that waits, and that is taken whole. */
     params.i_d_A = 4.0f;
     params.speed_J_kg_m2 = 0.0f;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
     (void)periods(0u, 0.0f, 1);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.params.i_d_A);
     const drive_config_t before = unit.config.drive;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
     (void)periods(0u, 0.0f, 1);
-    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &unit.config.drive.speed, sizeof(before.speed));
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &unit.config.drive.modes.vector.speed, sizeof(before.speed));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
     unit.configured = false;
     params.i_d_A = 3.5f;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
@@ -442,7 +442,7 @@ static void test_live_change_is_taken_or_refused_as_a_whole(void)
     TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params)); /* to be saved: for the next start */
     (void)periods(0u, 0.0f, 1);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, unit.params.i_d_A);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_FALSE(unit.configured);
 }
 
@@ -454,20 +454,20 @@ static void test_eps1_units_reach_the_law_converted(void)
     for (uint32_t reading = 0u; reading < 3u; reading++) {
         params.eps1_unit = reading;
         TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-        TEST_ASSERT_EQUAL_FLOAT(expected[reading], unit.config.drive.adaptation.p.leak_per_s_Wb_A);
+        TEST_ASSERT_EQUAL_FLOAT(expected[reading], unit.config.drive.estimator.adaptation.p.leak_per_s_Wb_A);
     }
 }
 
 static void test_telemetry_says_what_the_period_did(void)
 {
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-    unit.drive.omega_e_hat_rad_s = 20.0f;
-    unit.drive.omega_s_hat_rad_s = 6.2831853f;
-    unit.drive.observer.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
+    unit.drive.estimator.estimate.omega_e_rad_s = 20.0f;
+    unit.drive.estimator.estimate.omega_s_rad_s = 6.2831853f;
+    unit.drive.estimator.observer.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
     unit.last.i_A = (dq_t){1.0f, 2.0f};
     unit.last.i_ref_A = (dq_t){1.5f, 2.5f};
-    unit.drive.observer.e1_A = (ab_t){0.1f, 0.2f};
-    unit.last.gain.l1_re_per_s = -7.0f;
+    unit.drive.estimator.observer.e1_A = (ab_t){0.1f, 0.2f};
+    unit.drive.estimator.gain.l1_re_per_s = -7.0f;
     const unit_telemetry_t t = telemetry();
     TEST_ASSERT_EQUAL_FLOAT(10.0f, t.omega_m_hat_rad_s);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, t.stator_frequency_Hz);

@@ -219,7 +219,7 @@ static void test_a_parameter_that_was_set_is_read_back_and_in_the_control_law(vo
     TEST_ASSERT_EQUAL_FLOAT(3.25f, command_take_float(&body));
     TEST_ASSERT_EQUAL_FLOAT(14.0f, command_take_float(&body));
     TEST_ASSERT_TRUE(command_all_taken(&body));
-    TEST_ASSERT_EQUAL_FLOAT(3.25f, unit()->config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.25f, unit()->config.drive.modes.vector.flux.i_d_A);
 }
 
 static void test_refuses_a_parameter_for_the_right_reason(void)
@@ -233,10 +233,10 @@ static void test_refuses_a_parameter_for_the_right_reason(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, set("Rs_ohm", 1.0f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, set("eps1_off_Hz", 0.5f)); /* below eps1_on_Hz */
     TEST_ASSERT_EQUAL_MEMORY(&before, &unit()->params, sizeof before);
-    TEST_ASSERT_EQUAL_FLOAT(drive.flux.i_d_A, unit()->config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(drive.flux.i_d_A, unit()->config.drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_EQUAL_FLOAT(drive.motor.Rs_ohm, unit()->config.drive.motor.Rs_ohm);
-    TEST_ASSERT_EQUAL_MEMORY(&drive.speed.pi, &unit()->config.drive.speed.pi,
-                             sizeof drive.speed.pi);
+    TEST_ASSERT_EQUAL_MEMORY(&drive.modes.vector.speed.pi, &unit()->config.drive.modes.vector.speed.pi,
+                             sizeof drive.modes.vector.speed.pi);
 }
 
 static void test_a_ready_parameter_waits_for_the_gates_to_be_off(void)
@@ -477,7 +477,7 @@ static void test_a_request_of_wrong_length_is_not_carried_out(void)
     command_put_float(&w, 1.0f);
     command_put_u8(&w, 0u);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_BAD_LENGTH, send_only(&w));
-    TEST_ASSERT_EQUAL_FLOAT(4.5f, unit()->config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(4.5f, unit()->config.drive.modes.vector.flux.i_d_A);
     command_writer_t many = ask(UNIT_LINK_GET);
     for (uint32_t k = 0u; k < 61u; k++) {
         command_put_u16(&many, 0u); /* one more than an answer holds */
@@ -768,7 +768,7 @@ static void test_a_saved_parameter_is_there_after_power_up(void)
     TEST_ASSERT_EQUAL_UINT32(PARAM_STORE_LOADED, store_word(0u));
     TEST_ASSERT_EQUAL_UINT32(params_count(), store_word(4u));
     TEST_ASSERT_EQUAL_FLOAT(3.5f, get("i_d_A"));
-    TEST_ASSERT_EQUAL_FLOAT(3.5f, unit()->config.drive.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, unit()->config.drive.modes.vector.flux.i_d_A);
 }
 
 static void test_nothing_is_saved_while_the_gates_are_on(void)

@@ -1,7 +1,7 @@
 /* Fault bits: what any part of the drive reports, by the period in which it found it.
  *
- * Bits are append-only numbers of the fault log and the link. Text, cause and reaction of each stand
- * in sequence/fault_list.def; the sequence latches them.
+ * Bits are append-only numbers of the fault log and the link. Text, cause and reaction of each
+ * stand in sequence/fault_list.def; the sequence latches them.
  */
 #ifndef FAULT_H
 #define FAULT_H

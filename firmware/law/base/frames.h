@@ -82,6 +82,19 @@ static inline ab_t ab_clamp(ab_t a, float limit)
     return a;
 }
 
+/* Shortened to the limit; out of line, so that the usual case stays short. */
+COLD ab_t ab_shortened(ab_t x, float limit);
+
+/* |x| <= limit with the angle kept: a limit per component would be a square whose corners hold the
+ * field angle. NaN ends inside as well. */
+static inline ab_t ab_limited(ab_t x, float limit)
+{
+    if (!(ab_norm2(x) <= limit * limit)) {
+        x = ab_shortened(x, limit);
+    }
+    return x;
+}
+
 /* Clarke, power invariant; the zero-sequence component is dropped. */
 static inline ab_t ab_from_uvw(uvw_t x)
 {

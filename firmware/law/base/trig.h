@@ -33,6 +33,13 @@ static inline ab_t trig_unit_small(float angle_rad)
                   r + r * r2 * (TRIG_SIN_3 + r2 * (TRIG_SIN_5 + r2 * TRIG_SIN_7))};
 }
 
+/* Unit vector turned by w t, by an eighth of a turn at most: a wild speed must not spin a voltage.
+ */
+static inline ab_t trig_ahead(float omega_rad_s, float time_s)
+{
+    return trig_unit_small(limitf(omega_rad_s * time_s, TRIG_SMALL_MAX_RAD));
+}
+
 /* (cos, sin) of the angle. NaN and infinity give (1, 0). */
 ab_t trig_unit(float angle_rad);
 

@@ -56,7 +56,7 @@ static uint32_t adc_flags(uint32_t max_counts, const measurement_in_t *in)
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
-                      const measurement_in_t *in, measurement_out_t *out)
+                      const measurement_in_t *in, measured_t *out)
 {
     const float mid = cfg->mid_counts;
     uvw_t raw_A = {((float)in->i_u_counts - mid) * cfg->A_per_count,

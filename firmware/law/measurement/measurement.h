@@ -1,7 +1,7 @@
 /* ADC words -> phase currents, line voltages, dc link, in SI units.
  *
  * i = (code - mid) * scale - offset, and so on; the port's scaling is data. Plausibility is
- * reported as flags, judged by monitor. Phase order may be swapped (motor wired u-w-v).
+ * reported as flags, judged by the guard. Phase order may be swapped (motor wired u-w-v).
  */
 #ifndef MEASUREMENT_H
 #define MEASUREMENT_H
@@ -9,11 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "frames.h"
-
-#define MEASUREMENT_SATURATED    1u /* a word at an end of its range or beyond; dc link: upper end */
-#define MEASUREMENT_OUT_OF_RANGE 2u /* a word above 2^bits - 1: it did not come from this ADC */
-#define MEASUREMENT_CURRENT_SUM  4u /* i_u + i_v + i_w beyond current_sum_max_A */
+#include "measured.h"
 
 typedef struct {
     uint32_t adc_bits;
@@ -49,20 +45,10 @@ typedef struct {
     uint16_t u_dc_counts;
 } measurement_in_t;
 
-typedef struct {
-    uvw_t i_raw_A; /* before offset removal, motor phase order: input of the offset averaging */
-    uvw_t i_A;
-    ab_t i_s_A;
-    ab_t u_raw_V;  /* before offset removal */
-    ab_t u_line_V; /* stationary-frame voltage from the filtered line-voltage sensors */
-    float u_dc_V;
-    uint32_t flags;
-} measurement_out_t;
-
 /* False unless 8..16 bits, full scales of 1e-3..1e6 and a positive current sum limit. */
 CHECKED bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params);
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
-                      const measurement_in_t *in, measurement_out_t *out);
+                      const measurement_in_t *in, measured_t *out);
 
 #endif

@@ -91,4 +91,31 @@ static inline void speed_control_schedule(const speed_control_config_t *cfg,
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
                          const speed_control_in_t *in);
 
+/* Somebody else sets the torque current i_q_A (at nominal flux): integrator and reference follow,
+ * so that the controller takes over there. */
+static inline void speed_control_track(speed_control_state_t *st, float i_q_A)
+{
+    st->pi.x = i_q_A;
+    st->i_q_A = i_q_A;
+    st->omega_ref_rad_s = st->omega_filtered_rad_s;
+}
+
+/* No torque while the shaft turns at omega_hat: begins there. */
+static inline void speed_control_wait(speed_control_state_t *st, float omega_hat_rad_s)
+{
+    st->pi.x = 0.0f;
+    st->omega_ref_rad_s = omega_hat_rad_s;
+    st->omega_filtered_rad_s = omega_hat_rad_s;
+}
+
+/* Begin with a torque current at nominal flux, a reference and a speed. */
+static inline void speed_control_seed(const speed_control_config_t *cfg, speed_control_state_t *st,
+                                      float i_q_A, float omega_ref_rad_s, float omega_hat_rad_s)
+{
+    st->pi.x = limitf(i_q_A, cfg->i_q_max_A);
+    st->i_q_A = st->pi.x;
+    st->omega_ref_rad_s = omega_ref_rad_s;
+    st->omega_filtered_rad_s = omega_hat_rad_s;
+}
+
 #endif

@@ -44,3 +44,22 @@ void current_control_update(const current_control_config_t *cfg, current_control
     pi_update(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d, realised_V.d - asked_V.d);
     pi_update(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q, realised_V.q - asked_V.q);
 }
+
+void current_control_track(current_control_state_t *st, dq_t asked_V, dq_t acting_V)
+{
+    st->d.x += acting_V.d - asked_V.d;
+    st->q.x += acting_V.q - asked_V.q;
+}
+
+void current_control_turn(current_control_state_t *st, ab_t from, ab_t to)
+{
+    const dq_t x_V = dq_from_ab(ab_from_dq((dq_t){st->d.x, st->q.x}, from), to);
+    st->d.x = x_V.d;
+    st->q.x = x_V.q;
+}
+
+void current_control_keep_emf(const current_control_config_t *cfg, current_control_state_t *st,
+                              float omega_e_rad_s, float lambda_Wb)
+{
+    st->q.x += cfg->decoupling * cfg->kr * omega_e_rad_s * lambda_Wb;
+}

@@ -55,4 +55,14 @@ dq_t current_control_output(const current_control_config_t *cfg, const current_c
 void current_control_update(const current_control_config_t *cfg, current_control_state_t *st,
                             const current_control_in_t *in, dq_t asked_V, dq_t realised_V);
 
+/* Another voltage than the one asked for acts: the integrators follow, in whatever frame. */
+COLD void current_control_track(current_control_state_t *st, dq_t asked_V, dq_t acting_V);
+
+/* The integrators, given in the frame of `from`, go on in the frame of `to`. */
+COLD void current_control_turn(current_control_state_t *st, ab_t from, ab_t to);
+
+/* What the decoupling knew of the EMF moves into the integrator: the estimate ends here. */
+COLD void current_control_keep_emf(const current_control_config_t *cfg, current_control_state_t *st,
+                                   float omega_e_rad_s, float lambda_Wb);
+
 #endif

@@ -1,7 +1,5 @@
 #include "observer.h"
 
-#include <math.h>
-
 /* A state of eq. (3) or its rate: current row and flux row. */
 typedef struct {
     ab_t current;
@@ -67,22 +65,6 @@ static rows_t advance(rows_t x, float k, rows_t rate)
                     .flux = ab_add(x.flux, ab_scale(rate.flux, k))};
 }
 
-static ab_t shortened(ab_t x, float limit)
-{
-    const ab_t boxed = ab_clamp(x, limit);
-    return ab_scale(boxed, limit / sqrtf(ab_norm2(boxed)));
-}
-
-/* |x| <= limit with the angle kept: a limit per component would be a square whose corners hold the
- * field angle. NaN ends inside as well. */
-static inline ab_t limited(ab_t x, float limit)
-{
-    if (!(ab_norm2(x) <= limit * limit)) {
-        x = shortened(x, limit);
-    }
-    return x;
-}
-
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in)
 {
     const rows_t x = {.current = st->i_s_hat_A, .flux = st->lambda_r_hat_Wb};
@@ -100,7 +82,7 @@ void observer_step(const observer_config_t *cfg, observer_state_t *st, const obs
     rate.flux = ab_add(rate.flux, ab_mul(l2_ohm, st->e1_A));
 
     const rows_t next = advance(x, cfg->period_s, rate);
-    st->i_s_hat_A = limited(next.current, cfg->i_max_A);
-    st->lambda_r_hat_Wb = limited(next.flux, cfg->lambda_max_Wb);
+    st->i_s_hat_A = ab_limited(next.current, cfg->i_max_A);
+    st->lambda_r_hat_Wb = ab_limited(next.flux, cfg->lambda_max_Wb);
     st->e1_A = ab_clamp(ab_sub(st->i_s_hat_A, in->i_s_A), 2.0f * cfg->i_max_A);
 }

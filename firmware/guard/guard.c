@@ -1,0 +1,90 @@
+#include "guard.h"
+
+/* Slots of the slow judgements. */
+#define GUARD_SLOT_VOLTAGE  3u
+#define GUARD_SLOT_PHASES   7u
+#define GUARD_SLOT_ESTIMATE 10u
+
+/* Torque current from this share of its limit on is all there is (square of .95). */
+#define GUARD_AT_LIMIT_PU2 0.9f
+
+bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
+                const plausibility_params_t *plausibility, float turn_s)
+{
+    cfg->monitor = *monitor;
+    return monitor_init(monitor) && plausibility_init(&cfg->plausibility, plausibility, turn_s);
+}
+
+/* What the estimate claims of power: that of its torque at the speed of its field. */
+static bool estimate_wrong(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+{
+    const estimate_t *e = in->estimate;
+    const ab_t i_A = in->meas->i_s_A;
+    const float heat_W = in->Rs_ohm * ab_norm2(i_A);
+    const float force_Wb_A = cfg->kr * ab_cross(e->lambda_r_hat_Wb, i_A);
+    const plausibility_estimate_t claim = {.e1_A = e->i_residual_A,
+                                           .lambda_Wb = e->lambda_Wb,
+                                           .lambda_ref_Wb = in->lambda_ref_Wb,
+                                           .omega_rad_s = e->omega_e_rad_s,
+                                           .air_gap_W = ab_dot(in->u_s_V, i_A) - heat_W,
+                                           .torque_power_W = force_Wb_A * e->omega_s_rad_s};
+    return plausibility_estimate_wrong(&cfg->plausibility, &st->plausibility, &claim);
+}
+
+static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+{
+    const dq_t i_ref_A = in->i_ref_A;
+    const float room_A2 = minf(cfg->i_q_max2_A2, cfg->i_max2_A2 - i_ref_A.d * i_ref_A.d);
+    const bool at_limit = (i_ref_A.q * i_ref_A.q) >= (GUARD_AT_LIMIT_PU2 * room_A2);
+    return plausibility_stalled(&cfg->plausibility, &st->plausibility, at_limit,
+                                in->estimate->omega_e_rad_s, in->omega_ref_rad_s);
+}
+
+COLD static uint32_t slow_faults(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+{
+    plausibility_state_t *p = &st->plausibility;
+    uint32_t faults = 0u;
+    if ((in->slot == GUARD_SLOT_VOLTAGE) && in->sensed &&
+        plausibility_voltage_wrong(&cfg->plausibility, p, in->u_s_V, in->u_duty_V)) {
+        faults |= FAULT_VOLTAGE_SENSOR;
+    }
+    if ((in->slot == GUARD_SLOT_PHASES) &&
+        plausibility_phase_open(&cfg->plausibility, p, in->meas->i_A,
+                                ab_from_dq(in->i_ref_A, in->axis))) {
+        faults |= FAULT_OPEN_PHASE;
+    }
+    if ((in->slot == GUARD_SLOT_ESTIMATE) && in->oriented) {
+        faults |= estimate_wrong(cfg, st, in) ? FAULT_OBSERVER : 0u;
+        faults |= stalled(cfg, st, in) ? FAULT_STALL : 0u;
+    }
+    return faults;
+}
+
+/* Two current sensors exchanged. A vector as long as the trip: its largest phase is at .7 to .8. */
+static bool mirrored(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+{
+    const ab_t i_A = in->meas->i_s_A;
+    return plausibility_current_mirrored(
+        &st->plausibility, i_A, ab_add(i_A, in->estimate->i_residual_A), cfg->monitor.i_trip_A);
+}
+
+uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+{
+    const monitor_in_t monitor_in = {.meas = in->meas,
+                                     .duty = in->duty,
+                                     .state_sum = in->state_sum,
+                                     .omega_e_hat_rad_s = in->estimate->omega_e_rad_s};
+    uint32_t faults = monitor_step(&cfg->monitor, &st->monitor, &monitor_in);
+    if (in->slot != 0u) {
+        faults |= slow_faults(cfg, st, in);
+    }
+    if (in->standing && mirrored(cfg, st, in)) {
+        faults |= FAULT_CURRENT_SENSOR;
+    }
+    return faults;
+}
+
+guard_state_t guard_at_rest(const guard_state_t *st)
+{
+    return (guard_state_t){.monitor = st->monitor};
+}

@@ -1,0 +1,24 @@
+/* What the sensors of one sample say, in SI units: output of the measurement, input of all others.
+ */
+#ifndef MEASURED_H
+#define MEASURED_H
+
+#include <stdint.h>
+
+#include "frames.h"
+
+#define MEASUREMENT_SATURATED    1u /* a word at an end of its range or beyond; dc link: upper end */
+#define MEASUREMENT_OUT_OF_RANGE 2u /* a word above 2^bits - 1: it did not come from this ADC */
+#define MEASUREMENT_CURRENT_SUM  4u /* i_u + i_v + i_w beyond current_sum_max_A */
+
+typedef struct {
+    uvw_t i_raw_A; /* before offset removal, motor phase order: input of the offset averaging */
+    uvw_t i_A;
+    ab_t i_s_A;
+    ab_t u_raw_V;  /* before offset removal */
+    ab_t u_line_V; /* stationary-frame voltage from the filtered line-voltage sensors */
+    float u_dc_V;
+    uint32_t flags;
+} measured_t;
+
+#endif

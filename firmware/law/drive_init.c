@@ -1,0 +1,101 @@
+#include "drive_params.h"
+
+/* Below this share of the flux reference the estimate does not say where the flux is. */
+#define DRIVE_LAMBDA_MIN_PU 0.05f
+
+static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const gain_table_t *table)
+{
+    const estimator_params_t estimator = {.period_s = p->period_s,
+                                          .i_max_A = 2.0f * p->measurement.current_full_scale_A,
+                                          .lambda_max_Wb = p->lambda_max_Wb,
+                                          .method = p->observer_method,
+                                          .adaptation = p->adaptation,
+                                          .gain_enable = p->observer_gain_enable,
+                                          .gain_beyond_table = p->modes.level.voltage_share > 0.0f};
+    return measurement_init(&cfg->measurement, &p->measurement) &&
+           acting_voltage_init(&cfg->acting, p->voltage_source, p->voltage_filter_comp_s) &&
+           estimator_init(&cfg->estimator, &estimator, &cfg->motor, table) &&
+           supervisor_init(&cfg->supervisor, &p->supervisor, &cfg->motor, p->period_s) &&
+           rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking,
+                            (float)DRIVE_SLOW_PERIODS * p->period_s);
+}
+
+static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
+{
+    const float lambda_Wb = p->motor.M_H * p->flux.i_d_A;
+    cfg->motor = *motor;
+    cfg->inv_lambda_ref_per_Wb = 1.0f / lambda_Wb;
+    cfg->lambda_min_Wb = DRIVE_LAMBDA_MIN_PU * p->motor.M_H * p->flux.i_d_A;
+    cfg->ride_through = p->modes.mains.u_lost_V > 0.0f;
+    const float turn_s = (float)DRIVE_SLOW_PERIODS * p->period_s;
+    return speed_control_init(&cfg->speed, &p->speed, motor, p->period_s) &&
+           speed_ramp_init(&cfg->ramp, &p->ramp, p->period_s) &&
+           flux_control_init(&cfg->flux, &p->flux, motor, p->period_s) &&
+           flux_steering_init(&cfg->steering, &p->steering, motor, turn_s) &&
+           flux_reference_init(&cfg->reference, &p->modes.level, motor, turn_s) &&
+           mains_loss_init(&cfg->mains, &p->modes.mains, motor, p->period_s);
+}
+
+static bool init_modes(modes_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
+{
+    const modes_params_t *modes = &p->modes;
+    if ((modes->control != MODES_CONTROL_VECTOR) &&
+        (modes->control != MODES_CONTROL_VOLTS_PER_HERTZ) &&
+        (modes->control != MODES_CONTROL_I_F)) {
+        return false;
+    }
+    cfg->control = modes->control;
+    cfg->vector_only = (modes->control == MODES_CONTROL_VECTOR) && !(modes->brake.current_A > 0.0f);
+    cfg->premagnetise.Rs_ohm = motor->Rs_ohm;
+    cfg->premagnetise.identify_leg_loss = p->dead_time_identify;
+    const bool volts = modes->control == MODES_CONTROL_VOLTS_PER_HERTZ;
+    const bool stands = modes->flying.enable || (modes->brake.current_A > 0.0f);
+    return init_vector(&cfg->vector, p, motor) &&
+           rs_measurement_init(&cfg->premagnetise.measurement, &p->rs_measurement, p->motor.Rs_ohm,
+                               p->period_s) &&
+           i_f_init(&cfg->i_f, &p->impressed, motor, p->period_s) &&
+           flying_start_init(&cfg->flying, &modes->flying, motor, p->period_s) &&
+           (!stands ||
+            dc_current_init(&cfg->dc_current, modes->dc_bandwidth_rad_s, motor, p->period_s)) &&
+           dc_brake_init(&cfg->brake, &modes->brake, p->period_s) &&
+           (!volts || volts_per_hertz_init(&cfg->volts, &modes->volts, p->period_s));
+}
+
+static bool init_voltage(voltage_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
+{
+    cfg->delay_comp_s = p->delay_comp_periods * p->period_s;
+    return nonnegativef(p->delay_comp_periods) &&
+           current_control_init(&cfg->current, &p->current, motor, p->period_s) &&
+           svpwm_init(&cfg->svpwm, &p->svpwm, p->period_s) &&
+           inverter_error_init(&cfg->error, &p->dead_time, p->period_s);
+}
+
+static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
+{
+    const float turn_s = (float)DRIVE_SLOW_PERIODS * p->period_s;
+    cfg->guard.i_q_max2_A2 = cfg->modes.vector.speed.i_q_max2_A2;
+    cfg->guard.i_max2_A2 = cfg->modes.vector.speed.i_max2_A2;
+    cfg->guard.kr = cfg->motor.kr;
+    return torque_limits_init(&cfg->limits, &p->link, &p->overload, &cfg->motor, p->speed.i_q_max_A,
+                              turn_s) &&
+           guard_init(&cfg->guard, &p->monitor, &p->plausibility, turn_s);
+}
+
+/* I-f current is there where something may ask for it. */
+static bool lost_action_valid(const drive_config_t *cfg, const drive_params_t *p)
+{
+    const bool known = (p->lost_action == DRIVE_LOST_TELL) || (p->lost_action == DRIVE_LOST_STOP) ||
+                       (p->lost_action == DRIVE_LOST_IMPRESS);
+    const bool wanted =
+        (p->lost_action == DRIVE_LOST_IMPRESS) || (p->modes.control == MODES_CONTROL_I_F);
+    return known && (!wanted || i_f_on(&cfg->modes.i_f));
+}
+
+bool drive_init(drive_config_t *cfg, const drive_params_t *params, const gain_table_t *table)
+{
+    *cfg = (drive_config_t){.lost_action = params->lost_action};
+    return positivef(params->period_s) && motor_derive(&cfg->motor, &params->motor) &&
+           init_estimator(cfg, params, table) && init_modes(&cfg->modes, params, &cfg->motor) &&
+           init_voltage(&cfg->voltage, params, &cfg->motor) && init_protection(cfg, params) &&
+           lost_action_valid(cfg, params);
+}

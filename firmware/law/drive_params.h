@@ -1,0 +1,48 @@
+/* Parameters of all parts of the law, in the units they are used in. */
+#ifndef DRIVE_PARAMS_H
+#define DRIVE_PARAMS_H
+
+#include "drive.h"
+
+typedef struct {
+    modes_control_t control;
+    flux_reference_params_t level;
+    flying_start_params_t flying;
+    volts_per_hertz_params_t volts;
+    mains_loss_params_t mains;
+    dc_brake_params_t brake;
+    float dc_bandwidth_rad_s; /* of the direct current's control */
+} modes_params_t;
+
+struct drive_params {
+    float period_s;
+    motor_t motor;
+    measurement_params_t measurement;
+    acting_voltage_source_t voltage_source;
+    float voltage_filter_comp_s; /* sensor voltage is turned ahead by w_s times this */
+    float delay_comp_periods;    /* reference voltage is turned ahead by w_s T times this */
+    observer_method_t observer_method;
+    bool observer_gain_enable; /* false: L = 0 */
+    float lambda_max_Wb;
+    speed_adaptation_params_t adaptation;
+    speed_control_params_t speed;
+    speed_ramp_params_t ramp;
+    flux_control_params_t flux;
+    current_control_params_t current;
+    svpwm_params_t svpwm;
+    inverter_error_params_t dead_time;
+    bool dead_time_identify; /* the loss that the dc measurement finds, instead of the parameters */
+    rs_measurement_params_t rs_measurement;
+    rs_tracking_params_t rs_tracking;
+    flux_steering_params_t steering;
+    monitor_config_t monitor;
+    link_limit_params_t link;
+    overload_params_t overload;
+    plausibility_params_t plausibility;
+    supervisor_params_t supervisor;
+    drive_lost_action_t lost_action;
+    i_f_params_t impressed;
+    modes_params_t modes;
+};
+
+#endif

@@ -1,0 +1,125 @@
+#include "estimator.h"
+
+#include <math.h>
+#include <stddef.h>
+
+/* With weakening L's imaginary parts grow with the speed beyond the table's end, up to so many
+ * times: no motor runs at more. Without, the last entry holds, as the paper's estimate at its
+ * bounds has it. */
+#define ESTIMATOR_BEYOND_TABLE_MAX 3.0f
+
+bool estimator_init(estimator_config_t *cfg, const estimator_params_t *params,
+                    const motor_model_t *motor, const gain_table_t *table)
+{
+    *cfg = (estimator_config_t){.table_end_rad_s = FLT_MAX};
+    if (params->gain_enable) {
+        if (!gain_table_valid(table)) {
+            return false;
+        }
+        cfg->table = table;
+        if (params->gain_beyond_table) {
+            cfg->table_end_rad_s = table->step_rad_s * (float)(table->entry_count - 1u);
+        }
+    }
+    return observer_init(&cfg->observer, motor, params->period_s, params->i_max_A,
+                         params->lambda_max_Wb, params->method) &&
+           speed_adaptation_init(&cfg->adaptation, &params->adaptation, motor, params->period_s);
+}
+
+/* Beyond the table's end l1 = .. - j w no longer fits: a braking motor would swing (zh modes). */
+COLD static void extrapolate(const estimator_config_t *cfg, observer_gain_t *gain,
+                             float omega_e_rad_s)
+{
+    const float growth =
+        minf(absf(omega_e_rad_s) / cfg->table_end_rad_s, ESTIMATOR_BEYOND_TABLE_MAX);
+    gain->l1_im_per_s *= growth;
+    gain->l2_im_ohm *= growth;
+}
+
+static observer_gain_t gain_at(const estimator_config_t *cfg, float omega_e_rad_s)
+{
+    if (cfg->table == NULL) {
+        return (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+    }
+    observer_gain_t gain = gain_table_at(cfg->table, omega_e_rad_s);
+    if (absf(omega_e_rad_s) > cfg->table_end_rad_s) {
+        extrapolate(cfg, &gain, omega_e_rad_s);
+    }
+    return gain;
+}
+
+/* Flux and current over the interval that ended. */
+static inline void observe(const estimator_config_t *cfg, estimator_state_t *st,
+                           const estimator_in_t *in)
+{
+    const float omega_e_rad_s = st->estimate.omega_e_rad_s;
+    st->gain = gain_at(cfg, omega_e_rad_s);
+    const observer_in_t observer_in = {.u_s_V = in->u_s_V,
+                                       .i_s_A = in->i_s_A,
+                                       .omega_e_hat_rad_s = omega_e_rad_s,
+                                       .gain = st->gain};
+    observer_step(&cfg->observer, &st->observer, &observer_in);
+    estimate_t *e = &st->estimate;
+    e->lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb;
+    e->lambda_Wb = sqrtf(ab_norm2(e->lambda_r_hat_Wb));
+    e->i_residual_A = st->observer.e1_A;
+    e->flux_correction_V =
+        ab_mul((ab_t){st->gain.l2_re_ohm, st->gain.l2_im_ohm}, st->observer.e1_A);
+}
+
+/* How fast the estimated flux turns, by the flux row of eq. (3): the speed, and the slip that the
+ * estimated current and the correction make. With e1 = 0 that is w + (M Rr/Lr) i_q / lambda. */
+static inline float flux_frequency(const estimator_config_t *cfg, const estimator_state_t *st,
+                                   float lambda_min_Wb)
+{
+    const estimate_t *e = &st->estimate;
+    const ab_t pull_V =
+        ab_add(ab_scale(st->observer.i_s_hat_A, cfg->observer.m_tau_ohm), e->flux_correction_V);
+    const float base_Wb = (e->lambda_Wb > lambda_min_Wb) ? e->lambda_Wb : lambda_min_Wb;
+    return e->omega_e_rad_s + ab_cross(e->lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
+}
+
+void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in)
+{
+    estimate_t *e = &st->estimate;
+    observe(cfg, st, in);
+    const speed_adaptation_in_t adaptation_in = {.lambda_r_hat_Wb = e->lambda_r_hat_Wb,
+                                                 .e1_A = e->i_residual_A,
+                                                 .omega_s_hat_rad_s = e->omega_s_rad_s,
+                                                 .omega_e_hat_rad_s = e->omega_e_rad_s,
+                                                 .prior_rad_s = in->prior_rad_s,
+                                                 .gain = st->gain};
+    e->omega_e_rad_s =
+        speed_adaptation_step(&cfg->adaptation, &st->adaptation, &adaptation_in).omega_e_hat_rad_s;
+    e->omega_s_rad_s =
+        in->frame_imposed ? in->omega_frame_rad_s : flux_frequency(cfg, st, in->lambda_min_Wb);
+}
+
+void estimator_hold(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in,
+                    float omega_e_rad_s)
+{
+    observe(cfg, st, in);
+    st->adaptation.x_rad_s = omega_e_rad_s;
+    st->estimate.omega_e_rad_s = omega_e_rad_s;
+    st->estimate.omega_s_rad_s = omega_e_rad_s;
+}
+
+void estimator_off(estimator_state_t *st, ab_t i_s_A, float omega_e_rad_s)
+{
+    st->observer = (observer_state_t){.i_s_hat_A = i_s_A};
+    st->gain = (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
+    st->estimate = (estimate_t){.omega_e_rad_s = omega_e_rad_s, .omega_s_rad_s = omega_e_rad_s};
+}
+
+void estimator_seed(const estimator_config_t *cfg, estimator_state_t *st,
+                    const estimator_seed_t *seed)
+{
+    const float omega_e_rad_s = seed->omega_e_rad_s;
+    const ab_t lambda_Wb = ab_limited(seed->lambda_r_Wb, cfg->observer.lambda_max_Wb);
+    st->observer = (observer_state_t){.i_s_hat_A = seed->i_s_A, .lambda_r_hat_Wb = lambda_Wb};
+    st->adaptation = (speed_adaptation_state_t){.x_rad_s = omega_e_rad_s};
+    st->estimate = (estimate_t){.lambda_r_hat_Wb = lambda_Wb,
+                                .lambda_Wb = sqrtf(ab_norm2(lambda_Wb)),
+                                .omega_e_rad_s = omega_e_rad_s,
+                                .omega_s_rad_s = omega_e_rad_s};
+}

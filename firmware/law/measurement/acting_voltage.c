@@ -1,0 +1,26 @@
+#include "acting_voltage.h"
+
+#include "trig.h"
+
+bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t source,
+                         float filter_comp_s)
+{
+    if (((source != ACTING_VOLTAGE_SENSORS) && (source != ACTING_VOLTAGE_DUTY)) ||
+        !nonnegativef(filter_comp_s)) {
+        return false;
+    }
+    *cfg = (acting_voltage_config_t){.source = source, .filter_comp_s = filter_comp_s};
+    return true;
+}
+
+acting_voltage_out_t acting_voltage_step(const acting_voltage_config_t *cfg,
+                                         acting_voltage_state_t *st, ab_t u_line_V,
+                                         float omega_s_rad_s)
+{
+    acting_voltage_out_t out = {.duty_V = st->acting_V, .u_s_V = st->acting_V};
+    st->acting_V = st->pending_V;
+    if (cfg->source == ACTING_VOLTAGE_SENSORS) {
+        out.u_s_V = ab_mul(trig_ahead(omega_s_rad_s, cfg->filter_comp_s), u_line_V);
+    }
+    return out;
+}

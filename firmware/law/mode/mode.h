@@ -1,0 +1,78 @@
+/* What a mode is given and what it answers: the contract of everything that decides what the drive
+ * wants in a period. Exactly one mode acts at a time, and none looks at another.
+ */
+#ifndef MODE_H
+#define MODE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "estimate.h"
+#include "torque_limits.h"
+
+/* What the sequence asks for. */
+typedef enum {
+    DRIVE_OFF = 0, /* gates off: estimator and controllers at rest, currents still watched */
+    DRIVE_PREMAGNETISE = 1, /* i_d along a fixed axis, no torque, speed taken as 0 */
+    DRIVE_RUN = 2,          /* what the aim says, in the mode configured */
+    DRIVE_COMMISSION = 3    /* i_d as asked along phase u, nothing estimated or compensated */
+} drive_mode_t;
+
+/* What DRIVE_RUN is to reach. */
+typedef enum {
+    DRIVE_AIM_SPEED = 0,
+    DRIVE_AIM_TORQUE = 1, /* between two speeds */
+    DRIVE_AIM_STOP = 2    /* speed 0, on the ramp of a stop */
+} drive_aim_t;
+
+typedef enum {
+    MODE_OFF = 0,
+    MODE_PREMAGNETISE = 1,
+    MODE_COMMISSIONING = 2,
+    MODE_FLYING_START = 3, /* looks for the speed of a turning shaft */
+    MODE_REMAGNETISE = 4,  /* caught in turning: flux-oriented, no torque */
+    MODE_VECTOR = 5,
+    MODE_TAKE_OVER = 6, /* orientation lost: I-f holds the load, the estimator goes on beside it */
+    MODE_I_F = 7,
+    MODE_VOLTS_PER_HERTZ = 8,
+    MODE_DC_BRAKE = 9
+} mode_id_t;
+
+typedef enum {
+    REQUEST_CURRENT = 0, /* i_ref_A in the frame of axis */
+    REQUEST_VOLTAGE = 1  /* u_ref_V as it is; the current controllers follow */
+} request_kind_t;
+
+typedef struct {
+    request_kind_t kind;
+    ab_t axis; /* d axis of the frame */
+    dq_t i_ref_A;
+    ab_t u_ref_V; /* stationary, for when the duties act */
+} request_t;
+
+/* Of one period. */
+typedef struct {
+    const estimate_t *estimate;
+    const torque_limits_state_t *limits;
+    ab_t i_s_A;
+    float u_dc_V;
+    ab_t u_duty_V;    /* of the duties that acted in the interval that ended */
+    ab_t u_s_V;       /* the same interval by the voltage source in use */
+    ab_t u_pending_V; /* of the duties of the last period */
+    float Rs_ohm;     /* in use */
+    drive_aim_t aim;
+    float omega_e_ref_rad_s; /* 0 with DRIVE_AIM_STOP */
+    float torque_ref_Nm;
+    float i_d_ref_A; /* commissioning alone */
+    bool running;    /* DRIVE_RUN */
+} mode_in_t;
+
+/* d axis along the flux where there is more of it than `least`: fixed where there is none to
+ * follow. A NaN is no flux. */
+static inline ab_t mode_flux_axis(const estimate_t *e, float least_Wb)
+{
+    return (e->lambda_Wb > least_Wb) ? ab_scale(e->lambda_r_hat_Wb, 1.0f / e->lambda_Wb)
+                                     : (ab_t){1.0f, 0.0f};
+}
+
+#endif

@@ -1,0 +1,132 @@
+#include "modes.h"
+
+#include "fault.h"
+
+static mode_id_t selected_in_run(const modes_config_t *cfg, const modes_state_t *st,
+                                 mode_id_t before, const mode_in_t *in)
+{
+    if (cfg->control == MODES_CONTROL_VOLTS_PER_HERTZ) {
+        return MODE_VOLTS_PER_HERTZ;
+    }
+    if (cfg->control == MODES_CONTROL_I_F) {
+        return MODE_I_F;
+    }
+    if (st->i_f.active) {
+        return MODE_TAKE_OVER;
+    }
+    return dc_brake_wanted(&cfg->brake, &st->brake, before == MODE_DC_BRAKE, in) ? MODE_DC_BRAKE
+                                                                                 : MODE_VECTOR;
+}
+
+mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st, drive_mode_t asked,
+                         mode_id_t before, const mode_in_t *in)
+{
+    if (asked == DRIVE_RUN) {
+        return selected_in_run(cfg, st, before, in);
+    }
+    if (asked == DRIVE_COMMISSION) {
+        return MODE_COMMISSIONING;
+    }
+    if (cfg->flying.enable && (st->flying.phase == FLYING_START_SEARCH)) {
+        return MODE_FLYING_START;
+    }
+    return (st->flying.phase == FLYING_START_CAUGHT) ? MODE_REMAGNETISE : MODE_PREMAGNETISE;
+}
+
+static request_t current_along_u(float i_d_A)
+{
+    return (request_t){.kind = REQUEST_CURRENT, .axis = {1.0f, 0.0f}, .i_ref_A = {i_d_A, 0.0f}};
+}
+
+static request_t voltage(ab_t u_ref_V)
+{
+    return (request_t){.kind = REQUEST_VOLTAGE, .axis = {1.0f, 0.0f}, .u_ref_V = u_ref_V};
+}
+
+COLD static request_t i_f_request(const i_f_state_t *st)
+{
+    return (request_t){.kind = REQUEST_CURRENT, .axis = st->axis, .i_ref_A = {st->current_A, 0.0f}};
+}
+
+COLD static void premagnetise(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
+                              modes_out_t *out)
+{
+    float i_d_A;
+    out->busy =
+        premagnetise_measure(&cfg->premagnetise, &st->premagnetise, in, &i_d_A, &out->faults);
+    if (!out->busy) {
+        const flux_control_in_t flux_in = {.lambda_hat_Wb = in->estimate->lambda_Wb};
+        i_d_A = flux_control_step(&cfg->vector.flux, &st->vector.flux, &flux_in);
+    }
+    out->request = current_along_u(i_d_A);
+}
+
+COLD static void search(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
+                        modes_out_t *out)
+{
+    const dc_current_in_t current_in = {.i_ref_A = {st->flying.current_A, 0.0f},
+                                        .i_A = in->i_s_A,
+                                        .u_V = in->u_duty_V,
+                                        .Rs_ohm = in->Rs_ohm,
+                                        .omega_rad_s = st->flying.rough_rad_s};
+    out->request = voltage(dc_current_step(&cfg->dc_current, &st->flying_current, &current_in));
+    flying_start_step(&cfg->flying, &st->flying, st->flying_current.e_V, in->i_s_A);
+    out->busy = st->flying.phase == FLYING_START_SEARCH;
+    if (st->flying.phase == FLYING_START_REFUSED) {
+        out->faults |= FAULT_FLYING_START;
+    }
+}
+
+COLD static void volts_per_hertz(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
+                                 modes_out_t *out)
+{
+    out->request = voltage(volts_per_hertz_step(
+        &cfg->volts, &st->volts, modes_open_reference_rad_s(in), in->i_s_A, in->u_dc_V));
+    out->omega_e_rad_s = st->volts.omega_rad_s;
+}
+
+COLD static void other_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
+                            const mode_in_t *in, modes_out_t *out)
+{
+    switch (mode) {
+    case MODE_PREMAGNETISE:
+        premagnetise(cfg, st, in, out);
+        break;
+    case MODE_COMMISSIONING:
+        out->busy = true;
+        out->request = current_along_u(in->i_d_ref_A);
+        break;
+    case MODE_FLYING_START:
+        search(cfg, st, in, out);
+        break;
+    case MODE_TAKE_OVER:
+    case MODE_I_F:
+        out->request = i_f_request(&st->i_f);
+        out->omega_e_rad_s = st->i_f.omega_rad_s;
+        break;
+    case MODE_VOLTS_PER_HERTZ:
+        volts_per_hertz(cfg, st, in, out);
+        break;
+    case MODE_DC_BRAKE:
+        out->request = voltage(dc_brake_step(&cfg->brake, &cfg->dc_current, &st->brake, in));
+        break;
+    case MODE_OFF:
+    case MODE_VECTOR:
+    case MODE_REMAGNETISE:
+    default:
+        /* not here */
+        break;
+    }
+}
+
+modes_out_t modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits,
+                       modes_state_t *st, mode_id_t mode, const mode_in_t *in)
+{
+    modes_out_t out = {.faults = 0u, .busy = false};
+    if (modes_oriented(mode)) {
+        out.request = vector_step(&cfg->vector, limits, &st->vector, in, &out.faults);
+    } else {
+        other_step(cfg, st, mode, in, &out);
+    }
+    return out;
+}

@@ -1,0 +1,98 @@
+/* All modes of the drive: which one acts, and its request. */
+#ifndef MODES_H
+#define MODES_H
+
+#include "dc_brake.h"
+#include "flying_start.h"
+#include "i_f.h"
+#include "mode.h"
+#include "premagnetise.h"
+#include "vector.h"
+#include "volts_per_hertz.h"
+
+/* What DRIVE_RUN does, by configuration. */
+typedef enum {
+    MODES_CONTROL_VECTOR = 0,          /* flux-oriented */
+    MODES_CONTROL_VOLTS_PER_HERTZ = 1, /* neither observer nor current control */
+    MODES_CONTROL_I_F = 2              /* current control, no observer */
+} modes_control_t;
+
+typedef struct {
+    modes_control_t control;
+    bool vector_only; /* no other mode is configured for RUN: nothing to choose */
+    premagnetise_config_t premagnetise;
+    vector_config_t vector;
+    i_f_config_t i_f;
+    flying_start_config_t flying;
+    dc_current_config_t dc_current;
+    dc_brake_config_t brake;
+    volts_per_hertz_config_t volts;
+} modes_config_t;
+
+typedef struct {
+    vector_state_t vector;
+    i_f_state_t i_f;
+    premagnetise_state_t premagnetise;
+    flying_start_state_t flying;
+    dc_current_state_t flying_current;
+    dc_brake_state_t brake;
+    volts_per_hertz_state_t volts;
+} modes_state_t;
+
+typedef struct {
+    request_t request;
+    uint32_t faults;
+    bool busy;           /* measures or searches: RUN has to wait, the legs are not compensated */
+    float omega_e_rad_s; /* imposed by a mode that turns the frame or needs no speed */
+} modes_out_t;
+
+/* Which mode acts in this period. before: the one that did. */
+COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st,
+                              drive_mode_t asked, mode_id_t before, const mode_in_t *in);
+
+/* One period of the mode. */
+modes_out_t modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits,
+                       modes_state_t *st, mode_id_t mode, const mode_in_t *in);
+
+/* The mode works without an estimator. */
+static inline bool modes_open_loop(mode_id_t mode)
+{
+    return (mode == MODE_FLYING_START) || (mode >= MODE_I_F);
+}
+
+/* Number of a mode without orientation for telemetry: search 1, brake 2, V/f 3, I-f 4; else 0. */
+static inline uint32_t modes_open_number(mode_id_t mode)
+{
+    switch (mode) {
+    case MODE_FLYING_START:
+        return 1u;
+    case MODE_DC_BRAKE:
+        return 2u;
+    case MODE_VOLTS_PER_HERTZ:
+        return 3u;
+    case MODE_I_F:
+        return 4u;
+    case MODE_OFF:
+    case MODE_PREMAGNETISE:
+    case MODE_COMMISSIONING:
+    case MODE_REMAGNETISE:
+    case MODE_VECTOR:
+    case MODE_TAKE_OVER:
+    default:
+        return 0u;
+    }
+}
+
+/* Flux-oriented: with or without torque. */
+static inline bool modes_oriented(mode_id_t mode)
+{
+    return (mode == MODE_VECTOR) || (mode == MODE_REMAGNETISE);
+}
+
+/* A torque cannot be held without orientation: the speed of now can. */
+static inline float modes_open_reference_rad_s(const mode_in_t *in)
+{
+    return (in->aim == DRIVE_AIM_TORQUE) ? in->estimate->omega_e_rad_s : in->omega_e_ref_rad_s;
+}
+
+#endif

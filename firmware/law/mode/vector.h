@@ -1,0 +1,82 @@
+/* Flux-oriented control: speed or torque -> current along and across the estimated flux.
+ *
+ *   target -> ramp -> speed PI -> i_q        flux reference -> flux control -> i_d
+ *
+ * Two things may lower the flux: steering near zero frequency, the voltage limit and economy far
+ * from it; the lower reference counts. A mains loss replaces the speed controller's current.
+ */
+#ifndef VECTOR_H
+#define VECTOR_H
+
+#include "flux_control.h"
+#include "flux_reference.h"
+#include "flux_steering.h"
+#include "mains_loss.h"
+#include "mode.h"
+#include "speed_control.h"
+#include "speed_ramp.h"
+#include "torque_limits.h"
+
+typedef struct {
+    speed_control_config_t speed;
+    speed_ramp_config_t ramp;
+    flux_control_config_t flux;
+    flux_steering_config_t steering;
+    flux_reference_config_t reference;
+    mains_loss_config_t mains;
+    bool ride_through;
+    motor_model_t motor;
+    float inv_lambda_ref_per_Wb;
+    float lambda_min_Wb; /* below: no orientation from the estimate */
+} vector_config_t;
+
+typedef struct {
+    speed_control_state_t speed;
+    speed_ramp_state_t ramp;
+    flux_control_state_t flux;
+    flux_steering_state_t steering;
+    flux_steering_out_t steer; /* of its last step */
+    flux_reference_state_t reference;
+    mains_loss_state_t mains;
+    float flux_reduction_Wb;    /* nominal flux minus the reference in force */
+    float i_d_reduction_A;      /* what that takes from the magnetising current */
+    float torque_gain_extra_pu; /* nominal flux over the reference, less 1 */
+    bool pull_out_near;         /* the flux reference takes torque current away */
+    uint32_t slow_period;
+} vector_state_t;
+
+/* Periods of the slow work, one kind in each. */
+#define VECTOR_SLOW_PERIODS  16u
+#define VECTOR_SLOW_FLUX     2u
+#define VECTOR_SLOW_STEERING 4u
+#define VECTOR_SLOW_TRACKING 8u
+#define VECTOR_SLOW_SCHEDULE 12u
+
+/* Flux below which the estimate does not say where it points. Caught in turning without flux, it
+ * says so from the first: nothing else builds it up. */
+#define VECTOR_CAUGHT_MIN_PU 0.01f
+static inline float vector_lambda_min_Wb(const vector_config_t *cfg, bool running)
+{
+    return running ? cfg->lambda_min_Wb : (VECTOR_CAUGHT_MIN_PU * cfg->lambda_min_Wb);
+}
+
+/* Slow work of this period, in the frame of the flux. */
+void vector_slow(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in, ab_t axis);
+
+/* One period: the current wanted. *faults gets FAULT_MAINS_LOST. Not running: flux without torque,
+ * and a speed controller that waits. */
+request_t vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
+                      vector_state_t *st, const mode_in_t *in, uint32_t *faults);
+
+/* Flux reference at once as the voltage allows it at this speed. */
+COLD void vector_catch(const vector_config_t *cfg, vector_state_t *st, float omega_rad_s,
+                       float u_dc_V);
+
+/* Begin with the torque current i_q_A (at nominal flux) at the speed that is. */
+COLD void vector_seed(const vector_config_t *cfg, vector_state_t *st, float i_q_A,
+                      float omega_ref_rad_s, float omega_hat_rad_s);
+
+/* Flux steering forgets what it did. */
+COLD void vector_stop_steering(const vector_config_t *cfg, vector_state_t *st);
+
+#endif

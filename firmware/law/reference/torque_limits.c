@@ -1,0 +1,34 @@
+#include "torque_limits.h"
+
+#include <math.h>
+
+/* Slower than a slip of so many 1/Tr a motor that brakes takes from the dc link. */
+#define TORQUE_LIMITS_FEEDS_TAU 3.0f
+
+bool torque_limits_init(torque_limits_config_t *cfg, const link_limit_params_t *link,
+                        const overload_params_t *overload, const motor_model_t *motor,
+                        float i_q_max_A, float turn_s)
+{
+    cfg->feeds_rad_s = TORQUE_LIMITS_FEEDS_TAU * motor->tau_per_s;
+    cfg->i_q_max_A = i_q_max_A;
+    return link_limit_init(&cfg->link, link) && overload_init(&cfg->overload, overload, turn_s);
+}
+
+torque_window_t torque_limits_window(const torque_limits_config_t *cfg,
+                                     const torque_limits_state_t *st, float omega_e_rad_s,
+                                     float i_d_A, float pull_out_A)
+{
+    float most_A = cfg->i_q_max_A - pull_out_A;
+    if (st->overload.derating) {
+        const float i_A = st->overload.i_max_A;
+        most_A = minf(most_A, sqrtf(maxf(i_A * i_A - i_d_A * i_d_A, 0.0f)));
+    }
+    if (!st->link.limiting) {
+        return (torque_window_t){-most_A, most_A};
+    }
+    const float braking_A = st->link.braking_pu * most_A;
+    const bool feeds = absf(omega_e_rad_s) >= cfg->feeds_rad_s;
+    const float motoring_A = maxf(st->link.motoring_pu, feeds ? -1.0f : 0.0f) * most_A;
+    return (omega_e_rad_s < 0.0f) ? (torque_window_t){-motoring_A, braking_A}
+                                  : (torque_window_t){-braking_A, motoring_A};
+}

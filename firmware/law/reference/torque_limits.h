@@ -1,0 +1,48 @@
+/* What dc link, temperatures and pull-out leave of the torque current. */
+#ifndef TORQUE_LIMITS_H
+#define TORQUE_LIMITS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fault.h"
+#include "link_limit.h"
+#include "motor.h"
+#include "overload.h"
+#include "speed_control.h"
+
+typedef struct {
+    link_limit_config_t link;
+    overload_config_t overload;
+    float feeds_rad_s; /* slower than this a motor that brakes takes from the dc link */
+    float i_q_max_A;
+} torque_limits_config_t;
+
+typedef struct {
+    link_limit_state_t link;
+    overload_state_t overload;
+} torque_limits_state_t;
+
+/* False for what one of the parts refuses. turn_s: between two steps of the overload. */
+CHECKED bool torque_limits_init(torque_limits_config_t *cfg, const link_limit_params_t *link,
+                                const overload_params_t *overload, const motor_model_t *motor,
+                                float i_q_max_A, float turn_s);
+
+static inline bool torque_limits_active(const torque_limits_state_t *st)
+{
+    return st->link.limiting || st->overload.derating;
+}
+
+/* FAULT_REGENERATION (running) and FAULT_DERATED while a limit acts: warnings. */
+static inline uint32_t torque_limits_warnings(const torque_limits_state_t *st, bool running)
+{
+    return ((st->link.limiting && running) ? FAULT_REGENERATION : 0u) |
+           (st->overload.derating ? FAULT_DERATED : 0u);
+}
+
+/* i_d_A has priority; pull_out_A: what pull-out takes from the largest torque current. */
+COLD torque_window_t torque_limits_window(const torque_limits_config_t *cfg,
+                                          const torque_limits_state_t *st, float omega_e_rad_s,
+                                          float i_d_A, float pull_out_A);
+
+#endif

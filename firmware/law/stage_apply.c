@@ -1,0 +1,38 @@
+#include "stages.h"
+
+/* The leg voltage lost: found at the start, or by the parameters. While it is looked for, nothing
+ * is added. */
+static float leg_loss_V(const drive_config_t *cfg, const drive_state_t *st, float u_dc_V, bool busy)
+{
+    const premagnetise_state_t *found = &st->modes.premagnetise;
+    if (busy) {
+        return 0.0f;
+    }
+    return found->leg_loss_found ? (found->leg_loss_pu * u_dc_V)
+                                 : inverter_error_lost_V(&cfg->voltage.error, u_dc_V);
+}
+
+void stage_apply(const drive_config_t *cfg, drive_state_t *st, const modes_out_t *mode,
+                 drive_out_t *out)
+{
+    const request_t *request = &mode->request;
+    const estimate_t *e = &st->estimator.estimate;
+    const bool follow = request->kind == REQUEST_VOLTAGE;
+    out->i_A = dq_from_ab(out->meas.i_s_A, request->axis);
+    out->i_ref_A = follow ? out->i_A : request->i_ref_A; /* no error: the controllers only follow */
+    const voltage_in_t voltage_in = {.follow = follow,
+                                     .axis = request->axis,
+                                     .u_ref_V = request->u_ref_V,
+                                     .i_ref_A = out->i_ref_A,
+                                     .i_A = out->i_A,
+                                     .i_s_A = out->meas.i_s_A,
+                                     .omega_s_rad_s = e->omega_s_rad_s,
+                                     .omega_e_rad_s = e->omega_e_rad_s,
+                                     .lambda_Wb = e->lambda_Wb,
+                                     .leg_loss_V =
+                                         leg_loss_V(cfg, st, out->meas.u_dc_V, mode->busy),
+                                     .u_dc_V = out->meas.u_dc_V};
+    const voltage_out_t voltage = voltage_step(&cfg->voltage, &st->voltage, &voltage_in);
+    out->duty = voltage.duty;
+    st->acting.pending_V = voltage.u_V;
+}

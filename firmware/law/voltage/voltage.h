@@ -1,0 +1,47 @@
+/* Request -> duty: current control, delay compensation, inverter error, SVPWM.
+ *
+ * The duties act later: voltage and current are turned to where the frame will be by then. A
+ * request for a voltage is realised as it is, and the current controllers follow it, so that they
+ * take over without a step.
+ */
+#ifndef VOLTAGE_H
+#define VOLTAGE_H
+
+#include "current_control.h"
+#include "inverter_error.h"
+#include "svpwm.h"
+
+typedef struct {
+    current_control_config_t current;
+    inverter_error_config_t error;
+    svpwm_config_t svpwm;
+    float delay_comp_s; /* reference voltage is turned ahead by w_s times this */
+} voltage_config_t;
+
+typedef struct {
+    current_control_state_t current;
+} voltage_state_t;
+
+typedef struct {
+    bool follow; /* u_ref_V acts; else i_ref_A is controlled */
+    ab_t axis;
+    ab_t u_ref_V; /* stationary */
+    dq_t i_ref_A;
+    dq_t i_A;
+    ab_t i_s_A;
+    float omega_s_rad_s;
+    float omega_e_rad_s;
+    float lambda_Wb;
+    float leg_loss_V; /* what dead time and devices take of a leg; 0: nothing is added */
+    float u_dc_V;
+} voltage_in_t;
+
+typedef struct {
+    uvw_t duty;
+    ab_t u_V; /* at the motor, by these duties */
+} voltage_out_t;
+
+voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st,
+                           const voltage_in_t *in);
+
+#endif
