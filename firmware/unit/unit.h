@@ -61,23 +61,24 @@ typedef struct {
     /* What a period needs lies together, at the front and not behind a pointer: loads and stores of
      * floats reach 1 KiB, and either would cost the control law 80 instructions. */
     drive_state_t drive;
-    drive_out_t last;     /* of the last period, for telemetry and trace */
-    unit_config_t config; /* in force */
+    drive_out_t last; /* of the last period, for telemetry and trace */
     sequence_state_t machine;
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
     drive_mode_t mode;
     drive_aim_t aim;
-    uint32_t command_count;   /* as it came last */
-    uint32_t silent_periods;  /* since it changed, with the gates on */
-    bool configured;          /* false: some parameter, motor datum or the table was refused */
-    bool late;                /* late_periods had changed in the last period */
-    uint16_t late_periods;    /* the port's count then */
-    volatile bool next_ready; /* `next` is to be taken at a period's start, whole */
+    uint32_t command_count;     /* as it came last */
+    uint32_t silent_periods;    /* since it changed, with the gates on */
+    bool configured;            /* false: some parameter, motor datum or the table was refused */
+    bool late;                  /* late_periods had changed in the last period */
+    uint16_t late_periods;      /* the port's count then */
+    uint32_t in_force;          /* index of the configuration in force */
+    volatile bool change_ready; /* the other one is whole: the next period takes it */
     volatile uint32_t period_count; /* the background watches it change */
     unit_mailbox_t mailbox;
 
-    hal_output_t output; /* of the last period, when it is recorded */
+    unit_config_t config[2]; /* one in force; the other is the background's until change_ready */
+    hal_output_t output;     /* of the last period, when it is recorded */
     fault_recorder_t fault_recorder;
     trace_t trace;
     commissioning_state_t commissioning;
@@ -85,8 +86,7 @@ typedef struct {
     /* The background's. */
     const gain_table_t *table;
     const params_t *image; /* what applies where nothing was saved; NULL: a port without a store */
-    params_t params;       /* what `next`, or `config`, was made of */
-    unit_config_t next;    /* the period's once next_ready */
+    params_t params;       /* what the newest configuration was made of */
     uint32_t crc_entry;    /* next table entry of the running check */
     uint32_t crc;
     uint32_t served_count; /* period_count at the last watchdog service */
@@ -112,6 +112,12 @@ typedef struct {
     float omega_m_bound_rad_s;   /* of the speed error, as far as the drive can tell */
     observer_gain_t gain;
 } unit_telemetry_t;
+
+/* The configuration in force. */
+static inline const unit_config_t *unit_config(const unit_t *unit)
+{
+    return &unit->config[unit->in_force];
+}
 
 /* table may be NULL when observer_gain_enable is 0. False: refused; the unit can still be stepped,
  * stands in FAULT with FAULT_CONFIG and keeps the gates off. */

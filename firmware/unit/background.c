@@ -1,0 +1,66 @@
+#include "unit.h"
+
+#include <stddef.h>
+
+#include "table_crc.h"
+#include "unit_link_requests.h"
+#include "unit_record.h"
+#include "unit_store_background.h"
+
+/* Table entries per background slice: a full check of 1801 entries takes 76 slices, and a
+ * slice beside the control period no more than two or three periods of the slowest core here. */
+#define UNIT_CRC_ENTRIES_PER_SLICE 24u
+
+bool unit_at_rest(const unit_t *unit)
+{
+    const uint32_t command = unit->mailbox.slot[unit->mailbox.published & 1u].command;
+    const uint32_t harmless = SEQUENCE_CMD_FAULT_RESET | SEQUENCE_CMD_TORQUE_OFF;
+    return (unit->mode == DRIVE_OFF) && ((command & ~harmless) == 0u);
+}
+
+void unit_post_command(unit_t *unit, const unit_command_t *command)
+{
+    const uint32_t next = 1u - (unit->mailbox.published & 1u);
+    unit->mailbox.slot[next] = *command;
+    unit->mailbox.published = next;
+}
+
+/* Running check of the table: flash can lose a bit after the check at start. */
+static void check_table_slice(unit_t *unit)
+{
+    const gain_table_t *table = unit_config(unit)->drive.estimator.table;
+    if (table == NULL) {
+        return;
+    }
+    uint32_t end = unit->crc_entry + UNIT_CRC_ENTRIES_PER_SLICE;
+    if (end > table->entry_count) {
+        end = table->entry_count;
+    }
+    unit->crc = table_crc(table, unit->crc, unit->crc_entry, end);
+    unit->crc_entry = end;
+    if (unit->crc_entry >= table->entry_count) {
+        if (unit->crc != table->crc32c) {
+            unit->mailbox.faults |= FAULT_TABLE_CRC;
+        }
+        unit->crc_entry = 0u;
+        unit->crc = 0u;
+    }
+}
+
+COLD void unit_background(unit_t *unit, const hal_devices_t *devices)
+{
+    if (unit->configured) {
+        check_table_slice(unit);
+    }
+    unit_record_background(unit);
+    if (devices != NULL) {
+        unit_link_background(unit, devices);
+        unit_store_background(unit, devices);
+    }
+    /* The watchdog is fed only while the control period lives. */
+    const uint32_t count = unit->period_count;
+    if ((devices != NULL) && (devices->watchdog_serve != NULL) && (count != unit->served_count)) {
+        unit->served_count = count;
+        devices->watchdog_serve(devices->context);
+    }
+}
