@@ -1,6 +1,5 @@
 #include "gain_file.hpp"
 
-#include <array>
 #include <bit>
 #include <charconv>
 #include <chrono>
@@ -162,32 +161,6 @@ Cache &cache()
 
 // A search may go through thousands of folders; the drives hold what they use themselves.
 constexpr std::size_t cache_max_files = 64;
-// Packed the plain way, which holds any gains: lines of zero, and above them the words themselves.
-constexpr std::uint16_t half_words = 8;
-
-std::vector<gain_block_t> whole_word_blocks(std::size_t entries)
-{
-    std::vector<gain_block_t> blocks((entries + GAIN_BLOCK_ENTRIES - 1) / GAIN_BLOCK_ENTRIES);
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-        blocks[b].first = static_cast<std::uint16_t>(b * GAIN_BLOCK_ENTRIES * half_words);
-        blocks[b].half_words = half_words;
-    }
-    return blocks;
-}
-
-std::vector<std::uint16_t> whole_words(const std::vector<observer_gain_t> &entries)
-{
-    const std::size_t blocks = whole_word_blocks(entries.size()).size();
-    std::vector<std::uint16_t> residuals(blocks * GAIN_BLOCK_ENTRIES * half_words + 1);
-    std::size_t at = 0;
-    for (const observer_gain_t &entry : entries) {
-        for (const std::uint32_t word : std::bit_cast<std::array<std::uint32_t, 4>>(entry)) {
-            residuals[at++] = static_cast<std::uint16_t>(word & 0xFFFFU);
-            residuals[at++] = static_cast<std::uint16_t>(word >> 16U);
-        }
-    }
-    return residuals;
-}
 
 // A file younger than the file system's clock can tell apart may change under the same stamp.
 constexpr auto racy = std::chrono::milliseconds(50);
@@ -195,18 +168,17 @@ constexpr auto racy = std::chrono::milliseconds(50);
 } // namespace
 
 GainFile::GainFile(std::string motor_name, const Circuit &designed_for, double designed_period_s,
-                   const std::vector<observer_gain_t> &entries, float step_rad_s)
+                   std::vector<observer_gain_t> entries, float step_rad_s)
     : motor(std::move(motor_name)), circuit(designed_for), period_s(designed_period_s),
-      blocks_(whole_word_blocks(entries.size())), residuals_(whole_words(entries)),
-      table_{.magic = GAIN_TABLE_MAGIC,
-             .version = GAIN_TABLE_VERSION,
-             .motor_id = 0U,
-             .entry_count = static_cast<std::uint32_t>(entries.size()),
-             .crc32c = crc32c(entries.data(), entries.size() * sizeof(observer_gain_t)),
-             .step_rad_s = step_rad_s,
-             .block = blocks_.data(),
-             .residual = residuals_.data(),
-             .residual_count = static_cast<std::uint32_t>(residuals_.size())}
+      entries_(std::move(entries)), table_{
+                                        .magic = GAIN_TABLE_MAGIC,
+                                        .version = GAIN_TABLE_VERSION,
+                                        .motor_id = 0U,
+                                        .entry_count = static_cast<std::uint32_t>(entries_.size()),
+                                        .crc32c = crc32c(entries_.data(),
+                                                         entries_.size() * sizeof(observer_gain_t)),
+                                        .step_rad_s = step_rad_s,
+                                        .entry = entries_.data()}
 {
 }
 

@@ -26,7 +26,7 @@ struct Circuit {
 class GainFile {
 public:
     GainFile(std::string motor_name, const Circuit &designed_for, double designed_period_s,
-             const std::vector<observer_gain_t> &entries, float step_rad_s);
+             std::vector<observer_gain_t> entries, float step_rad_s);
     GainFile(const GainFile &) = delete;
     GainFile &operator=(const GainFile &) = delete;
 
@@ -40,8 +40,7 @@ public:
     }
 
 private:
-    std::vector<gain_block_t> blocks_;
-    std::vector<std::uint16_t> residuals_;
+    std::vector<observer_gain_t> entries_;
     gain_table_t table_;
 };
 

@@ -9,11 +9,7 @@
 static inline uint32_t table_crc(const gain_table_t *table, uint32_t crc, uint32_t first,
                                  uint32_t end)
 {
-    for (uint32_t k = first; k < end; k++) {
-        const observer_gain_t gain = gain_table_entry(table, k);
-        crc = crc32c_update(crc, &gain, sizeof gain);
-    }
-    return crc;
+    return crc32c_update(crc, &table->entry[first], (end - first) * sizeof table->entry[0]);
 }
 
 #endif

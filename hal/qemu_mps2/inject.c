@@ -69,7 +69,7 @@ void inject(uint32_t what, unit_t *unit)
         MPS2_TIMER_CTRL(MPS2_TIMER0) = 0u;
         break;
     case PIL_INJECT_TABLE_BIT:
-        flip_bit((uint32_t)(uintptr_t)&unit->table->block[6]);
+        flip_bit((uint32_t)(uintptr_t)&unit->table->entry[6]);
         break;
     case PIL_INJECT_IMAGE_BIT:
         flip_bit((uint32_t)(uintptr_t)&inject & ~3u);

@@ -15,8 +15,10 @@ from pathlib import Path
 import pytest
 
 from zerohertz.build import build_image
+from zerohertz.gain_design.stored import read_table_json
 from zerohertz.image import sizes
 from zerohertz.paths import ROOT
+from zerohertz.scenario.setup import load_setup
 
 FLASH, RAM = 0x08000000, 0x20000000
 IRQ_ADC = 18
@@ -75,10 +77,19 @@ def test_it_boots_tells_what_it_is_and_stays_off_without_its_clock(image: Path) 
     assert "\nclock: 16 MHz internal, no PLL; drive off" in text
 
 
+def test_the_image_carries_the_gains_of_the_json(image: Path) -> None:
+    table = read_table_json(load_setup("recommended").motor_dir / "l_gain.json")
+    at = symbol(image, "gain_entry") - FLASH
+    words = [int(word, 16) for word in table["l_words"]]
+    assert struct.unpack_from(f"<{len(words)}I", image.with_suffix(".bin").read_bytes(), at) == (
+        *words,
+    )
+
+
 def test_a_flipped_bit_of_the_image_is_found_before_anything_runs(
     image: Path, tmp_path: Path
 ) -> None:
-    at = symbol(image, "gain_residuals") + 4000
+    at = symbol(image, "gain_entry") + 4000
     byte = image.with_suffix(".bin").read_bytes()[at - FLASH]
     elf = patched(image, tmp_path, at, bytes([byte ^ 4]), stamp=False)
     assert "end 00000077 gates off" in boot(elf, "address")

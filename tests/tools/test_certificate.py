@@ -7,8 +7,6 @@ import dataclasses
 import json
 import math
 import os
-import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -319,50 +317,6 @@ def test_changed_motor_data_make_the_table_stale(copied: Path) -> None:
     edit(copied / "motor.toml", "Rr_ohm = 0.500", "Rr_ohm = 0.501")
     faults = read_stored_table(copied).faults
     assert faults == ("inputs.circuit.Rr_ohm: 0.5 in l_gain.json, 0.501 in motor.toml",)
-
-
-@pytest.fixture
-def packed(copied: Path) -> Path:
-    """The same with its l_gain.c."""
-    shutil.copy(FOLDERS[0] / "l_gain.c", copied)
-    return copied
-
-
-def test_the_c_table_has_to_unpack_to_the_json(packed: Path) -> None:
-    assert read_stored_table(packed).faults == ()
-    text = (packed / "l_gain.c").read_text(encoding="utf-8")
-    changed = 0
-    for old in re.findall(r"0x[0-9a-f]{4,8}u", text)[5::400]:  # residuals, bases and slopes
-        if old == "0x0000u":  # may be padding
-            continue
-        number = int(old.removesuffix("u"), 16) ^ 1
-        (packed / "l_gain.c").write_text(text.replace(old, f"{number:#x}u", 1), encoding="utf-8")
-        faults = read_stored_table(packed).faults
-        assert len(faults) == 1
-        assert re.match(r"l_gain\.c: entry \d+ unpacks to ", faults[0])
-        changed += 1
-    assert changed >= 10
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "fault"),
-    [
-        (
-            ".entry_count = 1801u",
-            ".entry_count = 1800u",
-            "7200 words, l_words has 7204",
-        ),
-        (".entry_count = 1801u", "", "cannot be read"),
-        ("gain_residuals[", "residuals[", "no array gain_residuals"),
-        ("0u, 8u, {", "0u, 3u, {", "3 half-words per entry"),
-        ("0u, 8u, {", "0u, {", "cannot be read"),
-    ],
-)
-def test_a_c_table_that_is_none_is_a_fault(packed: Path, old: str, new: str, fault: str) -> None:
-    edit(packed / "l_gain.c", old, new)
-    faults = read_stored_table(packed).faults
-    assert len(faults) == 1
-    assert fault in faults[0]
 
 
 def test_gain_at_standstill_has_to_be_real(copied: Path) -> None:

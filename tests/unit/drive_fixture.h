@@ -21,23 +21,12 @@ static const observer_gain_t test_gain[4] = {{-300.0f, 0.0f, 0.5f, 0.0f},
                                              {-330.0f, 45.0f, 0.3f, -0.2f},
                                              {-360.0f, 70.0f, 0.2f, -0.3f}};
 
-/* Packed as whole words. */
-static const gain_block_t test_block[1] = {{.half_words = 8u}};
-static const uint16_t test_residual[16 * 8 + 1] = {
-    0x0000u, 0xC396u, 0x0000u, 0x0000u, 0x0000u, 0x3F00u, 0x0000u, 0x0000u,
-    0x0000u, 0xC39Bu, 0x0000u, 0x41A0u, 0xCCCDu, 0x3ECCu, 0xCCCDu, 0xBDCCu,
-    0x0000u, 0xC3A5u, 0x0000u, 0x4234u, 0x999Au, 0x3E99u, 0xCCCDu, 0xBE4Cu,
-    0x0000u, 0xC3B4u, 0x0000u, 0x428Cu, 0xCCCDu, 0x3E4Cu, 0x999Au, 0xBE99u,
-};
-
 static const gain_table_t test_table = {.magic = GAIN_TABLE_MAGIC,
                                         .version = GAIN_TABLE_VERSION,
                                         .motor_id = 1u,
                                         .entry_count = 4u,
                                         .step_rad_s = 5.0f,
-                                        .block = test_block,
-                                        .residual = test_residual,
-                                        .residual_count = 16u * 8u + 1u};
+                                        .entry = test_gain};
 
 static drive_params_t params_of(motor_t motor)
 {

@@ -1,4 +1,4 @@
-/* The generated C tables as the compiler reads them: unpacked, they are the designed bits. */
+/* The generated C tables as the compiler reads them. */
 #include "hasegawa2005/l_gain.h"
 #include "hasegawa2005_paper/l_gain.h"
 #include "hasegawa2005_recommended/l_gain.h"
@@ -31,16 +31,12 @@ static void test_every_table_can_be_used(void)
     }
 }
 
-/* The checksum was taken of the words in l_gain.json. */
-static void test_every_entry_unpacks_to_the_designed_bits(void)
+/* The checksum was taken of the gains in l_gain.json. */
+static void test_every_entry_has_the_designed_bits(void)
 {
     for (size_t k = 0u; k < TABLES; k++) {
-        uint32_t crc = 0u;
-        for (uint32_t n = 0u; n < tables[k]->entry_count; n++) {
-            const observer_gain_t gain = gain_table_entry(tables[k], n);
-            crc = crc32c_update(crc, &gain, sizeof gain);
-        }
-        TEST_ASSERT_EQUAL_HEX32(tables[k]->crc32c, crc);
+        const size_t bytes = tables[k]->entry_count * sizeof tables[k]->entry[0];
+        TEST_ASSERT_EQUAL_HEX32(tables[k]->crc32c, crc32c(tables[k]->entry, bytes));
     }
 }
 
@@ -63,7 +59,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_table_can_be_used);
-    RUN_TEST(test_every_entry_unpacks_to_the_designed_bits);
+    RUN_TEST(test_every_entry_has_the_designed_bits);
     RUN_TEST(test_every_table_stands_on_the_grid_of_2_per_min);
     RUN_TEST(test_every_motor_has_its_own_identity);
     return UNITY_END();

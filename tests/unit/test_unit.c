@@ -6,10 +6,8 @@
 
 #include "crc32c.h"
 #include "unity.h"
-#include "whole_words.h"
 
 static observer_gain_t entries[100];
-static whole_words_t packed;
 static gain_table_t table;
 static params_t params;
 static unit_t unit;
@@ -29,8 +27,8 @@ void setUp(void)
                            .version = GAIN_TABLE_VERSION,
                            .motor_id = 1u,
                            .entry_count = 100u,
-                           .step_rad_s = 0.20943951f};
-    whole_words(&packed, &table, entries);
+                           .step_rad_s = 0.20943951f,
+                           .entry = entries};
     table.crc32c = crc32c(entries, sizeof(entries));
     params_default(&params);
     params.offset_calibration_s = 0.01f;
@@ -249,7 +247,6 @@ static void test_refused_state_times_stand_in_fault(void)
 static void test_a_table_with_a_flipped_bit_is_refused(void)
 {
     entries[42].l1_im_per_s += 0.0001f;
-    whole_words(&packed, &table, entries);
     TEST_ASSERT_FALSE(unit_init(&unit, &params, &table));
     (void)periods(SEQUENCE_CMD_RUN, 0.0f, 5);
     TEST_ASSERT_EQUAL_UINT32(FAULT_TABLE_CRC, telemetry().faults);
@@ -268,7 +265,6 @@ static void test_background_finds_a_bit_lost_while_running(void)
     }
     TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
     entries[99].l2_im_ohm = 0.5f;
-    whole_words(&packed, &table, entries);
     for (int k = 0; k < 5; k++) { /* 100 entries are five slices */
         unit_background(&unit, NULL);
     }

@@ -13,7 +13,6 @@
 #include "host_port.h"
 #include "ram_flash.h"
 #include "unity.h"
-#include "whole_words.h"
 
 #define TRACE_WORDS 256u
 
@@ -30,7 +29,6 @@ static ram_flash_t flash_memory;
 static const hal_flash_t flash = RAM_FLASH(&flash_memory);
 static const uint8_t key[SIPHASH_KEY_BYTES] = {1u, 2u, 3u};
 static observer_gain_t gains[100];
-static whole_words_t packed;
 static gain_table_t table;
 
 static bool entropy(void *context, uint64_t *bits)
@@ -698,8 +696,8 @@ static void new_board(void)
                            .motor_id = 1u,
                            .entry_count = 100u,
                            .crc32c = crc32c(gains, sizeof gains),
-                           .step_rad_s = 0.20943951f};
-    whole_words(&packed, &table, gains);
+                           .step_rad_s = 0.20943951f,
+                           .entry = gains};
     TEST_ASSERT_TRUE(power_up());
 }
 

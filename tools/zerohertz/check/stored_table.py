@@ -1,4 +1,4 @@
-"""motor.toml and l_gain.json as exact data; contradictions in them, between them, with l_gain.c."""
+"""motor.toml and l_gain.json as exact data; contradictions in them and between them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from zerohertz.check.c_table import c_table_faults
 from zerohertz.check.inequalities import Machine
 from zerohertz.errors import UserError
 
@@ -45,13 +44,11 @@ def read_stored_table(folder: Path) -> StoredTable:
     _require_henry(motor, motor_path)
     table = _read_json(path)
     try:
-        stored = _stored_table(motor, machine, table)
+        return _stored_table(motor, machine, table)
     except KeyError as error:
         raise UserError(f"{path}: {error.args[0]}: key is missing; run zh design") from None
     except (TypeError, ValueError, AttributeError, struct.error, OverflowError) as error:
         raise UserError(f"{path}: cannot be read as a gain table: {error}; run zh design") from None
-    faults = c_table_faults(folder / "l_gain.c", table["l_words"])
-    return dataclasses.replace(stored, faults=(*stored.faults, *faults))
 
 
 def _stored_table(

@@ -1,4 +1,4 @@
-"""`zh design`: designs gain tables, writes json and C, or proves that the committed ones hold."""
+"""`zh design`: designs gain tables, or proves that the committed ones hold."""
 
 from __future__ import annotations
 
@@ -14,12 +14,11 @@ from rich.console import Console
 
 from zerohertz.console import progress_bar, short_paths
 from zerohertz.errors import UserError
-from zerohertz.gain_design.c_source import c_files, read_table_json
+from zerohertz.gain_design.stored import JSON_NAME, read_table_json, require_folder_name
 from zerohertz.gain_design.table import Table, design_table, table_json
 from zerohertz.motor import METHODS, Motor, load_motor, motor_toml, with_design
 from zerohertz.paths import ROOT, make_folder
 
-JSON_NAME = "l_gain.json"
 # Solvers and processors differ in the last digits; a redesign has to agree within this.
 REDESIGN_TOLERANCE = 1.0e-3
 
@@ -60,15 +59,15 @@ def design(
         typer.Option(help=f"Instead of motor.toml's: {', '.join(METHODS)}. Needs --out."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder that receives <motor>/motor.toml, json and C.")
+        Path | None, typer.Option(help="Folder that receives <motor>/motor.toml and l_gain.json.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Design the observer gain tables (l_gain.json, l_gain.c, l_gain.h).
+    """Design the observer gain tables (l_gain.json).
 
     A table that a fresh design confirms is left as it is, so that nothing changes with the
-    computer. With --check: exit 1 unless the C files are byte for byte those of the json, and the
-    json agrees with motor.toml and, within 1e-3, with a fresh design.
+    computer. With --check: exit 1 unless the json agrees with motor.toml and, within 1e-3, with a
+    fresh design. The C of a table is made by the build.
     """
     if check and (method or out):
         raise UserError("--check: compares stored tables; leave out --method and --out")
@@ -108,11 +107,8 @@ def motor_folder(given: Path) -> Path:
 
 def _require_own_name(motor: Motor, folder: Path) -> None:
     """In gain_tables the folder's name is the motor's: two tables of one name cannot be linked."""
-    if folder.resolve().parent == ROOT / "gain_tables" and motor.name != folder.resolve().name:
-        raise UserError(
-            f"{folder / 'motor.toml'}: motor.name: is '{motor.name}', the folder is "
-            f"'{folder.resolve().name}'; give both one name"
-        )
+    if folder.resolve().parent == ROOT / "gain_tables":
+        require_folder_name(motor, folder)
 
 
 def _require_different_names(motors: list[Motor], folders: list[Path]) -> None:
@@ -140,13 +136,8 @@ def _timed_design(motor: Motor) -> tuple[Table, float]:
 
 
 def _check(folder: Path, fresh: Table, cpu_s: float) -> Outcome:
-    stored = read_table_json(folder / JSON_NAME)
-    faults = [
-        f"{folder / name}: is not what l_gain.json gives; run zh design"
-        for name, text in c_files(stored).items()
-        if _read(folder / name) != text
-    ]
-    difference = _difference(stored, fresh)
+    difference = _difference(read_table_json(folder / JSON_NAME), fresh)
+    faults = []
     if difference is None:
         faults.append(f"{folder / JSON_NAME}: was designed for other inputs; run zh design")
     elif difference > REDESIGN_TOLERANCE:
@@ -155,14 +146,12 @@ def _check(folder: Path, fresh: Table, cpu_s: float) -> Outcome:
 
 
 def _store(folder: Path, fresh: Table, cpu_s: float, with_motor: bool) -> Outcome:
-    """Writes what is new: the json unless it holds, then the C files that the json gives."""
+    """Writes what is new: the json unless it holds."""
     folder.mkdir(parents=True, exist_ok=True)
     json_path = folder / JSON_NAME
     difference = _difference(read_table_json(json_path), fresh) if json_path.exists() else None
     holds = difference is not None and difference <= REDESIGN_TOLERANCE
     files = {} if holds else {JSON_NAME: table_json(fresh)}
-    content = read_table_json(json_path) if holds else json.loads(files[JSON_NAME])
-    files |= c_files(content)
     if with_motor:
         files["motor.toml"] = motor_toml(fresh.motor)
     for name, text in files.items():

@@ -12,7 +12,7 @@ import numpy as np
 
 from zerohertz.check.certificate import Report, certify
 from zerohertz.check.stored_table import read_stored_table
-from zerohertz.gain_design.c_source import read_table_json
+from zerohertz.gain_design.stored import read_table_json
 from zerohertz.gain_design.table import design_table, table_json
 from zerohertz.motor import load_motor, motor_toml
 from zerohertz.paths import ROOT

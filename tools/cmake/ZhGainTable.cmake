@@ -1,0 +1,20 @@
+# zh_gain_table(<target> <folder>): l_gain.c of a motor folder (motor.toml, l_gain.json) becomes a
+# source of the target, which is of the current folder; users include "<motor>/l_gain.h".
+find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
+
+set(ZH_TOOLS_DIR "${CMAKE_CURRENT_LIST_DIR}/..")
+
+function(zh_gain_table target folder)
+    get_filename_component(folder "${folder}" ABSOLUTE)
+    get_filename_component(motor "${folder}" NAME)
+    set(out "${CMAKE_CURRENT_BINARY_DIR}/${motor}")
+    set(script "${ZH_TOOLS_DIR}/generate_gain_table.py")
+    add_custom_command(
+        OUTPUT "${out}/l_gain.c" "${out}/l_gain.h"
+        COMMAND "${Python3_EXECUTABLE}" -S -B "${script}" "${folder}" --out "${out}" --depfile "${out}/l_gain.d"
+        DEPENDS "${folder}/motor.toml" "${folder}/l_gain.json" "${script}"
+        DEPFILE "${out}/l_gain.d"
+        COMMENT "Gain table of ${motor}"
+        VERBATIM)
+    target_sources(${target} PRIVATE "${out}/l_gain.c" "${out}/l_gain.h")
+endfunction()
