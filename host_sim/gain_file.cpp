@@ -1,8 +1,9 @@
 #include "gain_file.hpp"
 
-#include <bit>
+#include <array>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -21,7 +22,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int schema = 1;
+constexpr int schema = 2;
+constexpr double largest_float = std::numeric_limits<float>::max();
 constexpr float step_rad_s_of_grid = static_cast<float>(2.0 * 2.0 * std::numbers::pi / 60.0);
 constexpr const char *redesign = "; write the file anew with tools/zh design";
 
@@ -72,40 +74,52 @@ double take_period(const std::string &path, const Json &root)
     return take<double>(path, design, "period_s");
 }
 
+// Decimals of nine digits: the float they stand for comes back exactly.
+std::array<float, 4> four_floats(const std::string &path, std::size_t k, const Json &entry)
+{
+    const auto fail = [&] {
+        reject(path, "entries[" + std::to_string(k) + "].L: is not four float32 numbers");
+    };
+    const auto at = entry.is_object() ? entry.find("L") : entry.end();
+    if (!entry.is_object() || at == entry.end() || !at->is_array() || at->size() != 4) {
+        fail();
+    }
+    std::array<float, 4> values{};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const Json &number = (*at)[i];
+        if (!number.is_number() || std::abs(number.get<double>()) > largest_float) {
+            fail();
+        }
+        values[i] = static_cast<float>(number.get<double>());
+    }
+    return values;
+}
+
 std::vector<observer_gain_t> take_entries(const std::string &path, const Json &root)
 {
-    const auto count = take<std::int64_t>(path, root, "entries");
-    if (count < 1 || count > static_cast<std::int64_t>(GAIN_TABLE_MAX_ENTRIES)) {
-        reject(path, "entries: " + std::to_string(count) + " is outside 1 .. " +
+    const auto rows = root.find("entries");
+    if (rows == root.end() || !rows->is_array()) {
+        reject(path, "entries: is missing or no list");
+    }
+    if (rows->empty() || rows->size() > GAIN_TABLE_MAX_ENTRIES) {
+        reject(path, "entries: " + std::to_string(rows->size()) + " is outside 1 .. " +
                          std::to_string(GAIN_TABLE_MAX_ENTRIES));
     }
-    const auto hex = take<std::vector<std::string>>(path, root, "l_words");
-    const auto wanted = static_cast<std::size_t>(4 * count);
-    if (hex.size() != wanted) {
-        reject(path, "l_words: " + std::to_string(hex.size()) + " words for " +
-                         std::to_string(count) + " entries, which need " + std::to_string(wanted));
-    }
-    std::vector<observer_gain_t> entries(static_cast<std::size_t>(count));
+    std::vector<observer_gain_t> entries(rows->size());
     for (std::size_t k = 0; k < entries.size(); ++k) {
-        const auto at = [&](std::size_t i) {
-            return std::bit_cast<float>(word(path, "l_words", hex[4 * k + i]));
-        };
-        entries[k] = {at(0), at(1), at(2), at(3)};
+        const auto [l1_re, l1_im, l2_re, l2_im] = four_floats(path, k, (*rows)[k]);
+        entries[k] = {l1_re, l1_im, l2_re, l2_im};
     }
     return entries;
 }
 
 float take_step(const std::string &path, const Json &root)
 {
-    const double grid = take<double>(path, root, "step_elec_per_min");
-    if (!(grid > 0.0 && grid <= 1000.0)) {
-        reject(path, "step_elec_per_min: is outside 0 .. 1000");
+    const auto step_rad_s = take<double>(path, root, "step_rad_s");
+    if (!(step_rad_s > 0.0 && step_rad_s <= 100.0)) {
+        reject(path, "step_rad_s: is outside 0 .. 100");
     }
-    if (root.contains("step_rad_s_word")) {
-        return std::bit_cast<float>(
-            word(path, "step_rad_s_word", take<std::string>(path, root, "step_rad_s_word")));
-    }
-    return static_cast<float>(grid * 2.0 * std::numbers::pi / 60.0);
+    return static_cast<float>(step_rad_s);
 }
 
 std::shared_ptr<const GainFile> read(const std::string &path)
@@ -127,10 +141,10 @@ std::shared_ptr<const GainFile> read(const std::string &path)
                                                  take_entries(path, root), take_step(path, root));
     const std::uint32_t stored = word(path, "crc32c", take<std::string>(path, root, "crc32c"));
     if (gain->table().crc32c != stored) {
-        reject(path, "crc32c: does not match l_words, the file was changed or damaged");
+        reject(path, "crc32c: does not match the entries, the file was changed or damaged");
     }
     if (!gain_table_valid(&gain->table())) {
-        reject(path, "l_words: a gain is not finite, or L at standstill is not real");
+        reject(path, "entries: L at standstill is not real");
     }
     return gain;
 }

@@ -48,8 +48,8 @@ private:
 // Read once per content: thousands of drives share one copy, from any thread.
 std::shared_ptr<const GainFile> load_gain_file(const std::string &path);
 
-// A table that is not in a file (a search): 4 N floats in the order of l_words, every 2 elec.
-// min^-1.
+// A table that is not in a file (a search): 4 N floats, L of one entry after the other, every 2
+// elec. min^-1.
 std::shared_ptr<const GainFile> gain_from_floats(std::span<const float> words);
 
 } // namespace zh

@@ -16,6 +16,7 @@ import pytest
 
 from zerohertz.build import build_image
 from zerohertz.gain_design.stored import read_table_json
+from zerohertz.gain_design.table import gains_of
 from zerohertz.image import sizes
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import load_setup
@@ -80,10 +81,8 @@ def test_it_boots_tells_what_it_is_and_stays_off_without_its_clock(image: Path) 
 def test_the_image_carries_the_gains_of_the_json(image: Path) -> None:
     table = read_table_json(load_setup("recommended").motor_dir / "l_gain.json")
     at = symbol(image, "gain_entry") - FLASH
-    words = [int(word, 16) for word in table["l_words"]]
-    assert struct.unpack_from(f"<{len(words)}I", image.with_suffix(".bin").read_bytes(), at) == (
-        *words,
-    )
+    words = gains_of(table).astype("<f4").tobytes()
+    assert image.with_suffix(".bin").read_bytes()[at : at + len(words)] == words
 
 
 def test_a_flipped_bit_of_the_image_is_found_before_anything_runs(

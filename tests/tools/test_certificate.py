@@ -288,9 +288,9 @@ def content_of(folder: Path) -> dict:
     return json.loads((folder / "l_gain.json").read_text(encoding="utf-8"))
 
 
-def test_one_flipped_bit_breaks_the_crc(copied: Path) -> None:
-    word = content_of(copied)["l_words"][4 * 700]
-    edit(copied / "l_gain.json", word, f"{int(word, 16) ^ 1:08x}")
+def test_one_changed_digit_breaks_the_crc(copied: Path) -> None:
+    l1_re_per_s = content_of(copied)["entries"][700]["L"][0]
+    edit(copied / "l_gain.json", f"[{l1_re_per_s},", f"[{l1_re_per_s + 1e-4:.9g},")
     faults = read_stored_table(copied).faults
     assert len(faults) == 1
     assert faults[0].startswith("crc32c: ")
@@ -300,7 +300,7 @@ def test_one_flipped_bit_breaks_the_crc(copied: Path) -> None:
     ("old", "new", "fault"),
     [
         ('"method": "gamma_pr"', '"method": "zero"', "method"),
-        ('"step_rad_s_word": "3e567750"', '"step_rad_s_word": "3e567752"', "step_rad_s_word"),
+        ('"step_rad_s": 0.209439516', '"step_rad_s": 0.209439546', "step_rad_s"),
         ('"motor_id": "', '"motor_id": "0', "motor_id"),
         ('"Rs_ohm": 0.93', '"Rs_ohm": 0.94', "inputs.circuit.Rs_ohm"),
         ('"inputs_sha256": "', '"inputs_sha256": "0', "inputs_sha256"),
@@ -313,6 +313,12 @@ def test_contradiction_in_the_json_is_named(copied: Path, old: str, new: str, fa
     assert any(text.startswith(f"{fault}: ") for text in read_stored_table(copied).faults)
 
 
+def test_a_missing_entry_is_named(copied: Path) -> None:
+    lines = (copied / "l_gain.json").read_text(encoding="utf-8").splitlines(keepends=True)
+    (copied / "l_gain.json").write_text("".join(lines[:900] + lines[901:]), encoding="utf-8")
+    assert "entries: 1800 are stored, 1801 is right" in read_stored_table(copied).faults
+
+
 def test_changed_motor_data_make_the_table_stale(copied: Path) -> None:
     edit(copied / "motor.toml", "Rr_ohm = 0.500", "Rr_ohm = 0.501")
     faults = read_stored_table(copied).faults
@@ -320,7 +326,7 @@ def test_changed_motor_data_make_the_table_stale(copied: Path) -> None:
 
 
 def test_gain_at_standstill_has_to_be_real(copied: Path) -> None:
-    edit(copied / "l_gain.json", '"00000000"', '"3a83126f"')
+    edit(copied / "l_gain.json", "[-821.25,0.0,", "[-821.25,0.001,")
     assert any("L(0) is not real" in text for text in read_stored_table(copied).faults)
 
 
@@ -339,9 +345,10 @@ def test_pole_that_is_none_is_a_fault(copied: Path) -> None:
         ("motor.toml", "Ls_H = 0.110", "Ls_H = 110", r"toml:18: circuit\.Ls_H: .*; 0\.11 H if mH"),
         ("motor.toml", "[circuit]", "[circuit", r"not valid TOML"),
         ("l_gain.json", '"gamma"', '"gama"', r"gamma: key is missing"),
-        ("l_gain.json", '"entries": 1801', '"entries": 1800', r"l_words has 7204 values, not 7200"),
-        ("l_gain.json", '"c44d5000"', '"7f800000"', r"7f800000 is not a finite float32"),
-        ("l_gain.json", '"c44d5000"', '"c44d50"', r"cannot be read as a gain table"),
+        ("l_gain.json", "-821.25,", "-821.25e99,", r"cannot be read as a gain table"),
+        ("l_gain.json", "-821.25,", "Infinity,", r"Infinity is not a number"),
+        ("l_gain.json", "-821.25,", "", r"cannot be read as a gain table"),
+        ("l_gain.json", "-821.25,", '"-821.25x",', r"cannot be read as a gain table"),
         ("l_gain.json", "{", "[", r"not valid JSON"),
     ],
 )
@@ -372,8 +379,8 @@ def test_command_exits_1_for_a_defect_and_prints_one_json_object(copied: Path) -
         "max_euler_radius",
         "max_negative_gain_band_rad_s",
     } <= set(motor)
-    gamma = content_of(copied)["gamma"][300]
-    edit(copied / "l_gain.json", f"\n{gamma},\n", f"\n{0.9 * gamma:.6g},\n")
+    gamma = content_of(copied)["entries"][300]["gamma"]
+    edit(copied / "l_gain.json", f'"gamma":{gamma},', f'"gamma":{0.9 * gamma:.6g},')
     bad = zh_certify(copied, "--json")
     assert bad.returncode == 1
     assert json.loads(bad.stdout)["motors"]["hasegawa2005"]["proven"] == 1800

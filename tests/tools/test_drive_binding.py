@@ -184,35 +184,40 @@ def test_missing_table_is_named(motor_dir):
         Drive(motor_dir, BOARD)
 
 
-def flip_a_word(table):
-    table["l_words"][10] = f"{int(table['l_words'][10], 16) ^ 1:08x}"
+def change_the_last_digit(table):
+    gain = table["entries"][2]["L"]
+    gain[2] = float(np.nextafter(np.float32(gain[2]), np.float32(0.0)))
 
 
 def flip_the_crc(table):
     table["crc32c"] = f"{int(table['crc32c'], 16) ^ 0x80000000:08x}"
 
 
-def set_not_a_number(table):
-    table["l_words"][10] = "7fc00000"
-
-
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        (flip_a_word, "crc32c: does not match"),
+        (change_the_last_digit, "crc32c: does not match"),
         (flip_the_crc, "crc32c: does not match"),
-        (set_not_a_number, "crc32c: does not match"),
-        (lambda t: t["l_words"].pop(), "l_words: 7203 words for 1801 entries"),
-        (lambda t: t["l_words"].append("00000000"), "l_words: 7205 words"),
-        (lambda t: t.update(entries=3000), "entries: 3000 is outside"),
-        (lambda t: t.update(entries=0), "entries: 0 is outside"),
-        (lambda t: t.update(entries="many"), "entries: has the wrong type"),
-        (lambda t: t.update(schema=2), "schema: is not 1"),
+        (lambda t: t["entries"].pop(), "crc32c: does not match"),
+        (lambda t: t["entries"].extend(t["entries"][:300]), "entries: 2101 is outside"),
+        (lambda t: t["entries"].clear(), "entries: 0 is outside"),
+        (lambda t: t.update(entries="many"), "entries: is missing or no list"),
+        (lambda t: t.update(schema=1), "schema: is not 2"),
         (lambda t: t.pop("crc32c"), "crc32c: missing"),
-        (lambda t: t.pop("l_words"), "l_words: missing"),
-        (lambda t: t.update(l_words=[1, 2]), "l_words: has the wrong type"),
-        (lambda t: t["l_words"].__setitem__(3, "xyz"), "xyz.* is not a word"),
-        (lambda t: t.update(step_elec_per_min=-2), "step_elec_per_min"),
+        (lambda t: t.pop("entries"), "entries: is missing or no list"),
+        (lambda t: t.update(entries=[1, 2]), r"entries\[0\].L: is not four float32"),
+        (lambda t: t["entries"][7].pop("L"), r"entries\[7\].L: is not four float32"),
+        (lambda t: t["entries"][7]["L"].pop(), r"entries\[7\].L: is not four float32"),
+        (
+            lambda t: t["entries"][7].update(L=[0, 0, "0", 0]),
+            r"entries\[7\].L: is not four",
+        ),
+        (
+            lambda t: t["entries"][7].update(L=[0, 0, 1e39, 0]),
+            r"entries\[7\].L: is not four",
+        ),
+        (lambda t: t.update(step_rad_s=-2), "step_rad_s: is outside"),
+        (lambda t: t.pop("step_rad_s"), "step_rad_s: missing"),
         (lambda t: t.update(motor="other"), "motor: .*other.* is not"),
         (lambda t: t["inputs"]["circuit"].update(Rr_ohm=0.51), "differs from motor.toml"),
         (lambda t: t["inputs"].pop("circuit"), "circuit: missing"),
@@ -291,13 +296,11 @@ def test_a_table_proven_for_a_shorter_period_is_refused(motor_dir):
 def test_a_table_written_anew_is_read_anew(motor_dir):
     """The words, not the cache, decide: l1 at standstill doubled, CRC kept up to date."""
     from zerohertz.gain_design.crc32c import crc32c
+    from zerohertz.gain_design.table import gains_of
 
     def double(table):
-        words = np.array([int(w, 16) for w in table["l_words"]], dtype=np.uint32)
-        gain = words.view(np.float32).copy()
-        gain[0] *= 2.0
-        table["l_words"] = [f"{w:08x}" for w in gain.view(np.uint32)]
-        table["crc32c"] = f"{crc32c(gain.astype('<f4').tobytes()):08x}"
+        table["entries"][0]["L"][0] *= 2.0
+        table["crc32c"] = f"{crc32c(gains_of(table).astype('<f4').tobytes()):08x}"
 
     def l1_at_standstill() -> float:
         with Drive(motor_dir, BOARD) as d:

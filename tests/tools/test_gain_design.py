@@ -8,7 +8,6 @@ import math
 import os
 import re
 import shutil
-import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -24,8 +23,8 @@ from zerohertz.gain_design.crc32c import crc32c
 from zerohertz.gain_design.gamma_positive_real import GammaPositiveReal
 from zerohertz.gain_design.machine import gamma_floor, observer_poles, state_matrix
 from zerohertz.gain_design.pole_shift import pole_shift_gain
-from zerohertz.gain_design.stored import read_table_json
-from zerohertz.gain_design.table import design_table, speed_of_entry_rad_s, table_json
+from zerohertz.gain_design.stored import float32_text, read_table_json
+from zerohertz.gain_design.table import design_table, gains_of, speed_of_entry_rad_s, table_json
 from zerohertz.motor import (
     Circuit,
     MotorError,
@@ -53,9 +52,8 @@ def zh(*arguments: object) -> subprocess.CompletedProcess:
 
 
 def stored_gains(folder: Path) -> np.ndarray:
-    words = json.loads((folder / "l_gain.json").read_text(encoding="utf-8"))["l_words"]
-    bits = np.array([int(word, 16) for word in words], dtype=np.uint32)
-    return bits.view(np.float32).astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+    gains = gains_of(read_table_json(folder / "l_gain.json"))
+    return gains.astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
 
 
 def gamma_by_frequency_scan(c: Circuit, omega: float, gain: np.ndarray, dw: float) -> float:
@@ -165,7 +163,8 @@ def test_no_gain_beats_the_floor_nor_least_gamma(motor) -> None:
 @BOTH_FOLDERS
 def test_stored_gamma_bounds_the_frequency_scan(folder: Path) -> None:
     motor, gains = load_motor(folder), stored_gains(folder)
-    gamma = json.loads((folder / "l_gain.json").read_text(encoding="utf-8"))["gamma"]
+    entries = read_table_json(folder / "l_gain.json")["entries"]
+    gamma = [entry["gamma"] for entry in entries]
     tightest = 0.0
     for k in range(0, len(gains), 30):
         for dw in (motor.design.dw0_rad_s, -motor.design.dw0_rad_s):
@@ -265,12 +264,11 @@ def test_the_c_array_is_the_json_bit_for_bit(folder, tmp_path) -> None:
     firmware = ctypes.CDLL(str(library))
     table = GainTable.in_dll(firmware, f"l_gain_{content['motor']}")
     data = b"".join(bytes(table.entry[k]) for k in range(table.count))
-    assert [f"{word:08x}" for (word,) in struct.iter_unpack("<I", data)] == content["l_words"]
+    assert data == gains_of(content).astype("<f4").tobytes()
     assert table.magic == 0x5A48474C
     assert table.crc == crc32c(data) == int(content["crc32c"], 16)
     assert f"{table.motor_id:08x}" == content["motor_id"]
-    step = np.uint32(int(content["step_rad_s_word"], 16)).view(np.float32)
-    assert table.step_rad_s == step == np.float32(math.pi / 15.0)
+    assert table.step_rad_s == np.float32(content["step_rad_s"]) == np.float32(math.pi / 15.0)
     firmware.gain_table_valid.restype = ctypes.c_bool
     assert firmware.gain_table_valid(ctypes.byref(table))
 
@@ -293,25 +291,34 @@ def short_motor(tmp_path) -> Path:
     return tmp_path
 
 
+def read_gains(path: Path) -> np.ndarray:
+    return gains_of(read_table_json(path))
+
+
+def with_gain(path: Path, k: int, l1_re_per_s: np.float32) -> str:
+    """Writes the table with another l1 of entry k and the CRC that goes with it; its text."""
+    gains = read_gains(path)
+    text = path.read_text(encoding="utf-8")
+    crc = read_table_json(path)["crc32c"]
+    old = float32_text(gains[k, 0])
+    gains[k, 0] = l1_re_per_s
+    text = text.replace(old, float32_text(gains[k, 0]), 1)
+    text = text.replace(crc, f"{crc32c(gains.astype('<f4').tobytes()):08x}", 1)
+    path.write_text(text, encoding="utf-8")
+    return text
+
+
 def test_design_writes_reproducible_files_and_keeps_what_holds(short_motor: Path) -> None:
     path = short_motor / "l_gain.json"
     assert path.read_text(encoding="utf-8") == table_json(design_table(load_motor(short_motor)))
-    text = path.read_text(encoding="utf-8")
-    word = json.loads(text)["l_words"][4]  # l1 at entry 1, its last bit flipped:
-    nudged = text.replace(word, f"{int(word, 16) ^ 1:08x}", 1)
-    path.write_text(nudged, encoding="utf-8")
+    nudged = with_gain(path, 1, np.nextafter(read_gains(path)[1, 0], np.float32(0.0)))
     assert zh("design", short_motor).returncode == 0
     assert path.read_text(encoding="utf-8") == nudged  # within 1e-3: left as it is
 
 
 def test_check_rejects_a_table_that_a_fresh_design_does_not_give(short_motor: Path) -> None:
     path = short_motor / "l_gain.json"
-    content = json.loads(path.read_text(encoding="utf-8"))
-    gain = np.uint32(int(content["l_words"][20], 16)).view(np.float32) * np.float32(1.002)
-    text = path.read_text(encoding="utf-8").replace(
-        content["l_words"][20], f"{int(gain.view(np.uint32)):08x}", 1
-    )
-    path.write_text(text, encoding="utf-8")
+    with_gain(path, 5, read_gains(path)[5, 0] * np.float32(1.002))
     run = zh("design", "--check", short_motor)
     assert run.returncode == 1
     assert "off a fresh design" in run.stdout
@@ -331,8 +338,7 @@ def test_other_method_goes_to_another_folder(short_motor: Path, tmp_path) -> Non
     assert refused.stderr.startswith("error: --method: ")
     out = tmp_path / "out"
     assert zh("design", short_motor, "--method", "zero", "--out", out).returncode == 0
-    words = read_table_json(out / "im_4kw_400v" / "l_gain.json")["l_words"]
-    assert set(words) == {"00000000"}
+    assert not np.any(read_gains(out / "im_4kw_400v" / "l_gain.json"))
     assert load_motor(out / "im_4kw_400v").design.method == "zero"
 
 

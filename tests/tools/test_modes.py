@@ -92,8 +92,7 @@ def test_the_last_gain_is_stable_up_to_twice_rated_speed(name):
     """Beyond the table's end L turns with the speed: the sampled observer's poles, second order."""
     folder = ROOT / "gain_tables" / name
     stored = json.loads((folder / "l_gain.json").read_text())
-    words = np.array([int(word, 16) for word in stored["l_words"]], dtype=np.uint32)
-    l1_re, l1_im, l2_re, l2_im = words.view(np.float32).reshape(-1, 4)[-1].astype(float)
+    l1_re, l1_im, l2_re, l2_im = stored["entries"][-1]["L"]
     circuit = load_motor(folder).circuit
     end_rad_s = 3600.0 * np.pi / 30.0
     T = 200e-6

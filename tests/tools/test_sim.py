@@ -1,6 +1,5 @@
 """zerohertz.sim: closed-loop runs, their record, their timing and their complaints."""
 
-import json
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -8,6 +7,8 @@ import pytest
 
 from zerohertz.drive import State
 from zerohertz.errors import UserError
+from zerohertz.gain_design.stored import read_table_json
+from zerohertz.gain_design.table import gains_of
 from zerohertz.paths import ROOT
 from zerohertz.sim import Job, Trip, column_texts, run
 
@@ -178,8 +179,7 @@ def test_runs_in_threads_are_those_of_one_thread():
 
 
 def test_gain_from_memory_is_the_table_of_the_file():
-    words = json.loads((ROOT / "gain_tables/hasegawa2005/l_gain.json").read_text())["l_words"]
-    gain = np.array([int(w, 16) for w in words], dtype=np.uint32).view(np.float32).reshape(-1, 4)
+    gain = gains_of(read_table_json(ROOT / "gain_tables" / "hasegawa2005" / "l_gain.json"))
     from_file = run(Job(scenario=SCENARIO))
     np.testing.assert_array_equal(
         run(Job(scenario=SCENARIO, gain=gain))["i_q_A"], from_file["i_q_A"]

@@ -24,7 +24,8 @@ def figure_4(motor_json: Path | str, path: Path | str) -> None:
     """
     content = _load(motor_json)
     speeds = _speeds_elec_per_min(content)
-    observer = np.array(content["poles"]).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+    poles = np.array([entry["poles"] for entry in content["entries"]])
+    observer = poles.reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.0, 4.2), layout="constrained")
         axes = figure.add_subplot()
@@ -46,7 +47,7 @@ def figure_gamma(motor_json: Path | str, path: Path | str) -> None:
     """gamma over speed, with the floor that no gain can go below, and the angle 2 atan(gamma)."""
     content = _load(motor_json)
     speeds = _speeds_elec_per_min(content)
-    gamma = np.array([math.nan if g is None else g for g in content["gamma"]], dtype=float)
+    gamma = np.array([entry["gamma"] for entry in content["entries"]], dtype=float)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.0, 3.6), layout="constrained")
         axes = figure.add_subplot()
@@ -122,7 +123,7 @@ def _gamma_of_degrees(angle_deg: np.ndarray) -> np.ndarray:
 
 
 def _speeds_elec_per_min(content: dict[str, Any]) -> np.ndarray:
-    return np.arange(content["entries"]) * float(content["step_elec_per_min"])
+    return np.arange(len(content["entries"])) * float(content["step_elec_per_min"])
 
 
 def _load(motor_json: Path | str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import json
 import math
 import struct
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from zerohertz.check.inequalities import Machine
 from zerohertz.errors import UserError
 
 ELEC_PER_MIN_PER_STEP = 2
+Four = tuple[Fraction, Fraction, Fraction, Fraction]
 _CIRCUIT = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H")
 _DESIGN = ("dw0_rad_s", "radius_per_s", "decay_per_s", "period_s")
 
@@ -29,9 +30,9 @@ class StoredTable:
     method: str
     machine: Machine
     step_rad_s: Fraction  # the float32 by which the firmware finds its entry
-    gain: tuple[tuple[Fraction, Fraction, Fraction, Fraction], ...]
+    gain: tuple[Four, ...]
     gamma: tuple[Fraction | None, ...]
-    X: tuple[tuple[Fraction, Fraction, Fraction, Fraction] | None, ...]
+    X: tuple[Four | None, ...]
     poles: tuple[tuple[float, float, float, float], ...]
     faults: tuple[str, ...]
 
@@ -54,26 +55,23 @@ def read_stored_table(folder: Path) -> StoredTable:
 def _stored_table(
     motor: Mapping[str, Any], machine: Machine, table: Mapping[str, Any]
 ) -> StoredTable:
-    entries, words = table["entries"], table["l_words"]
-    for key, length in (("l_words", 4 * entries), ("gamma", entries), ("X", entries)):
-        if len(table[key]) != length:
-            raise ValueError(f"{key} has {len(table[key])} values, not {length}")
-    values = [_float32(word) for word in words]
+    entries = table["entries"]
+    gain = tuple(_four(map(_float32, _four(entry["L"]))) for entry in entries)
     return StoredTable(
         name=table["motor"],
         method=table["method"],
         machine=machine,
-        step_rad_s=_float32(table["step_rad_s_word"]),
-        gain=tuple(tuple(values[4 * k : 4 * k + 4]) for k in range(entries)),
-        gamma=tuple(None if g is None else Fraction(g) for g in table["gamma"]),
-        X=tuple(None if X is None else _four(X) for X in table["X"]),
-        poles=tuple(tuple(float(p) for p in poles) for poles in table["poles"]),
-        faults=tuple(_faults(motor, table, values)),
+        step_rad_s=_float32(table["step_rad_s"]),
+        gain=gain,
+        gamma=tuple(None if (g := entry["gamma"]) is None else Fraction(g) for entry in entries),
+        X=tuple(None if (X := entry["X"]) is None else _four(X) for entry in entries),
+        poles=tuple(tuple(map(float, _four(entry["poles"]))) for entry in entries),
+        faults=tuple(_faults(motor, table, gain)),
     )
 
 
 def _faults(
-    motor: Mapping[str, Any], table: Mapping[str, Any], values: list[Fraction]
+    motor: Mapping[str, Any], table: Mapping[str, Any], gain: tuple[Four, ...]
 ) -> list[str]:
     """Contradictions between the two files, and inside the json."""
     faults, inputs = [], table["inputs"]
@@ -85,30 +83,32 @@ def _faults(
             for key in sorted({*ours, *theirs})
             if ours.get(key) != theirs.get(key)
         ]
-    crc = f"{_crc32c(bytes.fromhex(''.join(map(_little_endian, table['l_words'])))):08x}"
+    words = b"".join(struct.pack("<4f", *row) for row in gain)
     machine = {key: inputs[key] for key in ("circuit", "nameplate")}
     end = inputs["design"]["table_end_elec_per_min"]
     expected = {
-        "schema": 1,
+        "schema": 2,
         "motor": inputs["motor"]["name"],
         "method": inputs["design"]["method"],
         "inputs_sha256": hashlib.sha256(_canonical(inputs)).hexdigest(),
         "motor_id": f"{_crc32c(_canonical(machine)):08x}",
         "step_elec_per_min": ELEC_PER_MIN_PER_STEP,
-        "entries": end // ELEC_PER_MIN_PER_STEP + 1,
-        "crc32c": crc,
+        "crc32c": f"{_crc32c(words):08x}",
     }
     faults += [
         f"{key}: {table[key]} is stored, {value} is right"
         for key, value in expected.items()
         if table[key] != value
     ]
+    count = end // ELEC_PER_MIN_PER_STEP + 1
+    if len(gain) != count:
+        faults.append(f"entries: {len(gain)} are stored, {count} is right")
     nominal_rad_s = ELEC_PER_MIN_PER_STEP * 2 * math.pi / 60
-    step_rad_s = float(_float32(table["step_rad_s_word"]))
+    step_rad_s = float(_float32(table["step_rad_s"]))
     if not math.isclose(step_rad_s, nominal_rad_s, rel_tol=2**-24):
-        faults.append(f"step_rad_s_word: {step_rad_s} rad/s is not the float32 next to pi/15")
-    if values[1] != 0 or values[3] != 0:
-        faults.append("l_words: L(0) is not real, so L(-w) = conj L(w) fails at standstill")
+        faults.append(f"step_rad_s: {step_rad_s} rad/s is not the float32 next to pi/15")
+    if gain[0][1] != 0 or gain[0][3] != 0:
+        faults.append("entries: L(0) is not real, so L(-w) = conj L(w) fails at standstill")
     return faults
 
 
@@ -188,20 +188,15 @@ def _read_json(path: Path) -> dict[str, Any]:
     return content
 
 
-def _float32(word: str) -> Fraction:
-    (value,) = struct.unpack(">f", bytes.fromhex(word))
-    if not math.isfinite(value):
-        raise ValueError(f"word {word} is not a finite float32")
+def _float32(decimal: Fraction | int) -> Fraction:
+    """The float32 that the decimal stands for, as firmware and compiler round it."""
+    (value,) = struct.unpack("<f", struct.pack("<f", decimal))
     return Fraction(value)
 
 
-def _little_endian(word: str) -> str:
-    return bytes.fromhex(word)[::-1].hex()
-
-
-def _four(values: list[Any]) -> tuple[Fraction, Fraction, Fraction, Fraction]:
-    x11, x12_re, x12_im, x22 = (Fraction(value) for value in values)
-    return (x11, x12_re, x12_im, x22)
+def _four(values: Iterable[Any]) -> Four:
+    first, second, third, fourth = (Fraction(value) for value in values)
+    return (first, second, third, fourth)
 
 
 def _canonical(content: Any) -> bytes:

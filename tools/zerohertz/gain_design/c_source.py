@@ -5,9 +5,10 @@ Python's standard library alone: the build makes them (tools/generate_gain_table
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+from zerohertz.gain_design.stored import float32_text
 
 HEADER_NAME = "l_gain.h"
 SOURCE_NAME = "l_gain.c"
@@ -55,25 +56,25 @@ const gain_table_t l_gain_{motor} = {{
 
 def c_files(content: Mapping[str, Any]) -> dict[str, str]:
     """File name -> text, for the content of a l_gain.json."""
-    words = content["l_words"]
-    rows = [words[k : k + 4] for k in range(0, len(words), 4)]
+    entries = content["entries"]
     values = {
         "motor": content["motor"],
         "guard": content["motor"].upper(),
-        "entries": content["entries"],
+        "entries": len(entries),
         "step": content["step_elec_per_min"],
         "method": content["method"],
         "sha256": content["inputs_sha256"],
         "motor_id": content["motor_id"],
         "crc32c": content["crc32c"],
-        "step_rad_s": _literal(content["step_rad_s_word"]),
-        "rows": "\n".join("    {" + ", ".join(map(_literal, row)) + "}," for row in rows),
+        "step_rad_s": _literal(content["step_rad_s"]),
+        "rows": "\n".join(_row(entry["L"]) for entry in entries),
     }
     return {HEADER_NAME: _HEADER.format(**values), SOURCE_NAME: _SOURCE.format(**values)}
 
 
-def _literal(word: str) -> str:
-    """Nine significant digits give every float32 back exactly."""
-    (value,) = struct.unpack(">f", bytes.fromhex(word))
-    text = f"{value:.9g}"
-    return text + ("f" if "." in text or "e" in text else ".0f")
+def _row(gain: Sequence[float]) -> str:
+    return "    {" + ", ".join(map(_literal, gain)) + "},"
+
+
+def _literal(value: float) -> str:
+    return float32_text(value) + "f"

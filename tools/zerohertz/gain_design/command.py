@@ -15,7 +15,7 @@ from rich.console import Console
 from zerohertz.console import progress_bar, short_paths
 from zerohertz.errors import UserError
 from zerohertz.gain_design.stored import JSON_NAME, read_table_json, require_folder_name
-from zerohertz.gain_design.table import Table, design_table, table_json
+from zerohertz.gain_design.table import Table, design_table, gains_of, table_json
 from zerohertz.motor import METHODS, Motor, load_motor, motor_toml, with_design
 from zerohertz.paths import ROOT, make_folder
 
@@ -141,7 +141,7 @@ def _check(folder: Path, fresh: Table, cpu_s: float) -> Outcome:
     if difference is None:
         faults.append(f"{folder / JSON_NAME}: was designed for other inputs; run zh design")
     elif difference > REDESIGN_TOLERANCE:
-        faults.append(f"{folder / JSON_NAME}: l_words: {difference:.1e} off a fresh design")
+        faults.append(f"{folder / JSON_NAME}: entries: L is {difference:.1e} off a fresh design")
     return _outcome(fresh, cpu_s, difference, faults, "checked")
 
 
@@ -181,8 +181,7 @@ def _difference(stored: dict[str, Any], fresh: Table) -> float | None:
     """Largest |difference| / |gain| over both complex gains; None for other inputs."""
     if stored.get("inputs_sha256") != fresh.motor.inputs_sha256():
         return None
-    words = np.array([int(word, 16) for word in stored["l_words"]], dtype=np.uint32)
-    old = words.view(np.float32).astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+    old = gains_of(stored).astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
     new = fresh.gain.astype(float).reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
     if old.shape != new.shape:
         return None

@@ -11,8 +11,7 @@ import contextlib
 import dataclasses
 import json
 import math
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,10 +23,10 @@ from zerohertz.gain_design.crc32c import crc32c
 from zerohertz.gain_design.gamma_positive_real import GammaPositiveReal, Multiplier
 from zerohertz.gain_design.machine import COORDINATES, ComplexArray, as_stored, observer_poles
 from zerohertz.gain_design.pole_shift import pole_shift_gain
+from zerohertz.gain_design.stored import SCHEMA, float32_text
 from zerohertz.gain_design.zero import zero_gain
 from zerohertz.motor import STEP_ELEC_PER_MIN, Design, Motor, MotorError
 
-SCHEMA = 1
 STEP_RAD_S = np.float32(STEP_ELEC_PER_MIN * 2.0 * math.pi / 60.0)
 # The certificate stores a gamma this much above the least one: room for rounding X.
 GAMMA_MARGIN = 1.01
@@ -80,7 +79,7 @@ def design_table(
 
 
 def table_json(table: Table) -> str:
-    """Text of l_gain.json: one entry per line, so that a change shows in a diff."""
+    """Text of l_gain.json: one line per entry, so that a change shows in a diff."""
     motor = table.motor
     head: dict[str, Any] = {
         "schema": SCHEMA,
@@ -90,26 +89,21 @@ def table_json(table: Table) -> str:
         "motor_id": f"{crc32c(motor.machine_bytes()):08x}",
         "method": motor.design.method,
         "step_elec_per_min": STEP_ELEC_PER_MIN,
-        "step_rad_s_word": f"{_word(STEP_RAD_S):08x}",
-        "entries": len(table.gain),
+        "step_rad_s": float(float32_text(STEP_RAD_S)),
         "X_coordinates": COORDINATES,
         "crc32c": f"{crc32c(table.words()):08x}",
     }
-    lists = {
-        "l_words": [",".join(f'"{_word(x):08x}"' for x in row) for row in table.gain],
-        "gamma": [json.dumps(gamma) for gamma in table.gamma],
-        "X": [_compact(X) for X in table.X],
-        "poles": [_compact(poles) for poles in table.poles],
-    }
+    entries = zip(table.gain, table.gamma, table.X, table.poles, strict=True)
     inputs = [f"{json.dumps(k)}: {_text(v)}" for k, v in head["inputs"].items()]
     parts = [f"{json.dumps(k)}: {_text(v)}" for k, v in head.items() if k != "inputs"]
     parts.insert(2, '"inputs": {\n' + ",\n".join(inputs) + "\n}")
-    parts += [f"{json.dumps(k)}: [\n" + ",\n".join(v) + "\n]" for k, v in lists.items()]
+    parts.append('"entries": [\n' + ",\n".join(_line(*entry) for entry in entries) + "\n]")
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
-def write_json(table: Table, path: Path | str) -> None:
-    Path(path).write_text(table_json(table), encoding="utf-8")
+def gains_of(content: Mapping[str, Any]) -> npt.NDArray[np.float32]:
+    """Table.gain of the content of a l_gain.json."""
+    return np.array([entry["L"] for entry in content["entries"]], dtype=np.float32)
 
 
 def _entry(
@@ -179,13 +173,10 @@ def _digits(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _word(value: np.float32) -> int:
-    return int(np.float32(value).view(np.uint32))
-
-
 def _text(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _compact(values: Four | None) -> str:
-    return json.dumps(values, separators=(",", ":"))
+def _line(gain: npt.NDArray[np.float32], gamma: float | None, X: Four | None, poles: Four) -> str:
+    rest = json.dumps({"gamma": gamma, "X": X, "poles": poles}, separators=(",", ":"))
+    return f'{{"L":[{",".join(map(float32_text, gain))}],{rest[1:]}'

@@ -13,7 +13,7 @@ import numpy as np
 from zerohertz.check.certificate import Report, certify
 from zerohertz.check.stored_table import read_stored_table
 from zerohertz.gain_design.stored import read_table_json
-from zerohertz.gain_design.table import design_table, table_json
+from zerohertz.gain_design.table import design_table, gains_of, table_json
 from zerohertz.motor import load_motor, motor_toml
 from zerohertz.paths import ROOT
 
@@ -73,14 +73,13 @@ def _check_table(task: tuple[Path, Path]) -> TableOutcome:
         method=motor.design.method,
         entries=motor.design.entries,
         design_s=design_s,
-        difference=_difference(stored["l_words"], fresh.gain),
+        difference=_difference(gains_of(stored), fresh.gain),
         certificate=certify(read_stored_table(folder)),
     )
 
 
-def _difference(words: list[str], fresh: np.ndarray) -> float:
+def _difference(stored: np.ndarray, fresh: np.ndarray) -> float:
     """Largest |difference| / |gain| over both complex gains and all speeds."""
-    stored = np.array([int(word, 16) for word in words], dtype=np.uint32).view(np.float32)
     old, new = (_complex_gains(gain) for gain in (stored, fresh))
     if old.shape != new.shape:
         return float("inf")

@@ -7,7 +7,6 @@ here depends on the operating point.
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from zerohertz.errors import UserError
+from zerohertz.gain_design.stored import JSON_NAME, read_table_json
+from zerohertz.gain_design.table import gains_of
 from zerohertz.motor import Circuit
 
 Real = npt.NDArray[np.float64]
@@ -39,17 +39,10 @@ class GainTable:
 
     @staticmethod
     def load(folder: Path) -> GainTable:
-        path = folder / "l_gain.json"
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-            words = bytes.fromhex("".join(data["l_words"]) + data["step_rad_s_word"])
-        except FileNotFoundError:
-            raise UserError(f"{path}: no such file; name a folder of gain_tables") from None
-        except (ValueError, KeyError, TypeError) as error:
-            raise UserError(f"{path}: is no gain table ({error}); run zh design") from None
-        values = np.frombuffer(words, dtype=">f4").astype(float)
-        rows = values[:-1].reshape(-1, 4)
-        return GainTable(values[-1], rows[:, 0] + 1j * rows[:, 1], rows[:, 2] + 1j * rows[:, 3])
+        content = read_table_json(folder / JSON_NAME)
+        rows = gains_of(content).astype(float)
+        step_rad_s = float(np.float32(content["step_rad_s"]))
+        return GainTable(step_rad_s, rows[:, 0] + 1j * rows[:, 1], rows[:, 2] + 1j * rows[:, 3])
 
     def at(self, omega_e_rad_s: Real) -> tuple[Complex, Complex]:
         """L(-w) = conj L(w)."""
