@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -21,6 +22,9 @@ using namespace std::chrono_literals;
 
 constexpr auto patience = 20s;
 constexpr int patience_ms = 20000;
+
+// The counter of the schedule.
+constexpr auto slot_signal = PIL_SIGNAL_slow_period;
 
 constexpr const char *signal_names[] = {
 #define SIGNAL_F(name, value, text) #name,
@@ -179,12 +183,9 @@ bool EmulatedCore::answer(const unit_t &unit, hal_output_t &output)
     result_.gates_on = out.signal[PIL_SIGNAL_gates_on];
     result_.faults = out.signal[PIL_SIGNAL_faults];
     result_.warned |= result_.faults;
-    result_.worst_ticks = std::max(result_.worst_ticks, out.period_ticks);
     result_.worst_latency_ticks = std::max(result_.worst_latency_ticks, out.latency_ticks);
-    if (out.signal[PIL_SIGNAL_state] == SEQUENCE_RUN) {
-        ++result_.run_periods;
-        result_.run_ticks += out.period_ticks;
-    }
+    periods_.push_back(
+        {out.begin_ticks, out.end_ticks, out.signal[PIL_SIGNAL_state], out.signal[slot_signal]});
     if (std::memcmp(host, out.signal, sizeof host) != 0) {
         name_difference(host, out.signal);
         result_.end = ZH_PIL_DIFFERS;
@@ -208,6 +209,11 @@ void EmulatedCore::finish()
     result_.stack_used_bytes = end.stack_used_bytes;
     result_.late_periods = end.late_periods;
     result_.background_calls = end.background_calls;
+}
+
+std::vector<zh_pil_period> EmulatedCore::take_periods()
+{
+    return std::move(periods_);
 }
 
 } // namespace zh

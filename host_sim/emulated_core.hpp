@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "firmware.hpp"
 #include "pil.h"
@@ -25,6 +26,7 @@ public:
     bool answer(const unit_t &unit, hal_output_t &output) override;
     // Tells the image to leave and takes its last words.
     void finish();
+    std::vector<zh_pil_period> take_periods();
 
 private:
     bool there_is_something() const;
@@ -34,6 +36,7 @@ private:
     void introduce(const zh_pil_job &job, const params_t &params, const GainFile &gain);
 
     zh_pil_result &result_;
+    std::vector<zh_pil_period> periods_;
     std::uint16_t late_periods_ = 0;
     bool injecting_ = false; // an image with a defect may go its own way: see how it ends
     int to_image_ = -1;

@@ -30,14 +30,22 @@ typedef struct {
     const char *folder;   /* with the FIFOs, where the emulator runs */
 } zh_pil_job;
 
+/* One control period: its end minus its begin is what the interrupt took, entry to exit. */
 typedef struct {
-    uint32_t struct_size; /* sizeof(zh_pil_result), set by the caller */
-    uint32_t end;         /* ZH_PIL_* */
-    uint64_t periods;     /* compared */
-    uint64_t run_periods; /* of them in state RUN */
-    double run_ticks;     /* sum over those, timer ticks inside unit_control_period */
-    uint32_t clock_Hz;    /* of the ticks */
-    uint32_t worst_ticks; /* of all periods */
+    uint32_t begin_ticks; /* since the image's start, at clock_Hz, modulo 2^32 */
+    uint32_t end_ticks;
+    uint32_t state; /* of the state machine, behind the period */
+    uint32_t slot;  /* of the schedule for what runs slower than a period */
+} zh_pil_period;
+
+typedef struct {
+    uint32_t struct_size;        /* sizeof(zh_pil_result), set by the caller */
+    uint32_t end;                /* ZH_PIL_* */
+    uint64_t periods;            /* compared */
+    uint64_t answered;           /* length of period[]: with a difference one more than compared */
+    const zh_pil_period *period; /* belongs to the library until zh_pil_free */
+    void *owner;                 /* the library's; NULL after zh_pil_free */
+    uint32_t clock_Hz;           /* of the ticks */
     uint32_t worst_latency_ticks;
     uint32_t late_periods;
     uint32_t stack_bytes; /* of the image, and its watermark */
@@ -53,6 +61,7 @@ typedef struct {
 
 /* A status of sil.h; text in zh_sil_error(). A difference is no error: see `end`. */
 ZH_API int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *result);
+ZH_API void zh_pil_free(zh_pil_result *result);
 
 #ifdef __cplusplus
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "c_boundary.hpp"
 #include "emulated_core.hpp"
@@ -143,8 +144,23 @@ int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *resu
         if (result->end == ZH_PIL_EQUAL || pil->inject != 0) {
             core.finish();
         }
+        auto counted = std::make_unique<std::vector<zh_pil_period>>(core.take_periods());
+        result->answered = counted->size();
+        result->period = counted->data();
+        result->owner = counted.release();
         return int{ZH_OK};
     });
+}
+
+void zh_pil_free(zh_pil_result *result)
+{
+    if (result == nullptr) {
+        return;
+    }
+    delete static_cast<std::vector<zh_pil_period> *>(result->owner);
+    result->owner = nullptr;
+    result->period = nullptr;
+    result->answered = 0;
 }
 
 int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)

@@ -1,5 +1,7 @@
 #include "inject.h"
 
+#include <stdbool.h>
+
 #include "cm_mpu.h"
 #include "mps2_registers.h"
 
@@ -100,8 +102,11 @@ void inject_delay(uint32_t what, uint32_t age, uint32_t entry, uint32_t period_t
     }
 }
 
-void inject_background(uint32_t what, uint32_t period, uint32_t at)
+void inject_background(uint32_t what, uint32_t age, unit_t *unit)
 {
-    while ((what == PIL_INJECT_STUCK_BACKGROUND) && (period >= at)) {
+    const bool reached = age < UINT32_MAX / 2u;
+    const bool change = (what == PIL_INJECT_LIVE_CHANGE) && reached;
+    const bool refused = change && !unit_reconfigure(unit, &unit->params);
+    while (((what == PIL_INJECT_STUCK_BACKGROUND) && reached) || refused) {
     }
 }

@@ -15,7 +15,7 @@ void inject(uint32_t what, unit_t *unit);
  * one asked for: it is made to last a period, or three. */
 void inject_delay(uint32_t what, uint32_t age, uint32_t entry, uint32_t period_ticks);
 
-/* In the background, once that period is reached. */
-void inject_background(uint32_t what, uint32_t period, uint32_t at);
+/* In the background, `age` periods after the one asked for; before it `age` has wrapped. */
+void inject_background(uint32_t what, uint32_t age, unit_t *unit);
 
 #endif

@@ -185,48 +185,70 @@ static uint32_t missed_events(uint32_t entry)
     return (MPS2_TIMER_INTCLR(MPS2_TIMER0) != 0u) ? 1u : 0u;
 }
 
-void control_interrupt(void)
+/* What the interrupt of a board does between its entry and its exit. This call is what is counted;
+ * around it stands what this board has in place of a converter. */
+__attribute__((noinline, used)) static void counted_interrupt(const hal_sample_t *sample,
+                                                              uint32_t entry, hal_output_t *output)
 {
-    const uint32_t latency_ticks = CONTROL_TICKS - MPS2_TIMER_VALUE(MPS2_TIMER0);
-    const uint32_t entry = MPS2_TIMER_VALUE(MPS2_TIMER1);
     MPS2_TIMER_INTCLR(MPS2_TIMER0) = 1u;
-
-    pil_in_t in;
-    if (!semihosting_read(from_plant, &in, sizeof in)) {
-        port_gates_off();
-        semihosting_exit(EXIT_NO_PLANT);
+    unit_control_period(&unit, sample, output);
+    MPS2_LEDS = output->gates_on ? MPS2_LEDS_GATES : 0u;
+    unit_record_period(&unit, output);
+    if (inject_what != PIL_INJECT_NONE) {
+        inject_delay(inject_what, periods - inject_at, entry, CONTROL_TICKS);
     }
-    if ((in.command & PIL_STOP) != 0u) {
+    late_periods += missed_events(entry);
+    periods++;
+}
+
+_Noreturn static void no_plant(void)
+{
+    port_gates_off();
+    semihosting_exit(EXIT_NO_PLANT);
+}
+
+/* The next sample and command from the plant, or its word to leave. */
+static void ask_plant(pil_in_t *in)
+{
+    if (!semihosting_read(from_plant, in, sizeof *in)) {
+        no_plant();
+    }
+    if ((in->command & PIL_STOP) != 0u) {
         leave();
     }
+    in->sample.late_periods = (uint16_t)late_periods;
+    const unit_command_t command = {.command = in->command,
+                                    .omega_m_ref_rad_s = in->omega_m_ref_rad_s,
+                                    .torque_ref_Nm = in->torque_ref_Nm,
+                                    .count = in->command_count};
+    unit_post_command(&unit, &command);
+}
+
+static void answer_plant(pil_out_t *out, const hal_output_t *output)
+{
+    out->late_periods = late_periods;
+    gather(&unit, output, out->signal);
+    if (!semihosting_write(to_plant, out, sizeof *out)) {
+        no_plant();
+    }
+}
+
+void control_interrupt(void)
+{
+    pil_out_t out;
+    out.latency_ticks = CONTROL_TICKS - MPS2_TIMER_VALUE(MPS2_TIMER0);
+    const uint32_t entry = MPS2_TIMER_VALUE(MPS2_TIMER1);
+
+    pil_in_t in;
+    ask_plant(&in);
     if (periods == inject_at) {
         inject(inject_what, &unit);
     }
-    in.sample.late_periods = (uint16_t)late_periods;
-    const unit_command_t command = {.command = in.command,
-                                    .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
-                                    .torque_ref_Nm = in.torque_ref_Nm,
-                                    .count = in.command_count};
-    unit_post_command(&unit, &command);
-
     hal_output_t output;
-    const uint32_t start = MPS2_TIMER_VALUE(MPS2_TIMER1);
-    unit_control_period(&unit, &in.sample, &output);
-    const uint32_t end = MPS2_TIMER_VALUE(MPS2_TIMER1);
-    MPS2_LEDS = output.gates_on ? MPS2_LEDS_GATES : 0u;
-    unit_record_period(&unit, &output);
-
-    inject_delay(inject_what, periods - inject_at, entry, CONTROL_TICKS);
-    periods++;
-    late_periods += missed_events(entry);
-
-    pil_out_t out = {
-        .period_ticks = start - end, .latency_ticks = latency_ticks, .late_periods = late_periods};
-    gather(&unit, &output, out.signal);
-    if (!semihosting_write(to_plant, &out, sizeof out)) {
-        port_gates_off();
-        semihosting_exit(EXIT_NO_PLANT);
-    }
+    out.begin_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
+    counted_interrupt(&in.sample, entry, &output);
+    out.end_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
+    answer_plant(&out, &output);
 }
 
 static bool connect(void)
@@ -295,7 +317,7 @@ int main(void)
             /* The drive has opened the gates by itself; say so in this port's way. */
             cm_stop(CM_END_TABLE_CHANGED);
         }
-        inject_background(inject_what, periods, inject_at);
+        inject_background(inject_what, periods - inject_at, &unit);
         background_calls++;
     }
 }

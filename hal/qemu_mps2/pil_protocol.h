@@ -64,6 +64,9 @@ typedef enum {
     PIL_INJECT_OVERRUNS = 13, /* two in a row do */
     PIL_INJECT_EXECUTE_RAM = 14,
     PIL_INJECT_HANG = 15, /* one period takes as long as three */
+    /* No defect: from then on the background changes the parameters again and again, to the same.
+     */
+    PIL_INJECT_LIVE_CHANGE = 16,
     PIL_INJECT_COUNT
 } pil_inject_t;
 
@@ -78,7 +81,8 @@ typedef struct {
 } pil_in_t;
 
 typedef struct {
-    uint32_t period_ticks;  /* inside unit_control_period */
+    uint32_t begin_ticks; /* when the interrupt's own work began and ended: main.c */
+    uint32_t end_ticks;
     uint32_t late_periods;  /* so far: the count that comes with the next sample */
     uint32_t latency_ticks; /* from the timer's event to the interrupt's first statement */
     uint32_t signal[PIL_SIGNALS];

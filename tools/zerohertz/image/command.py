@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -13,6 +13,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from zerohertz.errors import UserError
+
+if TYPE_CHECKING:
+    from zerohertz import sim
+    from zerohertz.image import loop
 
 # Configuration -> preset of the image that carries its gain table and parameters.
 PRESETS = {
@@ -117,16 +121,14 @@ def experiments(scenario: str, config: str | None) -> list[Experiment]:
     return [Experiment(scenario, config or "paper")]
 
 
-def measure(experiment: Experiment, machine: str, max_periods: int | None) -> Any:
-    """One run on the emulated core: image.loop.PilRun."""
+def job_of(experiment: Experiment, max_periods: int | None) -> sim.Job:
+    """The run of the plant for an experiment."""
     from zerohertz import sim
-    from zerohertz.build import build_image
-    from zerohertz.image import loop
     from zerohertz.scenario.setup import SCENARIOS, load_setup
 
     extra = ALL_OPTIONS if experiment.config == "all_options" else {}
     setup = load_setup("recommended" if extra else experiment.config)
-    job = sim.Job(
+    return sim.Job(
         scenario=Path(SCENARIOS / f"{experiment.scenario}.toml"),
         rig=setup.rig,
         board=setup.board,
@@ -137,7 +139,15 @@ def measure(experiment: Experiment, machine: str, max_periods: int | None) -> An
         decimate=1_000_000,  # the record is of no interest
         max_steps=max_periods,
     )
-    return loop.run(job, build_image(PRESETS[experiment.config]), machine=machine)
+
+
+def measure(experiment: Experiment, machine: str, max_periods: int | None) -> loop.PilRun:
+    """One run on the emulated core."""
+    from zerohertz.build import build_image
+    from zerohertz.image import loop
+
+    image = build_image(PRESETS[experiment.config])
+    return loop.run(job_of(experiment, max_periods), image, machine=machine)
 
 
 def summary(runs: list[tuple[Experiment, Any]]) -> dict[str, Any]:
@@ -163,7 +173,8 @@ def summary(runs: list[tuple[Experiment, Any]]) -> dict[str, Any]:
 
 
 def _as_json(run: Any) -> dict[str, Any]:
-    return dataclasses.asdict(run) | {
+    words = {f.name: getattr(run, f.name) for f in dataclasses.fields(run) if f.name != "each"}
+    return words | {
         "end": run.end.name.lower(),
         "periods_per_s": round(run.periods_per_s),
         "mean_instructions": round(run.mean_instructions, 1),

@@ -6,13 +6,17 @@ import ctypes
 import os
 import threading
 from collections.abc import Callable
-from ctypes import Structure, byref, c_char, c_char_p, c_double, c_int, c_uint32, c_uint64
-from dataclasses import dataclass
+from ctypes import Structure, byref, c_char, c_char_p, c_double, c_int, c_uint32, c_uint64, c_void_p
+from dataclasses import dataclass, field
 from enum import IntEnum
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from zerohertz import sim
-from zerohertz.drive import check, library
+from zerohertz.drive import State, check, library
 from zerohertz.image.emulator import LINK, NS_PER_INSTRUCTION, emulator
 
 
@@ -44,6 +48,21 @@ class Inject(IntEnum):
     OVERRUNS = 13
     EXECUTE_RAM = 14
     HANG = 15
+    LIVE_CHANGE = 16  # no defect: a live change of the parameters in every round of the background
+
+
+@dataclass(frozen=True)
+class Periods:
+    """Every control period of a run, in order."""
+
+    instructions: NDArray[np.int64]  # of the interrupt, entry to exit
+    state: NDArray[np.uint32]  # State behind the period
+    slot: NDArray[np.uint32]  # of the schedule for what runs slower than a period
+
+    @property
+    def running(self) -> NDArray[np.int64]:
+        """Instructions of the periods in state RUN."""
+        return self.instructions[self.state == State.RUN]
 
 
 @dataclass(frozen=True)
@@ -56,8 +75,8 @@ class PilRun:
     periods: int  # compared with the SIL firmware
     run_periods: int  # of them in state RUN
     differing_bits: int  # in the first period that differs; 0: none does
-    mean_instructions: float  # of a control period in state RUN; 0 without one
-    worst_instructions: int  # of all control periods
+    mean_instructions: float  # of the interrupt in state RUN; 0 without one
+    worst_instructions: int  # of the interrupt in any state
     worst_latency_instructions: int  # from the timer's event to the interrupt's first statement
     late_periods: int
     stack_bytes: int
@@ -67,6 +86,7 @@ class PilRun:
     warned: int  # every fault bit that ever stood
     loop_s: float
     difference: str  # period, signal and both words; empty when none
+    each: Periods = field(repr=False, compare=False)
 
     @property
     def periods_per_s(self) -> float:
@@ -88,12 +108,13 @@ class _Result(Structure):
         ("struct_size", c_uint32),
         ("end", c_uint32),
         ("periods", c_uint64),
-        ("run_periods", c_uint64),
-        ("run_ticks", c_double),
+        ("answered", c_uint64),
+        ("period", c_void_p),
+        ("owner", c_void_p),
         *(
             (name, c_uint32)
             for name in (
-                *("clock_Hz", "worst_ticks", "worst_latency_ticks", "late_periods"),
+                *("clock_Hz", "worst_latency_ticks", "late_periods"),
                 *("stack_bytes", "stack_used_bytes", "background_calls"),
                 *("gates_on", "faults", "warned", "differing_bits"),
             )
@@ -114,17 +135,19 @@ def run(
     beside: Callable[[Path], None] | None = None,
     link_frames: bytes = b"",
     kept: tuple[int, bytes] | None = None,
+    plugin: str | None = None,
 ) -> PilRun:
     """The image against the plant. UserError when it does not start or is of other sources.
 
     `beside` runs in a thread of its own meanwhile, given the socket of the image's host link;
-    `link_frames` is what that link hears first, `kept` what RAM holds from before (emulator.py).
+    `link_frames` is what that link hears first, `kept` what RAM holds from before, `plugin` an
+    argument of the emulator (emulator.py).
     """
     lib = library()
     lib.zh_pil_run.restype = c_int
     raw, keep = sim._raw_job(job)
     result = _Result(struct_size=ctypes.sizeof(_Result))
-    with emulator(elf, machine, link_frames, kept) as image:
+    with emulator(elf, machine, link_frames, kept, plugin) as image:
         pil = _Job(
             struct_size=ctypes.sizeof(_Job),
             inject=inject,
@@ -143,20 +166,20 @@ def run(
         if talker is not None:
             talker.join()
     del keep
-
-    def instructions(ticks: float) -> float:
-        return ticks * 1e9 / (result.clock_Hz * NS_PER_INSTRUCTION)
-
+    each = _periods(lib, result)
+    running = each.running
     return PilRun(
         end=End(result.end),
         exit_code=exit_code,
         text=text,
         periods=result.periods,
-        run_periods=result.run_periods,
+        run_periods=len(running),
         differing_bits=result.differing_bits,
-        mean_instructions=instructions(result.run_ticks / max(result.run_periods, 1)),
-        worst_instructions=round(instructions(result.worst_ticks)),
-        worst_latency_instructions=round(instructions(result.worst_latency_ticks)),
+        mean_instructions=float(running.mean()) if len(running) else 0.0,
+        worst_instructions=int(each.instructions.max(initial=0)),
+        worst_latency_instructions=round(
+            result.worst_latency_ticks * 1e9 / (result.clock_Hz * NS_PER_INSTRUCTION)
+        ),
         late_periods=result.late_periods,
         stack_bytes=result.stack_bytes,
         stack_used_bytes=result.stack_used_bytes,
@@ -165,4 +188,22 @@ def run(
         warned=result.warned,
         loop_s=result.loop_s,
         difference=result.difference.decode(),
+        each=each,
     )
+
+
+def _periods(lib: ctypes.CDLL, result: _Result) -> Periods:
+    """The library's array, as ours. Exact: an instruction takes longer than a tick, so the tick at
+    which one reads the timer says which one it was."""
+    lib.zh_pil_free.restype = None
+    words = np.zeros((0, 4), np.uint32)
+    if result.answered:
+        kind = ctypes.POINTER(c_uint32)
+        raw = np.ctypeslib.as_array(ctypes.cast(result.period, kind), shape=(result.answered, 4))
+        words = raw.copy()
+    lib.zh_pil_free(byref(result))
+    ticks = words[:, :2].astype(np.int64)
+    ticks[:, 1] += (ticks[:, 1] < ticks[:, 0]) * 2**32
+    per = Fraction(result.clock_Hz * NS_PER_INSTRUCTION, 10**9)  # ticks of an instruction
+    number = -(-ticks * per.denominator // per.numerator)
+    return Periods(number[:, 1] - number[:, 0], words[:, 2], words[:, 3])
