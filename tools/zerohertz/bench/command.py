@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
 COUNTS = ROOT / "tools" / "docs" / "bench_counts.json"
@@ -33,6 +34,17 @@ def bench(
     image: Annotated[
         bool, typer.Option("--image", help="Only the flash images: bytes and instructions.")
     ] = False,
+    only: Annotated[
+        str | None,
+        typer.Option(help="Only this scenario on the image, with its functions; seconds."),
+    ] = None,
+    config: Annotated[
+        str, typer.Option(help="With --only: paper, recommended or all_options.")
+    ] = "paper",
+    worst: Annotated[
+        bool, typer.Option("--worst", help="With --only: the functions of the worst period.")
+    ] = False,
+    rows: Annotated[int, typer.Option(min=1, help="With --only: how many functions.")] = 30,
     write: Annotated[
         bool,
         typer.Option(
@@ -48,6 +60,9 @@ def bench(
     """
     from zerohertz.bench import measure
 
+    if only is not None:
+        _bench_one(only, config, worst, rows, as_json)
+        return
     console = Console(stderr=True)
     result: dict[str, Any] = {}
     if not counts and not image:
@@ -77,6 +92,20 @@ def bench(
         print(json.dumps(result))
     else:
         _show(result)
+
+
+def _bench_one(scenario: str, config: str, worst: bool, rows: int, as_json: bool) -> None:
+    from zerohertz.bench import one
+    from zerohertz.image.command import experiments
+
+    if scenario == "all":
+        raise UserError("--only: takes one scenario; without it all of them are measured")
+    (experiment,) = experiments(scenario, config)
+    result = one.measure_one(experiment, IMAGE_PERIODS, worst)
+    if as_json:
+        print(json.dumps(result))
+    else:
+        one.show(result, rows)
 
 
 def _measure_image(console: Console, write: bool) -> dict[str, Any]:

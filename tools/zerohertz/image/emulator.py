@@ -66,11 +66,12 @@ def emulator(
     machine: str = "mps2-an386",
     link_frames: bytes = b"",
     kept: tuple[int, bytes] | None = None,
+    plugin: str | None = None,
 ) -> Iterator[Emulator]:
     """The image, started in a folder of its own; killed when the block is left early.
 
     `link_frames` is what its host link hears first; `kept` an address in RAM and what stands there
-    from before the reset.
+    from before the reset; `plugin` the emulator's argument of that name.
     """
     with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
         folder = Path(name)
@@ -91,6 +92,7 @@ def emulator(
             *("-chardev", f"socket,id=link,path={LINK},server=on,wait=off"),
             *("-serial", "chardev:link", "-no-reboot", *_ICOUNT),
             *("-semihosting-config", "enable=on,target=native", "-kernel", str(kernel.resolve())),
+            *(("-plugin", plugin) if plugin else ()),
         )
         try:
             process = subprocess.Popen(
