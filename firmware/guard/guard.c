@@ -1,10 +1,5 @@
 #include "guard.h"
 
-/* Slots of the slow judgements. */
-#define GUARD_SLOT_VOLTAGE  3u
-#define GUARD_SLOT_PHASES   7u
-#define GUARD_SLOT_ESTIMATE 10u
-
 /* Torque current from this share of its limit on is all there is (square of .95). */
 #define GUARD_AT_LIMIT_PU2 0.9f
 
@@ -16,7 +11,7 @@ bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
 }
 
 /* What the estimate claims of power: that of its torque at the speed of its field. */
-static bool estimate_wrong(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+static bool estimate_wrong(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
     const estimate_t *e = in->estimate;
     const ab_t i_A = in->meas->i_s_A;
@@ -31,7 +26,7 @@ static bool estimate_wrong(const guard_config_t *cfg, guard_state_t *st, const g
     return plausibility_estimate_wrong(&cfg->plausibility, &st->plausibility, &claim);
 }
 
-static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
     const dq_t i_ref_A = in->i_ref_A;
     const float room_A2 = minf(cfg->i_q_max2_A2, cfg->i_max2_A2 - i_ref_A.d * i_ref_A.d);
@@ -40,7 +35,7 @@ static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_in
                                 in->estimate->omega_e_rad_s, in->omega_ref_rad_s);
 }
 
-COLD static uint32_t slow_faults(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+static uint32_t slow_faults(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
     plausibility_state_t *p = &st->plausibility;
     uint32_t faults = 0u;
@@ -61,23 +56,16 @@ COLD static uint32_t slow_faults(const guard_config_t *cfg, guard_state_t *st, c
 }
 
 /* Two current sensors exchanged. A vector as long as the trip: its largest phase is at .7 to .8. */
-static bool mirrored(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+static bool mirrored(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
     const ab_t i_A = in->meas->i_s_A;
     return plausibility_current_mirrored(
         &st->plausibility, i_A, ab_add(i_A, in->estimate->i_residual_A), cfg->monitor.i_trip_A);
 }
 
-uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in)
+uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
-    const monitor_in_t monitor_in = {.meas = in->meas,
-                                     .duty = in->duty,
-                                     .state_sum = in->state_sum,
-                                     .omega_e_hat_rad_s = in->estimate->omega_e_rad_s};
-    uint32_t faults = monitor_step(&cfg->monitor, &st->monitor, &monitor_in);
-    if (in->slot != 0u) {
-        faults |= slow_faults(cfg, st, in);
-    }
+    uint32_t faults = slow_faults(cfg, st, in);
     if (in->standing && mirrored(cfg, st, in)) {
         faults |= FAULT_CURRENT_SENSOR;
     }

@@ -24,30 +24,50 @@ typedef struct {
     plausibility_state_t plausibility;
 } guard_state_t;
 
+/* Of every period. */
+typedef monitor_in_t guard_in_t;
+
+/* Of a period in which something is looked at for the second time. */
 typedef struct {
     const measured_t *meas;
     const estimate_t *estimate;
-    uvw_t duty;
-    float state_sum; /* of all that is remembered: a number if all of it is */
-    uint32_t slot;   /* of the slow judgements; 0: none of them applies */
-    bool standing;   /* direct current: exchanged sensors can be told */
-    bool sensed;     /* u_s_V comes from sensors and can be compared with u_duty_V */
-    bool oriented;   /* the estimate and the request are those of vector control */
-    ab_t u_duty_V;   /* of the interval that ended, by the duties */
-    ab_t u_s_V;      /* likewise, as the estimator got it */
-    ab_t axis;       /* of the request */
+    uint32_t slot; /* of the slow judgements; 0: none of them applies */
+    bool standing; /* direct current: exchanged sensors can be told */
+    bool sensed;   /* u_s_V comes from sensors and can be compared with u_duty_V */
+    bool oriented; /* the estimate and the request are those of vector control */
+    ab_t u_duty_V; /* of the interval that ended, by the duties */
+    ab_t u_s_V;    /* likewise, as the estimator got it */
+    ab_t axis;     /* of the request */
     dq_t i_ref_A;
     float omega_ref_rad_s;
     float lambda_ref_Wb;
     float Rs_ohm;
-} guard_in_t;
+} guard_look_t;
+
+/* Slots of the slow judgements. */
+#define GUARD_SLOT_VOLTAGE  3u
+#define GUARD_SLOT_PHASES   7u
+#define GUARD_SLOT_ESTIMATE 10u
+
+static inline bool guard_look_is_due(uint32_t slot)
+{
+    return (slot == GUARD_SLOT_VOLTAGE) || (slot == GUARD_SLOT_PHASES) ||
+           (slot == GUARD_SLOT_ESTIMATE);
+}
 
 /* False for what one of the parts refuses. */
 CHECKED bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
                         const plausibility_params_t *plausibility, float turn_s);
 
-/* Fault bits of this period. */
-uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st, const guard_in_t *in);
+/* Fault bits of this period: limits, and numbers that are none. */
+static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
+                                  const guard_in_t *in)
+{
+    return monitor_step(&cfg->monitor, &st->monitor, in);
+}
+
+/* Fault bits of the slow judgements. */
+COLD uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
 
 /* Gates off: the limits go on counting, what needs a running motor starts again. */
 guard_state_t guard_at_rest(const guard_state_t *st);

@@ -22,18 +22,17 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
 }
 
 /* The mode of this period. With nothing but vector control configured there is little to choose. */
-static void choose_mode(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
-                        const mode_in_t *in)
+static inline void choose_mode(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
-    if (cfg->modes.vector_only && in->running) {
+    if (cfg->modes.vector_only && mode_running(in)) {
         st->mode = st->modes.i_f.active ? MODE_TAKE_OVER : MODE_VECTOR;
     } else {
-        transition_choose(cfg, st, asked, in);
+        transition_choose(cfg, st, in);
     }
 }
 
 /* Slow work of flux orientation: a turn of sixteen periods that stands still in other modes. */
-static void slow_estimate(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+static inline void slow_estimate(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
     vector_state_t *vector = &st->modes.vector;
     vector->slow_period = (vector->slow_period + 1u) % DRIVE_SLOW_PERIODS;
@@ -42,33 +41,40 @@ static void slow_estimate(const drive_config_t *cfg, drive_state_t *st, const mo
     }
 }
 
-/* The gates are on: estimator, mode, voltage, judgement. */
-static modes_out_t act(const drive_config_t *cfg, drive_state_t *st, mode_in_t *in,
-                       drive_mode_t asked, drive_out_t *out)
+/* The gates are on: acting voltage, estimator, mode, voltage, judgement. */
+static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                       drive_out_t *out)
 {
-    choose_mode(cfg, st, asked, in);
+    mode_in_t in = {.asked = asked,
+                    .meas = &out->meas,
+                    .estimate = &st->estimator.estimate,
+                    .limits = &st->limits,
+                    .acting = &st->acting,
+                    .Rs_ohm = drive_rs_ohm(cfg, st)};
+    in.u_s_V = acting_voltage_step(&cfg->acting, &st->acting, out->meas.u_line_V,
+                                   st->estimator.estimate.omega_s_rad_s);
+    choose_mode(cfg, st, &in);
     const bool open_loop = modes_open_loop(st->mode);
     if (open_loop) {
-        in->u_s_V = in->u_duty_V; /* whatever the source: nothing is estimated */
+        in.u_s_V = st->acting.ended_V; /* whatever the source: nothing is estimated */
     } else {
-        stage_estimate(cfg, st, in);
+        stage_estimate(cfg, st, &in);
     }
     if (modes_oriented(st->mode)) {
-        slow_estimate(cfg, st, in);
+        slow_estimate(cfg, st, &in);
     }
-    modes_out_t mode = modes_step(&cfg->modes, &cfg->limits, &st->modes, st->mode, in);
+    modes_step(&cfg->modes, &cfg->limits, &st->modes, st->mode, &in, &out->mode);
     if (open_loop) {
-        transition_after_open_loop(cfg, st, in, &mode);
+        transition_after_open_loop(cfg, st, &in, &out->mode);
     }
-    out->faults |= mode.faults;
-    out->premagnetising = mode.busy;
-    stage_apply(cfg, st, &mode, out);
-    stage_judge(cfg, st, in, out);
-    return mode;
+    out->u_s_V = in.u_s_V;
+    out->faults |= out->mode.faults;
+    stage_apply(cfg, st, out);
+    stage_judge(cfg, st, &in, out);
 }
 
 /* Gates off: nothing to estimate or control; limits and guard go on. */
-static void rest(drive_state_t *st, drive_out_t *out)
+COLD static void rest(drive_state_t *st, drive_out_t *out)
 {
     const torque_limits_state_t limits = st->limits;
     const guard_state_t guard = guard_at_rest(&st->guard);
@@ -77,53 +83,18 @@ static void rest(drive_state_t *st, drive_out_t *out)
     st->limits = limits;
     st->guard = guard;
     st->idle_periods = idle_periods;
-    out->duty = (uvw_t){0.5f, 0.5f, 0.5f};
-    out->u_s_V = (ab_t){0.0f, 0.0f};
-    out->i_ref_A = (dq_t){0.0f, 0.0f};
-    out->i_A = (dq_t){0.0f, 0.0f};
-    out->premagnetising = false;
+    const measured_t meas = out->meas;
+    *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = meas};
 }
 
-static mode_in_t mode_input(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
-                            const measured_t *meas)
+/* Outside RUN motor and inverter cool, or are magnetised. */
+COLD static void idle(const drive_config_t *cfg, drive_state_t *st, drive_mode_t mode,
+                      drive_out_t *out)
 {
-    const acting_voltage_out_t u = acting_voltage_step(&cfg->acting, &st->acting, meas->u_line_V,
-                                                       st->estimator.estimate.omega_s_rad_s);
-    return (mode_in_t){.estimate = &st->estimator.estimate,
-                       .limits = &st->limits,
-                       .i_s_A = meas->i_s_A,
-                       .u_dc_V = meas->u_dc_V,
-                       .u_duty_V = u.duty_V,
-                       .u_s_V = u.u_s_V,
-                       .u_pending_V = st->acting.pending_V,
-                       .Rs_ohm = drive_rs_ohm(cfg, st),
-                       .aim = in->aim,
-                       .omega_e_ref_rad_s = in->omega_e_ref_rad_s,
-                       .torque_ref_Nm = in->torque_ref_Nm,
-                       .i_d_ref_A = in->i_d_ref_A,
-                       .running = in->mode == DRIVE_RUN};
-}
-
-/* What the guard looks at, beside the sample and the duty. */
-static void show_guard(const drive_config_t *cfg, const drive_state_t *st, const mode_in_t *in,
-                       const request_t *request, guard_in_t *guard)
-{
-    const bool estimated = !modes_open_loop(st->mode);
-    guard->u_duty_V = in->u_duty_V;
-    guard->u_s_V = in->u_s_V;
-    guard->omega_ref_rad_s = in->omega_e_ref_rad_s;
-    guard->i_ref_A = request->i_ref_A;
-    guard->axis = request->axis;
-    guard->lambda_ref_Wb =
-        cfg->modes.vector.flux.lambda_ref_Wb - st->modes.vector.flux_reduction_Wb;
-    guard->Rs_ohm = drive_rs_ohm(cfg, st);
-    guard->slot = st->supervisor.periods;
-    guard->standing = (st->mode == MODE_PREMAGNETISE) || (st->mode == MODE_COMMISSIONING);
-    guard->oriented = st->mode == MODE_VECTOR;
-    /* After a flying start nobody knows what the legs lose, if that was to be found. */
-    guard->sensed =
-        estimated && (cfg->acting.source == ACTING_VOLTAGE_SENSORS) &&
-        (st->modes.premagnetise.leg_loss_found || !cfg->modes.premagnetise.identify_leg_loss);
+    st->idle_periods = (st->idle_periods + 1u) % DRIVE_SLOW_PERIODS;
+    if (st->idle_periods == 0u) {
+        stage_heat(cfg, st, mode, out);
+    }
 }
 
 /* Of the state, once per turn of whatever counts now. */
@@ -138,7 +109,6 @@ static inline bool state_is_due(const drive_state_t *st, drive_mode_t asked)
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
                 drive_out_t *out)
 {
-    guard_in_t guard = {.meas = &out->meas, .estimate = &st->estimator.estimate};
     float state_sum = state_sum_fast(st);
     measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
     link_limit_step(&cfg->limits.link, &st->limits.link, out->meas.u_dc_V);
@@ -146,22 +116,14 @@ void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     if (in->mode == DRIVE_OFF) {
         rest(st, out);
     } else {
-        mode_in_t mode_in = mode_input(cfg, st, in, &out->meas);
-        const modes_out_t mode = act(cfg, st, &mode_in, in->mode, out);
-        out->u_s_V = mode_in.u_s_V;
-        show_guard(cfg, st, &mode_in, &mode.request, &guard);
+        act(cfg, st, in, out);
     }
     if (in->mode != DRIVE_RUN) {
-        st->idle_periods = (st->idle_periods + 1u) % DRIVE_SLOW_PERIODS;
-        if (st->idle_periods == 0u) {
-            stage_heat(cfg, st, in->mode, out);
-        }
+        idle(cfg, st, in->mode, out);
     }
     if (state_is_due(st, in->mode)) {
         state_sum += state_sum_slow(st);
     }
-    guard.duty = out->duty;
-    guard.state_sum = state_sum;
-    out->faults |= guard_step(&cfg->guard, &st->guard, &guard);
-    out->faults |= torque_limits_warnings(&st->limits, in->mode == DRIVE_RUN);
+    out->faults |= torque_limits_warnings(&st->limits, in->mode == DRIVE_RUN) |
+                   stage_guard(cfg, st, in, out, state_sum);
 }

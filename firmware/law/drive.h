@@ -67,15 +67,6 @@ typedef struct {
     modes_state_t modes;          /* last: what every period needs stays within a load's reach */
 } drive_state_t;
 
-typedef struct {
-    measurement_in_t sample;
-    drive_mode_t mode;
-    drive_aim_t aim;
-    float omega_e_ref_rad_s; /* 0 with DRIVE_AIM_STOP */
-    float torque_ref_Nm;
-    float i_d_ref_A; /* DRIVE_COMMISSION alone */
-} drive_in_t;
-
 /* What happened in one period and is not kept in the state: duties for the port, the rest for
  * telemetry and trace. */
 typedef struct {
@@ -85,7 +76,7 @@ typedef struct {
     ab_t u_s_V; /* mean voltage over the interval that ended */
     dq_t i_ref_A;
     dq_t i_A;
-    bool premagnetising; /* measures or searches: RUN has to wait */
+    mode_out_t mode;
 } drive_out_t;
 
 /* Parameters of all parts; drive_params.c makes them a configuration. */

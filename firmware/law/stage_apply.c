@@ -12,10 +12,9 @@ static float leg_loss_V(const drive_config_t *cfg, const drive_state_t *st, floa
                                  : inverter_error_lost_V(&cfg->voltage.error, u_dc_V);
 }
 
-void stage_apply(const drive_config_t *cfg, drive_state_t *st, const modes_out_t *mode,
-                 drive_out_t *out)
+void stage_apply(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
 {
-    const request_t *request = &mode->request;
+    const request_t *request = &out->mode.request;
     const estimate_t *e = &st->estimator.estimate;
     const bool follow = request->kind == REQUEST_VOLTAGE;
     out->i_A = dq_from_ab(out->meas.i_s_A, request->axis);
@@ -30,7 +29,7 @@ void stage_apply(const drive_config_t *cfg, drive_state_t *st, const modes_out_t
                                      .omega_e_rad_s = e->omega_e_rad_s,
                                      .lambda_Wb = e->lambda_Wb,
                                      .leg_loss_V =
-                                         leg_loss_V(cfg, st, out->meas.u_dc_V, mode->busy),
+                                         leg_loss_V(cfg, st, out->meas.u_dc_V, out->mode.busy),
                                      .u_dc_V = out->meas.u_dc_V};
     const voltage_out_t voltage = voltage_step(&cfg->voltage, &st->voltage, &voltage_in);
     out->duty = voltage.duty;

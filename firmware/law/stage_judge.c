@@ -20,7 +20,7 @@ static void judge_estimate(const drive_config_t *cfg, drive_state_t *st, const m
     const estimate_t *e = in->estimate;
     const observer_gain_t *gain = &st->estimator.gain;
     const supervisor_in_t supervisor_in = {.u_s_V = in->u_s_V,
-                                           .i_s_A = in->i_s_A,
+                                           .i_s_A = in->meas->i_s_A,
                                            .lambda_r_hat_Wb = e->lambda_r_hat_Wb,
                                            .e1_A = e->i_residual_A,
                                            .l2_ohm = {gain->l2_re_ohm, gain->l2_im_ohm},
@@ -37,7 +37,7 @@ static void judge_estimate(const drive_config_t *cfg, drive_state_t *st, const m
 void stage_judge(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
                  drive_out_t *out)
 {
-    if (!in->running) {
+    if (!mode_running(in)) {
         st->supervisor = (supervisor_state_t){0};
         st->modes.i_f = (i_f_state_t){0};
     } else if (modes_open_loop(st->mode)) {

@@ -15,25 +15,24 @@ static void stand_still(const drive_config_t *cfg, drive_state_t *st, float i_A)
 static void begin_i_f(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
     const estimate_t *e = in->estimate;
-    i_f_start(&st->modes.i_f, in->i_s_A, e->omega_e_rad_s);
+    i_f_start(&st->modes.i_f, in->meas->i_s_A, e->omega_e_rad_s);
     current_control_keep_emf(&cfg->voltage.current, &st->voltage.current, e->omega_e_rad_s,
                              e->lambda_Wb);
 }
 
-void transition_choose(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
-                       const mode_in_t *in)
+void transition_choose(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
     const mode_id_t before = st->mode;
-    st->mode = modes_selected(&cfg->modes, &st->modes, asked, before, in);
+    st->mode = modes_selected(&cfg->modes, &st->modes, before, in);
     if (st->mode == before) {
         return;
     }
     const estimate_t *e = in->estimate;
     if (before == MODE_DC_BRAKE) {
-        stand_still(cfg, st, in->i_s_A.alpha);
+        stand_still(cfg, st, in->meas->i_s_A.alpha);
     }
     if (st->mode == MODE_DC_BRAKE) {
-        dc_brake_start(&st->modes.brake, in->i_s_A, e->omega_e_rad_s);
+        dc_brake_start(&st->modes.brake, in->meas->i_s_A, e->omega_e_rad_s);
     } else if (st->mode == MODE_I_F) {
         begin_i_f(cfg, st, in);
     } else if ((st->mode == MODE_VOLTS_PER_HERTZ) &&
@@ -50,21 +49,22 @@ static void catch_motor(const drive_config_t *cfg, drive_state_t *st, const mode
                         request_t *request)
 {
     const flying_start_state_t *found = &st->modes.flying;
-    const estimator_seed_t seed = {
-        .i_s_A = in->i_s_A, .lambda_r_Wb = found->lambda_Wb, .omega_e_rad_s = found->omega_rad_s};
+    const estimator_seed_t seed = {.i_s_A = in->meas->i_s_A,
+                                   .lambda_r_Wb = found->lambda_Wb,
+                                   .omega_e_rad_s = found->omega_rad_s};
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
-    vector_catch(&cfg->modes.vector, &st->modes.vector, found->omega_rad_s, in->u_dc_V);
+    vector_catch(&cfg->modes.vector, &st->modes.vector, found->omega_rad_s, in->meas->u_dc_V);
     request->axis =
-        mode_flux_axis(in->estimate, vector_lambda_min_Wb(&cfg->modes.vector, in->running));
+        mode_flux_axis(in->estimate, vector_lambda_min_Wb(&cfg->modes.vector, mode_running(in)));
 }
 
 void transition_after_open_loop(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
-                                modes_out_t *out)
+                                mode_out_t *out)
 {
-    estimator_off(&st->estimator, in->i_s_A, out->omega_e_rad_s);
+    estimator_off(&st->estimator, in->meas->i_s_A, out->omega_e_rad_s);
     if (st->mode == MODE_I_F) {
         const i_f_in_t i_f_in = {.omega_ref_rad_s = modes_open_reference_rad_s(in),
-                                 .u_dc_V = in->u_dc_V};
+                                 .u_dc_V = in->meas->u_dc_V};
         (void)i_f_step(&cfg->modes.i_f, &st->modes.i_f, &i_f_in);
         return;
     }
@@ -88,9 +88,9 @@ void transition_after_open_loop(const drive_config_t *cfg, drive_state_t *st, co
 COLD static void take_over(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
     const float omega_rad_s = st->modes.vector.speed.omega_ref_rad_s;
-    i_f_start(&st->modes.i_f, in->i_s_A, omega_rad_s);
+    i_f_start(&st->modes.i_f, in->meas->i_s_A, omega_rad_s);
     const estimator_seed_t seed = {
-        .i_s_A = in->i_s_A,
+        .i_s_A = in->meas->i_s_A,
         .lambda_r_Wb = ab_scale(st->modes.i_f.axis, 1.0f / cfg->modes.vector.inv_lambda_ref_per_Wb),
         .omega_e_rad_s = omega_rad_s};
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
@@ -108,7 +108,8 @@ COLD static void hand_back(const drive_config_t *cfg, drive_state_t *st, const m
     const ab_t axis = ab_scale(e->lambda_r_hat_Wb, inv_Wb);
     current_control_turn(&st->voltage.current, st->modes.i_f.axis, axis);
     /* Torque, as current at nominal flux. */
-    const float i_q_A = dq_from_ab(in->i_s_A, axis).q * vector->inv_lambda_ref_per_Wb / inv_Wb;
+    const float i_q_A =
+        dq_from_ab(in->meas->i_s_A, axis).q * vector->inv_lambda_ref_per_Wb / inv_Wb;
     vector_seed(vector, &st->modes.vector, i_q_A, st->modes.i_f.omega_rad_s, e->omega_e_rad_s);
     st->modes.vector.slow_period =
         st->supervisor.periods; /* it stood still: no part meets another */
@@ -120,10 +121,11 @@ COLD static void hold_load(const drive_config_t *cfg, drive_state_t *st, const m
                            bool lost, uint32_t *faults)
 {
     /* A torque cannot be held by it: the speed of then can. */
-    const float target_rad_s = (in->aim == DRIVE_AIM_TORQUE)
+    const float target_rad_s = (in->asked->aim == DRIVE_AIM_TORQUE)
                                    ? st->modes.vector.speed.omega_ref_rad_s
-                                   : in->omega_e_ref_rad_s;
-    const i_f_in_t i_f_in = {.omega_ref_rad_s = target_rad_s, .u_dc_V = in->u_dc_V, .lost = lost};
+                                   : in->asked->omega_e_ref_rad_s;
+    const i_f_in_t i_f_in = {
+        .omega_ref_rad_s = target_rad_s, .u_dc_V = in->meas->u_dc_V, .lost = lost};
     if (!lost && i_f_observable(&cfg->modes.i_f, &st->modes.i_f)) {
         hand_back(cfg, st, in);
     } else if (i_f_step(&cfg->modes.i_f, &st->modes.i_f, &i_f_in)) {

@@ -7,12 +7,11 @@
 #include "drive.h"
 
 /* Chooses the mode of this period and prepares it. */
-COLD void transition_choose(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
-                            const mode_in_t *in);
+COLD void transition_choose(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in);
 
 /* After a mode without estimator has acted: what it found, and what it knows of the speed. */
 COLD void transition_after_open_loop(const drive_config_t *cfg, drive_state_t *st,
-                                     const mode_in_t *in, modes_out_t *out);
+                                     const mode_in_t *in, mode_out_t *out);
 
 /* Lost, or taken over until now: what follows from the supervisor's judgement. */
 void transition_by_confidence(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,

@@ -69,7 +69,7 @@ COLD static void step_state(unit_t *unit, uint32_t command, uint32_t faults)
                               .faults = faults,
                               .i_raw_A = unit->last.meas.i_raw_A,
                               .u_raw_V = unit->last.meas.u_raw_V,
-                              .premagnetising = unit->last.premagnetising,
+                              .premagnetising = unit->last.mode.busy,
                               .standing = drive_standing(&unit->drive, cfg->stop_speed_rad_s),
                               .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
     const sequence_out_t out = sequence_step(&cfg->state, &unit->machine, &in);

@@ -13,14 +13,13 @@ bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t s
     return true;
 }
 
-acting_voltage_out_t acting_voltage_step(const acting_voltage_config_t *cfg,
-                                         acting_voltage_state_t *st, ab_t u_line_V,
-                                         float omega_s_rad_s)
+ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
+                         ab_t u_line_V, float omega_s_rad_s)
 {
-    acting_voltage_out_t out = {.duty_V = st->acting_V, .u_s_V = st->acting_V};
+    st->ended_V = st->acting_V;
     st->acting_V = st->pending_V;
-    if (cfg->source == ACTING_VOLTAGE_SENSORS) {
-        out.u_s_V = ab_mul(trig_ahead(omega_s_rad_s, cfg->filter_comp_s), u_line_V);
+    if (cfg->source == ACTING_VOLTAGE_DUTY) {
+        return st->ended_V;
     }
-    return out;
+    return ab_mul(trig_ahead(omega_s_rad_s, cfg->filter_comp_s), u_line_V);
 }

@@ -21,23 +21,20 @@ typedef struct {
     float filter_comp_s;
 } acting_voltage_config_t;
 
+/* By the duties. */
 typedef struct {
-    ab_t acting_V;  /* of the duties acting from now to the next sample */
-    ab_t pending_V; /* of the duties of the last step, which act after that */
+    ab_t ended_V;   /* of the interval that ended at this sample */
+    ab_t acting_V;  /* from now to the next sample */
+    ab_t pending_V; /* after that: of the duties of the last step */
 } acting_voltage_state_t;
-
-typedef struct {
-    ab_t duty_V; /* by the duties */
-    ab_t u_s_V;  /* by the source in use */
-} acting_voltage_out_t;
 
 /* False for an unknown source, or a delay that is negative or not finite. */
 CHECKED bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t source,
                                  float filter_comp_s);
 
-/* One period. u_line_V: sensed now; omega_s_rad_s: speed of the flux, for the filter's angle. */
-acting_voltage_out_t acting_voltage_step(const acting_voltage_config_t *cfg,
-                                         acting_voltage_state_t *st, ab_t u_line_V,
-                                         float omega_s_rad_s);
+/* One period: the voltage of the ended interval, by the source in use. u_line_V: sensed now;
+ * omega_s_rad_s: speed of the flux, for the filter's angle. */
+ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
+                         ab_t u_line_V, float omega_s_rad_s);
 
 #endif

@@ -30,8 +30,8 @@ bool dc_brake_wanted(const dc_brake_config_t *cfg, const dc_brake_state_t *st, b
     if (!(cfg->current_A > 0.0f)) {
         return false;
     }
-    const bool stop =
-        (in->aim != DRIVE_AIM_TORQUE) && (absf(in->omega_e_ref_rad_s) <= DC_BRAKE_STOP_RAD_S);
+    const bool stop = (in->asked->aim != DRIVE_AIM_TORQUE) &&
+                      (absf(in->asked->omega_e_ref_rad_s) <= DC_BRAKE_STOP_RAD_S);
     if (acting) {
         return stop || (st->periods < cfg->least_periods);
     }
@@ -53,8 +53,8 @@ ab_t dc_brake_step(const dc_brake_config_t *cfg, const dc_current_config_t *curr
     const ab_t behind_A = ab_sub((ab_t){cfg->current_A, 0.0f}, st->i_ref_A);
     st->i_ref_A = ab_add(st->i_ref_A, ab_clamp(behind_A, cfg->step_A));
     const dc_current_in_t current_in = {.i_ref_A = st->i_ref_A,
-                                        .i_A = in->i_s_A,
-                                        .u_V = in->u_duty_V,
+                                        .i_A = in->meas->i_s_A,
+                                        .u_V = in->acting->ended_V,
                                         .Rs_ohm = in->Rs_ohm,
                                         .omega_rad_s = st->omega_rad_s};
     return dc_current_step(current, &st->current, &current_in);

@@ -7,7 +7,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "acting_voltage.h"
 #include "estimate.h"
+#include "measurement.h"
 #include "torque_limits.h"
 
 /* What the sequence asks for. */
@@ -50,22 +52,38 @@ typedef struct {
     ab_t u_ref_V; /* stationary, for when the duties act */
 } request_t;
 
-/* Of one period. */
+/* One period: the sample, and what is asked of the drive. */
 typedef struct {
-    const estimate_t *estimate;
-    const torque_limits_state_t *limits;
-    ab_t i_s_A;
-    float u_dc_V;
-    ab_t u_duty_V;    /* of the duties that acted in the interval that ended */
-    ab_t u_s_V;       /* the same interval by the voltage source in use */
-    ab_t u_pending_V; /* of the duties of the last period */
-    float Rs_ohm;     /* in use */
+    measurement_in_t sample;
+    drive_mode_t mode;
     drive_aim_t aim;
     float omega_e_ref_rad_s; /* 0 with DRIVE_AIM_STOP */
     float torque_ref_Nm;
-    float i_d_ref_A; /* commissioning alone */
-    bool running;    /* DRIVE_RUN */
+    float i_d_ref_A; /* DRIVE_COMMISSION alone */
+} drive_in_t;
+
+/* What a mode sees. */
+typedef struct {
+    const drive_in_t *asked;
+    const measured_t *meas;
+    const estimate_t *estimate;
+    const torque_limits_state_t *limits;
+    const acting_voltage_state_t *acting;
+    ab_t u_s_V;   /* of the interval that ended, by the voltage source in use */
+    float Rs_ohm; /* in use */
 } mode_in_t;
+
+typedef struct {
+    request_t request;
+    uint32_t faults;
+    bool busy;           /* measures or searches: RUN has to wait, the legs are not compensated */
+    float omega_e_rad_s; /* imposed by a mode that turns the frame or needs no speed */
+} mode_out_t;
+
+static inline bool mode_running(const mode_in_t *in)
+{
+    return in->asked->mode == DRIVE_RUN;
+}
 
 /* d axis along the flux where there is more of it than `least`: fixed where there is none to
  * follow. A NaN is no flux. */

@@ -18,13 +18,13 @@ static mode_id_t selected_in_run(const modes_config_t *cfg, const modes_state_t 
                                                                                  : MODE_VECTOR;
 }
 
-mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st, drive_mode_t asked,
-                         mode_id_t before, const mode_in_t *in)
+mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st, mode_id_t before,
+                         const mode_in_t *in)
 {
-    if (asked == DRIVE_RUN) {
+    if (mode_running(in)) {
         return selected_in_run(cfg, st, before, in);
     }
-    if (asked == DRIVE_COMMISSION) {
+    if (in->asked->mode == DRIVE_COMMISSION) {
         return MODE_COMMISSIONING;
     }
     if (cfg->flying.enable && (st->flying.phase == FLYING_START_SEARCH)) {
@@ -49,7 +49,7 @@ COLD static request_t i_f_request(const i_f_state_t *st)
 }
 
 COLD static void premagnetise(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
-                              modes_out_t *out)
+                              mode_out_t *out)
 {
     float i_d_A;
     out->busy =
@@ -62,15 +62,15 @@ COLD static void premagnetise(const modes_config_t *cfg, modes_state_t *st, cons
 }
 
 COLD static void search(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
-                        modes_out_t *out)
+                        mode_out_t *out)
 {
     const dc_current_in_t current_in = {.i_ref_A = {st->flying.current_A, 0.0f},
-                                        .i_A = in->i_s_A,
-                                        .u_V = in->u_duty_V,
+                                        .i_A = in->meas->i_s_A,
+                                        .u_V = in->acting->ended_V,
                                         .Rs_ohm = in->Rs_ohm,
                                         .omega_rad_s = st->flying.rough_rad_s};
     out->request = voltage(dc_current_step(&cfg->dc_current, &st->flying_current, &current_in));
-    flying_start_step(&cfg->flying, &st->flying, st->flying_current.e_V, in->i_s_A);
+    flying_start_step(&cfg->flying, &st->flying, st->flying_current.e_V, in->meas->i_s_A);
     out->busy = st->flying.phase == FLYING_START_SEARCH;
     if (st->flying.phase == FLYING_START_REFUSED) {
         out->faults |= FAULT_FLYING_START;
@@ -78,15 +78,16 @@ COLD static void search(const modes_config_t *cfg, modes_state_t *st, const mode
 }
 
 COLD static void volts_per_hertz(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
-                                 modes_out_t *out)
+                                 mode_out_t *out)
 {
-    out->request = voltage(volts_per_hertz_step(
-        &cfg->volts, &st->volts, modes_open_reference_rad_s(in), in->i_s_A, in->u_dc_V));
+    out->request =
+        voltage(volts_per_hertz_step(&cfg->volts, &st->volts, modes_open_reference_rad_s(in),
+                                     in->meas->i_s_A, in->meas->u_dc_V));
     out->omega_e_rad_s = st->volts.omega_rad_s;
 }
 
 COLD static void other_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
-                            const mode_in_t *in, modes_out_t *out)
+                            const mode_in_t *in, mode_out_t *out)
 {
     switch (mode) {
     case MODE_PREMAGNETISE:
@@ -94,7 +95,7 @@ COLD static void other_step(const modes_config_t *cfg, modes_state_t *st, mode_i
         break;
     case MODE_COMMISSIONING:
         out->busy = true;
-        out->request = current_along_u(in->i_d_ref_A);
+        out->request = current_along_u(in->asked->i_d_ref_A);
         break;
     case MODE_FLYING_START:
         search(cfg, st, in, out);
@@ -119,14 +120,15 @@ COLD static void other_step(const modes_config_t *cfg, modes_state_t *st, mode_i
     }
 }
 
-modes_out_t modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits,
-                       modes_state_t *st, mode_id_t mode, const mode_in_t *in)
+void modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits, modes_state_t *st,
+                mode_id_t mode, const mode_in_t *in, mode_out_t *out)
 {
-    modes_out_t out = {.faults = 0u, .busy = false};
+    out->faults = 0u;
+    out->busy = false;
+    out->omega_e_rad_s = 0.0f;
     if (modes_oriented(mode)) {
-        out.request = vector_step(&cfg->vector, limits, &st->vector, in, &out.faults);
+        vector_step(&cfg->vector, limits, &st->vector, in, out);
     } else {
-        other_step(cfg, st, mode, in, &out);
+        other_step(cfg, st, mode, in, out);
     }
-    return out;
 }

@@ -39,20 +39,13 @@ typedef struct {
     volts_per_hertz_state_t volts;
 } modes_state_t;
 
-typedef struct {
-    request_t request;
-    uint32_t faults;
-    bool busy;           /* measures or searches: RUN has to wait, the legs are not compensated */
-    float omega_e_rad_s; /* imposed by a mode that turns the frame or needs no speed */
-} modes_out_t;
-
 /* Which mode acts in this period. before: the one that did. */
-COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st,
-                              drive_mode_t asked, mode_id_t before, const mode_in_t *in);
+COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st, mode_id_t before,
+                              const mode_in_t *in);
 
 /* One period of the mode. */
-modes_out_t modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits,
-                       modes_state_t *st, mode_id_t mode, const mode_in_t *in);
+void modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits, modes_state_t *st,
+                mode_id_t mode, const mode_in_t *in, mode_out_t *out);
 
 /* The mode works without an estimator. */
 static inline bool modes_open_loop(mode_id_t mode)
@@ -92,7 +85,8 @@ static inline bool modes_oriented(mode_id_t mode)
 /* A torque cannot be held without orientation: the speed of now can. */
 static inline float modes_open_reference_rad_s(const mode_in_t *in)
 {
-    return (in->aim == DRIVE_AIM_TORQUE) ? in->estimate->omega_e_rad_s : in->omega_e_ref_rad_s;
+    return (in->asked->aim == DRIVE_AIM_TORQUE) ? in->estimate->omega_e_rad_s
+                                                : in->asked->omega_e_ref_rad_s;
 }
 
 #endif

@@ -5,15 +5,16 @@
 bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t *st,
                           const mode_in_t *in, float *i_ref_A, uint32_t *faults)
 {
-    const rs_measurement_in_t measured = {
-        .i_A = in->i_s_A.alpha, .u_V = in->u_s_V.alpha, .u_duty_V = in->u_duty_V.alpha};
+    const rs_measurement_in_t measured = {.i_A = in->meas->i_s_A.alpha,
+                                          .u_V = in->u_s_V.alpha,
+                                          .u_duty_V = in->acting->ended_V.alpha};
     const rs_measurement_out_t rs =
         rs_measurement_step(&cfg->measurement, &st->measurement, &measured);
     if (rs.status == RS_MEASUREMENT_DONE) {
         st->Rs_delta_ohm = rs.Rs_ohm - cfg->Rs_ohm;
         if (cfg->identify_leg_loss) {
             st->leg_loss_found = true;
-            st->leg_loss_pu = rs.lost_V / in->u_dc_V;
+            st->leg_loss_pu = rs.lost_V / in->meas->u_dc_V;
         }
     } else if (rs.status == RS_MEASUREMENT_REFUSED) {
         *faults |= FAULT_STATOR_RESISTANCE;

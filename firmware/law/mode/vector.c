@@ -20,7 +20,7 @@ static void choose_flux(const vector_config_t *cfg, vector_state_t *st)
 
 static float torque_Nm(const vector_config_t *cfg, const mode_in_t *in, ab_t axis)
 {
-    return motor_torque_Nm(&cfg->motor, in->estimate->lambda_Wb, ab_cross(axis, in->i_s_A));
+    return motor_torque_Nm(&cfg->motor, in->estimate->lambda_Wb, ab_cross(axis, in->meas->i_s_A));
 }
 
 /* What voltage and torque of now leave of the nominal flux. */
@@ -30,8 +30,8 @@ COLD static void limit_flux(const vector_config_t *cfg, vector_state_t *st, cons
     if (!flux_reference_on(&cfg->reference) && !(st->reference.below_Wb > 0.0f)) {
         return;
     }
-    const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->u_pending_V)),
-                                              .u_dc_V = in->u_dc_V,
+    const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->pending_V)),
+                                              .u_dc_V = in->meas->u_dc_V,
                                               .omega_s_rad_s = in->estimate->omega_s_rad_s,
                                               .torque_Nm = torque_Nm(cfg, in, axis)};
     flux_reference_step(&cfg->reference, &st->reference, &reference_in);
@@ -69,12 +69,12 @@ void vector_slow(const vector_config_t *cfg, vector_state_t *st, const mode_in_t
 /* Usually the target itself: jerk limit and stop are what makes a difference. */
 static float next_reference(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in)
 {
-    const bool stop = in->aim == DRIVE_AIM_STOP;
+    const bool stop = in->asked->aim == DRIVE_AIM_STOP;
     if (!cfg->ramp.on && !stop) {
-        return in->omega_e_ref_rad_s;
+        return in->asked->omega_e_ref_rad_s;
     }
-    return speed_ramp_step(&cfg->ramp, &st->ramp, st->speed.omega_ref_rad_s, in->omega_e_ref_rad_s,
-                           stop);
+    return speed_ramp_step(&cfg->ramp, &st->ramp, st->speed.omega_ref_rad_s,
+                           in->asked->omega_e_ref_rad_s, stop);
 }
 
 /* Flux control and speed control: the current that is wanted. */
@@ -91,7 +91,7 @@ static dq_t wanted_current(const vector_config_t *cfg, const torque_limits_confi
         window = torque_limits_window(limits, in->limits, in->estimate->omega_e_rad_s, i_d_A,
                                       st->reference.i_q_less_A);
     }
-    const bool torque = in->aim == DRIVE_AIM_TORQUE;
+    const bool torque = in->asked->aim == DRIVE_AIM_TORQUE;
     if (torque) {
         st->ramp = (speed_ramp_state_t){0}; /* speed mode will begin without acceleration */
     }
@@ -102,7 +102,7 @@ static dq_t wanted_current(const vector_config_t *cfg, const torque_limits_confi
         .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
         .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
         .torque = torque,
-        .torque_ref_Nm = in->torque_ref_Nm,
+        .torque_ref_Nm = in->asked->torque_ref_Nm,
         .window = limited ? &window : NULL};
     return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
 }
@@ -112,7 +112,7 @@ static dq_t wanted_current(const vector_config_t *cfg, const torque_limits_confi
 COLD static float ride_through(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
                                float i_q_A, uint32_t *faults)
 {
-    mains_loss_step(&cfg->mains, &st->mains, in->u_dc_V, in->estimate->omega_e_rad_s);
+    mains_loss_step(&cfg->mains, &st->mains, in->meas->u_dc_V, in->estimate->omega_e_rad_s);
     if (!st->mains.active) {
         return i_q_A;
     }
@@ -124,21 +124,24 @@ COLD static float ride_through(const vector_config_t *cfg, vector_state_t *st, c
     return limitf(st->mains.i_q_A * (1.0f + st->torque_gain_extra_pu), cfg->speed.i_q_max_A);
 }
 
-request_t vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
-                      vector_state_t *st, const mode_in_t *in, uint32_t *faults)
+void vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
+                 vector_state_t *st, const mode_in_t *in, mode_out_t *out)
 {
-    const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(cfg, in->running));
+    const bool running = mode_running(in);
+    const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(cfg, running));
     vector_slow(cfg, st, in, axis);
     dq_t i_ref_A = wanted_current(cfg, limits, st, in);
-    if (!in->running) {
+    if (!running) {
         speed_control_wait(&st->speed, in->estimate->omega_e_rad_s);
         i_ref_A.q = 0.0f;
-    } else if (cfg->ride_through && !mains_loss_idle(&cfg->mains, &st->mains, in->u_dc_V)) {
-        i_ref_A.q = ride_through(cfg, st, in, i_ref_A.q, faults);
+    } else if (cfg->ride_through && !mains_loss_idle(&cfg->mains, &st->mains, in->meas->u_dc_V)) {
+        i_ref_A.q = ride_through(cfg, st, in, i_ref_A.q, &out->faults);
     } else {
         /* as the speed controller says */
     }
-    return (request_t){.kind = REQUEST_CURRENT, .axis = axis, .i_ref_A = i_ref_A};
+    out->request.kind = REQUEST_CURRENT;
+    out->request.axis = axis;
+    out->request.i_ref_A = i_ref_A;
 }
 
 void vector_catch(const vector_config_t *cfg, vector_state_t *st, float omega_rad_s, float u_dc_V)

@@ -63,10 +63,10 @@ static inline float vector_lambda_min_Wb(const vector_config_t *cfg, bool runnin
 /* Slow work of this period, in the frame of the flux. */
 void vector_slow(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in, ab_t axis);
 
-/* One period: the current wanted. *faults gets FAULT_MAINS_LOST. Not running: flux without torque,
- * and a speed controller that waits. */
-request_t vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
-                      vector_state_t *st, const mode_in_t *in, uint32_t *faults);
+/* One period: the current wanted. FAULT_MAINS_LOST while the shaft holds no dc link any more. Not
+ * running: flux without torque, and a speed controller that waits. */
+void vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
+                 vector_state_t *st, const mode_in_t *in, mode_out_t *out);
 
 /* Flux reference at once as the voltage allows it at this speed. */
 COLD void vector_catch(const vector_config_t *cfg, vector_state_t *st, float omega_rad_s,
