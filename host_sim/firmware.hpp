@@ -64,7 +64,7 @@ public:
     }
     bool gates_on() const
     {
-        return port_.unit.mode != DRIVE_OFF;
+        return port_.unit.asked.mode != DRIVE_OFF;
     }
     unit_telemetry_t telemetry() const
     {

@@ -1,8 +1,9 @@
 #include "fault_record.h"
 
-#include "crc32c.h"
-
 #include <stddef.h>
+
+#include "crc32c.h"
+#include "handover.h"
 
 static uint32_t crc_of(const fault_kept_t *k)
 {
@@ -24,14 +25,12 @@ static bool whole(const fault_kept_t *k)
 
 static void start(fault_recorder_t *r)
 {
-    const trace_setup_t setup = {.signals = FAULT_RECORD_SIGNALS,
-                                 .decimation = 1u,
-                                 .edge = TRACE_RISING,
-                                 .level = 1u,
-                                 .before_pu = FAULT_RECORD_BEFORE};
-    if (!trace_arm(&r->trace, &setup)) {
-        trace_stop(&r->trace); /* not with these constants */
-    }
+    r->done = false;
+    r->full = false;
+    r->opened = false;
+    r->left = 0u;
+    handover();
+    r->row = r->memory->ring;
 }
 
 void fault_record_init(fault_recorder_t *r, fault_memory_t *memory)
@@ -45,18 +44,35 @@ void fault_record_init(fault_recorder_t *r, fault_memory_t *memory)
         memory->kept = (fault_kept_t){0};
         seal(&memory->kept);
     }
-    trace_init(&r->trace, memory->ring, FAULT_RECORD_ROWS * FAULT_RECORD_SIGNALS);
     start(r);
 }
 
-bool fault_record_watch(fault_recorder_t *r, uint32_t faults, bool gates_on, uint32_t period)
+void fault_record_look(fault_recorder_t *r, uint32_t faults, uint32_t stopping, bool gates_on,
+                       uint32_t period)
 {
-    if (!trace_running(&r->trace)) {
-        return false;
+    if ((stopping != 0u) && r->gates_on && !r->opened && (r->row != NULL)) {
+        r->opened = true;
+        r->period = period;
+        r->left = FAULT_RECORD_AFTER;
     }
-    const bool opened = (faults != 0u) && r->gates_on;
+    r->faults = faults;
     r->gates_on = gates_on;
-    return trace_watch(&r->trace, opened ? 1u : 0u, period);
+}
+
+void fault_record_end_of_ring(fault_recorder_t *r)
+{
+    r->row = r->memory->ring;
+    r->full = true;
+}
+
+void fault_record_count_down(fault_recorder_t *r)
+{
+    r->left--;
+    if (r->left == 0u) {
+        r->end = r->row;
+        r->row = NULL;
+        r->done = true;
+    }
 }
 
 static void list(fault_recorder_t *r, const fault_entry_t *entry)
@@ -69,18 +85,21 @@ static void list(fault_recorder_t *r, const fault_entry_t *entry)
     seal(k);
 }
 
+/* The ring, oldest row first. */
 static void keep(fault_recorder_t *r)
 {
     fault_kept_t *k = &r->memory->kept;
+    const uint32_t *ring = r->memory->ring;
+    const uint32_t words = FAULT_RECORD_ROWS * FAULT_RECORD_SIGNALS;
+    const uint32_t end = (uint32_t)(r->end - ring);
+    const uint32_t first = r->full ? end : 0u;
     k->magic = 0u; /* a reset now finds no half of it */
     k->number = k->logged;
-    k->period = r->trace.trigger_period;
-    k->rows = trace_rows(&r->trace);
-    k->fault_row = trace_trigger_row(&r->trace);
-    for (uint32_t row = 0u; row < k->rows; row++) {
-        for (uint32_t column = 0u; column < FAULT_RECORD_SIGNALS; column++) {
-            k->word[row * FAULT_RECORD_SIGNALS + column] = trace_word(&r->trace, row, column);
-        }
+    k->period = r->period;
+    k->rows = r->full ? FAULT_RECORD_ROWS : (end / FAULT_RECORD_SIGNALS);
+    k->fault_row = k->rows - FAULT_RECORD_AFTER;
+    for (uint32_t n = 0u; n < (k->rows * FAULT_RECORD_SIGNALS); n++) {
+        k->word[n] = ring[(first + n) % words];
     }
     seal(k);
     r->from_before = false;
@@ -96,7 +115,7 @@ void fault_record_background(fault_recorder_t *r, uint32_t faults, uint32_t stat
     if (fresh != 0u) {
         list(r, &(fault_entry_t){.faults = fresh, .state = state, .period = period});
     }
-    if (r->trace.state == (uint32_t)TRACE_DONE) {
+    if (r->done) {
         keep(r);
         start(r);
     }

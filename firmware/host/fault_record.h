@@ -11,12 +11,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "trace.h"
+#include "num.h"
 
 #define FAULT_RECORD_MAGIC   0x5A484652u /* "ZHFR" */
 #define FAULT_RECORD_SIGNALS 6u
 #define FAULT_RECORD_ROWS    48u
-#define FAULT_RECORD_BEFORE  0.667f /* 32 rows before the fault's, 15 after */
+#define FAULT_RECORD_AFTER   16u /* the fault's own row and 15 after it */
 #define FAULT_RECORD_LOG     8u
 
 typedef struct {
@@ -45,18 +45,46 @@ typedef struct {
 
 typedef struct {
     fault_memory_t *memory; /* NULL: the port gave none */
-    trace_t trace;
-    bool gates_on;    /* in the period before */
-    uint32_t listed;  /* fault bits that the log has */
-    bool from_before; /* what is kept came through a reset */
+    uint32_t *row;          /* next row; NULL: nothing is recorded */
+    uint32_t *end;          /* behind the newest row of a complete record */
+    uint32_t left;          /* rows to come once a fault opened the gates; 0: none did */
+    uint32_t faults;        /* as last looked at: those latched ... */
+    bool gates_on;          /* ... and the gates */
+    bool opened;            /* a fault opened the gates since recording started */
+    bool full;              /* the ring has gone round */
+    volatile bool done;     /* a record is complete: the background's */
+    uint32_t period;        /* of the fault */
+    uint32_t listed;        /* fault bits that the log has */
+    bool from_before;       /* what is kept came through a reset */
 } fault_recorder_t;
 
 /* What memory holds is taken over when it is whole, else emptied; then recording starts. */
 void fault_record_init(fault_recorder_t *r, fault_memory_t *memory);
 
-/* Control period: true when the caller is to write a row (trace_row, trace_row_done of r->trace).
- * `faults`: those latched that open the gates. */
-bool fault_record_watch(fault_recorder_t *r, uint32_t faults, bool gates_on, uint32_t period);
+/* Control period, when latched faults or gates have changed since the last look. `stopping`: those
+ * faults that open the gates. */
+COLD void fault_record_look(fault_recorder_t *r, uint32_t faults, uint32_t stopping, bool gates_on,
+                            uint32_t period);
+
+static inline bool fault_record_changed(const fault_recorder_t *r, uint32_t faults, bool gates_on)
+{
+    return (faults != r->faults) || (gates_on != r->gates_on);
+}
+
+/* Control period: the row r->row has been written. */
+COLD void fault_record_end_of_ring(fault_recorder_t *r);
+COLD void fault_record_count_down(fault_recorder_t *r);
+
+static inline void fault_record_next(fault_recorder_t *r)
+{
+    r->row += FAULT_RECORD_SIGNALS;
+    if (r->row == &r->memory->ring[FAULT_RECORD_ROWS * FAULT_RECORD_SIGNALS]) {
+        fault_record_end_of_ring(r);
+    }
+    if (r->left > 0u) {
+        fault_record_count_down(r);
+    }
+}
 
 /* Background: lists new faults, keeps a finished record. */
 void fault_record_background(fault_recorder_t *r, uint32_t faults, uint32_t state, uint32_t period);

@@ -15,13 +15,13 @@ bool unit_at_rest(const unit_t *unit)
 {
     const uint32_t command = unit->mailbox.slot[unit->mailbox.published & 1u].command;
     const uint32_t harmless = SEQUENCE_CMD_FAULT_RESET | SEQUENCE_CMD_TORQUE_OFF;
-    return (unit->mode == DRIVE_OFF) && ((command & ~harmless) == 0u);
+    return (unit->asked.mode == DRIVE_OFF) && ((command & ~harmless) == 0u);
 }
 
 void unit_post_command(unit_t *unit, const unit_command_t *command)
 {
-    const uint32_t next = 1u - (unit->mailbox.published & 1u);
-    unit->mailbox.slot[next] = *command;
+    const uint32_t next = unit->mailbox.published + 1u;
+    unit->mailbox.slot[next & 1u] = *command;
     unit->mailbox.published = next;
 }
 

@@ -1,7 +1,7 @@
 #include "unit.h"
 
 /* The last line before the hardware: whatever went wrong above, a duty is in 0..1. */
-static void write_output(const unit_t *unit, bool gates_on, hal_output_t *output)
+static inline void write_output(const unit_t *unit, bool gates_on, hal_output_t *output)
 {
     const uvw_t d = unit->last.duty;
     const bool valid = is_duty(d.u) && is_duty(d.v) && is_duty(d.w);
@@ -15,7 +15,7 @@ static void write_output(const unit_t *unit, bool gates_on, hal_output_t *output
 
 /* The port counts the crests that a period missed; one is told, two in a row end the drive: in two
  * periods, or in one that took as long. */
-static uint32_t late_faults(unit_t *unit, uint16_t late_periods)
+static inline uint32_t late_faults(unit_t *unit, uint16_t late_periods)
 {
     if (late_periods == unit->late_periods) {
         unit->late = false;
@@ -29,12 +29,12 @@ static uint32_t late_faults(unit_t *unit, uint16_t late_periods)
 }
 
 /* Whoever commands has to be alive while the gates are on. */
-COLD static uint32_t silence_faults(unit_t *unit, uint32_t count)
+COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
 {
-    if ((count != unit->command_count) || (unit->mode == DRIVE_OFF)) {
-        unit->command_count = count;
+    if ((unit->command.count != unit->command_count) || (unit->asked.mode == DRIVE_OFF)) {
+        unit->command_count = unit->command.count;
         unit->silent_periods = 0u;
-    } else if (unit->silent_periods < unit_config(unit)->command_timeout_periods) {
+    } else if (unit->silent_periods < timeout_periods) {
         unit->silent_periods++;
     } else {
         return FAULT_COMMAND_TIMEOUT;
@@ -42,29 +42,32 @@ COLD static uint32_t silence_faults(unit_t *unit, uint32_t count)
     return 0u;
 }
 
-static uint32_t command_faults(unit_t *unit, const unit_command_t *command)
-{
-    const bool numbers = is_finite(command->omega_m_ref_rad_s + command->torque_ref_Nm);
-    const bool watched = unit_config(unit)->command_timeout_periods > 0u;
-    return (numbers ? 0u : FAULT_NON_FINITE) |
-           (watched ? silence_faults(unit, command->count) : 0u);
-}
-
 /* Electrical; none against the direction that is allowed, none in a stop. */
-static float speed_reference(const unit_t *unit, float omega_m_ref_rad_s)
+static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 {
-    const unit_config_t *cfg = unit_config(unit);
+    const float omega_m_ref_rad_s = unit->command.omega_m_ref_rad_s;
     const bool against = cfg->one_way && (cfg->direction * omega_m_ref_rad_s < 0.0f);
-    if (against || (unit->aim == DRIVE_AIM_STOP)) {
+    if (against || (unit->asked.aim == DRIVE_AIM_STOP)) {
         return 0.0f;
     }
     return cfg->drive.motor.pole_pairs * omega_m_ref_rad_s;
 }
 
-/* The state machine, and what follows from it for the next period. */
-COLD static void step_state(unit_t *unit, uint32_t command, uint32_t faults)
+/* A new command, aim or configuration: what follows for the law. */
+COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 {
-    const unit_config_t *cfg = unit_config(unit);
+    unit->taken = unit->mailbox.published;
+    unit->command = unit->mailbox.slot[unit->taken & 1u];
+    const bool numbers = is_finite(unit->command.omega_m_ref_rad_s + unit->command.torque_ref_Nm);
+    unit->command_faults = numbers ? 0u : FAULT_NON_FINITE;
+    unit->asked.omega_e_ref_rad_s = speed_reference(cfg, unit);
+    unit->asked.torque_ref_Nm = unit->command.torque_ref_Nm;
+}
+
+/* The state machine, and what follows from it for the next period. */
+COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
+                            uint32_t faults)
+{
     const sequence_in_t in = {.command = command,
                               .faults = faults,
                               .i_raw_A = unit->last.meas.i_raw_A,
@@ -74,80 +77,93 @@ COLD static void step_state(unit_t *unit, uint32_t command, uint32_t faults)
                               .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
     const sequence_out_t out = sequence_step(&cfg->state, &unit->machine, &in);
     if (out.offsets_ready) {
-        unit->drive.measurement.offset_A = unit->machine.offset_A;
-        unit->drive.measurement.offset_V = unit->machine.offset_V;
+        measurement_set_offsets(&unit->drive.measurement, unit->machine.offset_A,
+                                unit->machine.offset_V);
     }
-    if ((out.mode == DRIVE_COMMISSION) && (unit->mode != DRIVE_COMMISSION)) {
+    if ((out.mode == DRIVE_COMMISSION) && (unit->asked.mode != DRIVE_COMMISSION)) {
         unit->commissioning = (commissioning_state_t){0};
         unit->commissioned = (commissioning_out_t){.status = COMMISSIONING_BUSY};
+        unit->asked.i_d_ref_A = 0.0f;
     }
-    unit->mode = out.mode;
-    unit->aim = out.aim;
+    const bool new_aim = out.aim != unit->asked.aim;
+    unit->asked.mode = out.mode;
+    unit->asked.aim = out.aim;
+    if (new_aim) {
+        ask(unit, cfg);
+    }
 }
 
 /* After the drive's step: current of this sample, and the voltage that acts from it on. */
-COLD static uint32_t commission(unit_t *unit)
+COLD static uint32_t commission(unit_t *unit, const unit_config_t *cfg)
 {
     const commissioning_in_t in = {.i_A = unit->last.meas.i_s_A,
                                    .u_coming_V = unit->drive.acting.acting_V.alpha};
-    unit->commissioned =
-        commissioning_step(&unit_config(unit)->commissioning, &unit->commissioning, &in);
+    unit->commissioned = commissioning_step(&cfg->commissioning, &unit->commissioning, &in);
+    unit->asked.i_d_ref_A = unit->commissioned.i_ref_A;
     return (unit->commissioned.status == COMMISSIONING_REFUSED) ? FAULT_COMMISSIONING : 0u;
 }
 
 /* The operator's command word, or the substitute's after a dip. */
-COLD static uint32_t substituted(unit_t *unit, uint32_t command, uint32_t faults)
+COLD static uint32_t substituted(unit_t *unit, const unit_config_t *cfg, uint32_t faults)
 {
-    const auto_restart_in_t in = {.command = command,
+    const auto_restart_in_t in = {.command = unit->command.command,
                                   .id = unit->machine.id,
                                   .latched = unit->machine.faults,
                                   .faults = faults,
                                   .fed = unit->last.meas.u_dc_V >=
-                                         unit_config(unit)->drive.modes.vector.mains.u_back_V};
-    return auto_restart_step(&unit_config(unit)->restart, &unit->restart, &in);
+                                         cfg->drive.modes.vector.mains.u_back_V};
+    return auto_restart_step(&cfg->restart, &unit->restart, &in);
 }
 
 /* The control law with what is asked of it; its faults and those of the command. */
-static uint32_t run_law(unit_t *unit, const hal_sample_t *sample, const unit_command_t *command)
+static inline uint32_t run_law(unit_t *unit, const unit_config_t *cfg, const hal_sample_t *sample)
 {
-    const drive_in_t in = {.sample = {sample->i_u_counts, sample->i_v_counts, sample->i_w_counts,
-                                      sample->u_uv_counts, sample->u_vw_counts,
-                                      sample->u_dc_counts},
-                           .mode = unit->mode,
-                           .aim = unit->aim,
-                           .omega_e_ref_rad_s = speed_reference(unit, command->omega_m_ref_rad_s),
-                           .torque_ref_Nm = command->torque_ref_Nm,
-                           .i_d_ref_A = unit->commissioned.i_ref_A};
-    drive_step(&unit_config(unit)->drive, &unit->drive, &in, &unit->last);
-    uint32_t faults = unit->last.faults | command_faults(unit, command);
-    if (unit->mode == DRIVE_COMMISSION) {
-        faults |= commission(unit);
+    unit->asked.sample =
+        (measurement_in_t){sample->i_u_counts,  sample->i_v_counts,  sample->i_w_counts,
+                           sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts};
+    drive_step(&cfg->drive, &unit->drive, &unit->asked, &unit->last);
+    uint32_t faults = unit->last.faults | unit->command_faults;
+    if (cfg->command_timeout_periods > 0u) {
+        faults |= silence_faults(unit, cfg->command_timeout_periods);
+    }
+    if (unit->asked.mode == DRIVE_COMMISSION) {
+        faults |= commission(unit, cfg);
     }
     return faults;
 }
 
-void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t *output)
+/* What has come from the background since the last period; the configuration to use. */
+static inline const unit_config_t *take_news(unit_t *unit)
 {
-    const unit_command_t command = unit->mailbox.slot[unit->mailbox.published & 1u];
     if (unit->change_ready) {
         unit->in_force = 1u - unit->in_force;
         unit->change_ready = false;
+        ask(unit, unit_config(unit));
     }
+    const unit_config_t *cfg = unit_config(unit);
+    if (unit->mailbox.published != unit->taken) {
+        ask(unit, cfg);
+    }
+    return cfg;
+}
+
+void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t *output)
+{
+    const unit_config_t *cfg = take_news(unit);
     uint32_t faults = unit->mailbox.faults | late_faults(unit, sample->late_periods);
     if ((sample->inputs & HAL_INPUT_BREAK) != 0u) {
         faults |= FAULT_BRAKE_INPUT;
     }
     if (unit->configured) {
-        faults |= run_law(unit, sample, &command);
+        faults |= run_law(unit, cfg, sample);
     } else {
         unit->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
-    const uint32_t word = auto_restart_on(&unit_config(unit)->restart)
-                              ? substituted(unit, command.command, faults)
-                              : command.command;
-    if (!sequence_goes_on(&unit->machine, word, faults)) {
-        step_state(unit, word, faults);
+    const uint32_t command =
+        auto_restart_on(&cfg->restart) ? substituted(unit, cfg, faults) : unit->command.command;
+    if (!sequence_goes_on(&unit->machine, command, faults)) {
+        step_state(unit, cfg, command, faults);
     }
-    write_output(unit, unit->mode != DRIVE_OFF, output);
+    write_output(unit, unit->asked.mode != DRIVE_OFF, output);
     unit->period_count++;
 }

@@ -35,7 +35,7 @@ typedef struct {
 typedef struct {
     volatile unit_command_t slot[2];
     volatile uint32_t faults;    /* found by the background */
-    volatile uint32_t published; /* index of the slot to read */
+    volatile uint32_t published; /* counts the posts; its last bit is the slot to read */
 } unit_mailbox_t;
 
 /* All that the parameters become. */
@@ -65,9 +65,11 @@ typedef struct {
     sequence_state_t machine;
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
-    drive_mode_t mode;
-    drive_aim_t aim;
-    uint32_t command_count;     /* as it came last */
+    drive_in_t asked;           /* of the law, by command, mode and aim */
+    unit_command_t command;     /* as it came last */
+    uint32_t taken;             /* mailbox.published then */
+    uint32_t command_faults;    /* a number of it is none */
+    uint32_t command_count;     /* of the command that was last seen alive */
     uint32_t silent_periods;    /* since it changed, with the gates on */
     bool configured;            /* false: some parameter, motor datum or the table was refused */
     bool late;                  /* late_periods had changed in the last period */

@@ -1,7 +1,9 @@
 #include "unit_record.h"
 
-#include "unit_signal.h"
+#include <stddef.h>
+
 #include "fault_reaction.h"
+#include "unit_signal.h"
 
 /* Columns of the fault record. */
 #define FAULT_SIGNALS(COLUMN)                                                                      \
@@ -28,15 +30,13 @@ void unit_record_init(unit_t *unit, const unit_memory_t *memory)
 }
 
 /* In every period: six loads and stores. */
-static void write_fault_row(const unit_t *unit, const hal_output_t *output, trace_t *trace)
+static inline void write_fault_row(const unit_t *unit, const hal_output_t *output, uint32_t *row)
 {
-    uint32_t *row = trace_row(trace);
 #define STORE(column, name) row[column] = unit_signal_value(unit, output, UNIT_SIGNAL_##name);
     FAULT_SIGNALS(STORE)
-    trace_row_done(trace);
 }
 
-static void write_row(const unit_t *unit, const hal_output_t *output, trace_t *trace)
+COLD static void write_row(const unit_t *unit, const hal_output_t *output, trace_t *trace)
 {
     uint32_t *row = trace_row(trace);
     for (uint32_t k = 0u; k < trace->setup.signals; k++) {
@@ -45,20 +45,30 @@ static void write_row(const unit_t *unit, const hal_output_t *output, trace_t *t
     trace_row_done(trace);
 }
 
+COLD static void watch_trace(unit_t *unit, const hal_output_t *output)
+{
+    trace_t *trace = &unit->trace;
+    const uint32_t word = unit_signal(unit, output, trace->setup.trigger);
+    if (trace_watch(trace, word, unit->period_count)) {
+        write_row(unit, output, trace);
+    }
+}
+
 void unit_record_period(unit_t *unit, const hal_output_t *output)
 {
     unit->output = *output;
     fault_recorder_t *fault = &unit->fault_recorder;
-    const uint32_t faults = fault_stopping(unit->machine.faults);
-    if (fault_record_watch(fault, faults, output->gates_on, unit->period_count)) {
-        write_fault_row(unit, output, &fault->trace);
+    const uint32_t faults = unit->machine.faults;
+    if (fault_record_changed(fault, faults, output->gates_on)) {
+        fault_record_look(fault, faults, fault_stopping(faults), output->gates_on,
+                          unit->period_count);
     }
-    trace_t *trace = &unit->trace;
-    if (trace_running(trace)) {
-        const uint32_t word = unit_signal(unit, output, trace->setup.trigger);
-        if (trace_watch(trace, word, unit->period_count)) {
-            write_row(unit, output, trace);
-        }
+    if (fault->row != NULL) {
+        write_fault_row(unit, output, fault->row);
+        fault_record_next(fault);
+    }
+    if (trace_running(&unit->trace)) {
+        watch_trace(unit, output);
     }
 }
 

@@ -333,7 +333,7 @@ COLD static void follow_commands(void)
         command.command |= SEQUENCE_CMD_TORQUE_OFF;
     }
     unit_post_command(&unit, &command);
-    stm32_gpio_write(port_c, PIN_LED_RUN, unit.mode != DRIVE_OFF);
+    stm32_gpio_write(port_c, PIN_LED_RUN, unit.asked.mode != DRIVE_OFF);
     stm32_gpio_write(port_c, PIN_LED_FAULT, unit.machine.faults != 0u);
 }
 

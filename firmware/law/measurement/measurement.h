@@ -48,6 +48,13 @@ typedef struct {
 /* False unless 8..16 bits, full scales of 1e-3..1e6 and a positive current sum limit. */
 CHECKED bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params);
 
+/* What the sensors show at zero, found with the gates off. */
+static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset_A, ab_t offset_V)
+{
+    st->offset_A = offset_A;
+    st->offset_V = offset_V;
+}
+
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
                       const measurement_in_t *in, measured_t *out);
 
