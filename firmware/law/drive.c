@@ -106,8 +106,8 @@ static inline bool state_is_due(const drive_state_t *st, drive_mode_t asked)
     return turn == DRIVE_STATE_PERIOD;
 }
 
-void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
-                drive_out_t *out)
+HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
+                    drive_out_t *out)
 {
     float state_sum = state_sum_fast(st);
     measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);

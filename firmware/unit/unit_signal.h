@@ -18,7 +18,8 @@ enum {
 
 /* A float as its bits; 0 for a number there is not. Inline for numbers that are constants: one load
  * each; unit_signal for all others. */
-static inline uint32_t unit_signal_value(const unit_t *a, const hal_output_t *o, uint32_t number)
+INLINE static inline uint32_t unit_signal_value(const unit_t *a, const hal_output_t *o,
+                                                uint32_t number)
 {
     switch (number) {
 #define SIGNAL_F(name, value, text)                                                                \

@@ -21,7 +21,7 @@
 #if defined(__GNUC__) || defined(__clang__)
 #define CHECKED __attribute__((warn_unused_result, cold))
 /* The same for what seldom or never runs in a control period, and all that only it calls. */
-#define COLD __attribute__((cold))
+#define COLD __attribute__((cold, noinline))
 #else
 #define CHECKED
 #define COLD
@@ -33,6 +33,13 @@
 #define INLINE __attribute__((always_inline))
 #else
 #define INLINE
+#endif
+
+/* The control period: everything it calls is inlined, but for what is COLD. */
+#if (defined(__GNUC__) && !defined(__clang__)) && defined(__OPTIMIZE__)
+#define HOT __attribute__((flatten))
+#else
+#define HOT
 #endif
 
 /* Choices between two values, not branches: one instruction each where the core has min and max.
