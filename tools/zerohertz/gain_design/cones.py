@@ -58,24 +58,35 @@ def strictness(sizes: Sequence[int]) -> RealArray:
     return STRICTNESS * triangles([np.eye(n, dtype=complex) for n in sizes])
 
 
-def minimise(objective: RealArray, rows: RealArray, right: RealArray, cones: list) -> RealArray:
-    """min objective'x subject to right - rows x in the cones; InfeasibleError without a point."""
-    no_quadratic = sparse.csc_matrix((len(objective), len(objective)))
-    columns = sparse.csc_matrix(rows)
-    # The coordinates are well scaled: equilibration and iterative refinement would only cost time.
-    # The rare problem on which the solver gets stuck is given both, in a second try.
-    for careful in (False, True):
-        solver = clarabel.DefaultSolver(
-            no_quadratic, objective, columns, right, cones, _settings(careful)
-        )
-        solution = solver.solve()
-        status = str(solution.status)
-        # "Almost" is good enough: every result is proven in exact arithmetic before it is used.
-        if status in ("Solved", "AlmostSolved"):
-            return np.array(solution.x)
-        if "Infeasible" in status:
-            break
-    raise InfeasibleError(status)
+class Solver:
+    """Clarabel, and how often it was run."""
+
+    def __init__(self) -> None:
+        self.solves = 0
+
+    def minimise(
+        self, objective: RealArray, rows: RealArray, right: RealArray, cones: list
+    ) -> RealArray:
+        """min objective'x with right - rows x in the cones; InfeasibleError without a point."""
+        no_quadratic, columns = _zeros(len(objective)), sparse.csc_matrix(rows)
+        # The coordinates are well scaled: equilibration and iterative refinement would only cost
+        # time. The rare problem on which the solver gets stuck is given both, in a second try.
+        for careful in (False, True):
+            problem = (no_quadratic, objective, columns, right, cones)
+            solution = clarabel.DefaultSolver(*problem, _settings(careful)).solve()
+            self.solves += 1
+            status = str(solution.status)
+            # "Almost" is good enough: every result is proven in exact arithmetic before it is used.
+            if status in ("Solved", "AlmostSolved"):
+                return np.array(solution.x)
+            if "Infeasible" in status:
+                break
+        raise InfeasibleError(status)
+
+
+@functools.cache
+def _zeros(size: int) -> sparse.csc_matrix:
+    return sparse.csc_matrix((size, size))
 
 
 def _settings(careful: bool) -> clarabel.DefaultSettings:

@@ -14,7 +14,7 @@ nearest to the exactly positive real one of closed_form.py.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+import math
 
 import clarabel
 import numpy as np
@@ -22,12 +22,22 @@ import numpy as np
 from zerohertz.gain_design import cones
 from zerohertz.gain_design.closed_form import closed_form_gain
 from zerohertz.gain_design.cones import InfeasibleError, RealArray
+from zerohertz.gain_design.hermitian import (
+    affine,
+    column,
+    disc,
+    he,
+    hermitian,
+    stein,
+    transposed,
+)
 from zerohertz.gain_design.machine import (
     C1,
     C2,
     MS_PER_S,
     ComplexArray,
     as_stored,
+    gamma_bound,
     gamma_floor,
     scaled_gain,
     scaled_state_matrix,
@@ -44,6 +54,9 @@ _SIZES_FIXED = (3, 3, 2, 2, 2)  # with L given the discs are Stein inequalities
 # The least |K - P Lref| leaves P free along a line (L moves by .3 % with the solver's scaling): of
 # these points the largest trace of P is taken, where L = Lref + P^-1 (K - P Lref) is nearest.
 _TIE_BREAK = 1.0e-4
+# A guess may prove a gamma this much above the one it expects: a tenth of the room that the table
+# keeps over the least gamma.
+GUESS_ROOM = 1.001
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,29 +66,9 @@ class Multiplier:
     gamma: float
     X: ComplexArray
 
-
-# The functions below take any number of leading dimensions: the rows of the cones are the images
-# of all unit vectors at once.
-
-
-def _transposed(matrix: ComplexArray) -> ComplexArray:
-    return matrix.conj().swapaxes(-1, -2)
-
-
-def _he(matrix: ComplexArray) -> ComplexArray:
-    return matrix + _transposed(matrix)
-
-
-def _hermitian(p: RealArray) -> ComplexArray:
-    matrix = np.empty((*p.shape[:-1], 2, 2), dtype=complex)
-    matrix[..., 0, 0], matrix[..., 1, 1] = p[..., 0], p[..., 3]
-    matrix[..., 0, 1] = p[..., 1] + 1j * p[..., 2]
-    matrix[..., 1, 0] = matrix[..., 0, 1].conj()
-    return matrix
-
-
-def _column(k: RealArray) -> ComplexArray:
-    return np.stack([k[..., 0] + 1j * k[..., 1], k[..., 2] + 1j * k[..., 3]], axis=-1)[..., None]
+    @property
+    def P(self) -> ComplexArray:
+        return self.gamma * self.X
 
 
 class GammaPositiveReal:
@@ -83,15 +76,19 @@ class GammaPositiveReal:
 
     def __init__(self, motor: Motor) -> None:
         self._motor = motor
-        self._rows, constant = _affine(lambda x: self._stack(x, 0.0, 0.0), _UNKNOWNS)
-        self._rows_per_w = _affine(lambda x: self._stack(x, 1.0, 0.0), _UNKNOWNS)[0] - self._rows
-        self._rows_per_floor = (
-            _affine(lambda x: self._stack(x, 0.0, 1.0), _UNKNOWNS)[0] - self._rows
-        )
+        self._rows, constant = affine(lambda x: self._stack(x, 0.0, 0.0), _UNKNOWNS)
+        self._rows_per_w = affine(lambda x: self._stack(x, 1.0, 0.0), _UNKNOWNS)[0] - self._rows
+        self._rows_per_floor = affine(lambda x: self._stack(x, 0.0, 1.0), _UNKNOWNS)[0] - self._rows
         self._right = -constant - cones.strictness(_SIZES)
+        self.solver = cones.Solver()
 
-    def gain(self, omega_rad_s: float) -> tuple[ComplexArray, Multiplier]:
-        """L at one speed (SI units, float32 values) and its X; InfeasibleError without one."""
+    def gain(
+        self, omega_rad_s: float, guess: Multiplier | None = None
+    ) -> tuple[ComplexArray, Multiplier]:
+        """L at one speed (SI units, float32 values) and its X; InfeasibleError without one.
+
+        The guess saves solves where it is good, and changes no gain.
+        """
         design = self._motor.design
         exact = closed_form_gain(
             self._motor.circuit,
@@ -101,28 +98,77 @@ class GammaPositiveReal:
             b=design.b,
         )
         reference = as_stored(exact, omega_rad_s)
-        try:
-            of_reference = self.multiplier(omega_rad_s, reference)
-            gamma_reference = of_reference.gamma
-        except InfeasibleError:
-            gamma_reference = float("inf")
         # The floor is a lower bound of gamma*: a reference this near to it needs no stage one,
         # and at distance zero it is what stage two would return.
-        if gamma_reference <= design.relax * self._floor(omega_rad_s):
-            return reference, of_reference
-        gamma_limit = design.relax * self.least_gamma(omega_rad_s)
-        if gamma_reference <= gamma_limit:
-            return reference, of_reference
+        tried = self._tried(guess, omega_rad_s, reference)
+        if tried is not None and tried.gamma <= design.relax * self._floor(omega_rad_s):
+            return reference, tried
+        bound = gamma_bound(self._motor.circuit, design.dw0_rad_s, omega_rad_s, reference)
+        of_reference: Multiplier | None = None
+        for least_gamma in (self._floor, self.least_gamma):
+            gamma_limit = design.relax * least_gamma(omega_rad_s)
+            if bound <= gamma_limit:
+                of_reference = of_reference or self._multiplier_if_any(omega_rad_s, reference)
+                if of_reference.gamma <= gamma_limit:
+                    return reference, of_reference
         nearest = as_stored(self._nearest_gain(omega_rad_s, exact, gamma_limit), omega_rad_s)
-        return nearest, self.multiplier(omega_rad_s, nearest)
+        return nearest, self.multiplier(omega_rad_s, nearest, guess)
 
-    def multiplier(self, omega_rad_s: float, gain: ComplexArray) -> Multiplier:
-        """Least gamma and its X for the given L; InfeasibleError when the LMIs do not hold."""
+    def multiplier(
+        self, omega_rad_s: float, gain: ComplexArray, guess: Multiplier | None = None
+    ) -> Multiplier:
+        """Least gamma and its X for the given L; InfeasibleError when the LMIs do not hold.
+
+        The X of a guess is taken without a solve when it proves the gamma of the guess.
+        """
+        tried = self._tried(guess, omega_rad_s, gain)
+        if tried is not None:
+            return tried
         rows, right = self._fixed(omega_rad_s, gain)
         objective = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-        x = cones.minimise(objective, rows, right, cones.psd_cones(_SIZES_FIXED))
+        x = self.solver.minimise(objective, rows, right, cones.psd_cones(_SIZES_FIXED))
         gamma = self._floor(omega_rad_s) * float(np.sqrt(x[4]))
-        return Multiplier(gamma, _hermitian(x[_P]) / gamma)
+        return Multiplier(gamma, hermitian(x[_P]) / gamma)
+
+    def _multiplier_if_any(self, omega_rad_s: float, gain: ComplexArray) -> Multiplier:
+        """The multiplier, with an infinite gamma where the LMIs do not hold."""
+        try:
+            return self.multiplier(omega_rad_s, gain)
+        except InfeasibleError:
+            return Multiplier(math.inf, np.eye(2, dtype=complex))
+
+    def _tried(
+        self, guess: Multiplier | None, omega_rad_s: float, gain: ComplexArray
+    ) -> Multiplier | None:
+        """What the X of the guess proves for L, if that is about as much as expected."""
+        tried = guess and self.with_X_of(guess, omega_rad_s, gain)
+        return tried if tried and tried.gamma <= GUESS_ROOM * guess.gamma else None
+
+    def with_X_of(
+        self, guess: Multiplier, omega_rad_s: float, gain: ComplexArray
+    ) -> Multiplier | None:
+        """The least gamma that P = gamma X of the guess proves for L; None: an LMI fails."""
+        P, A = guess.P, self._error_matrix(omega_rad_s, gain)
+        vertices = self._vertices(P, P @ A, np.array(0.0), 1.0)
+        corners = [matrix[:2, :2] for matrix in vertices]
+        negative = np.array([-P, *corners, *self._regions(P, A)])
+        if np.linalg.eigvalsh(negative).max() > -cones.STRICTNESS / 2.0:
+            return None
+        # (14) by Schur's complement, the floor left out: gamma^2 in the place of rho.
+        edges = [matrix[:2, 2:] for matrix in vertices]
+        solved = np.linalg.solve(np.array(corners), np.array(edges))
+        gamma = math.sqrt(np.max(-(transposed(np.array(edges)) @ solved).real))
+        return Multiplier(gamma, P / gamma)
+
+    def between(
+        self, omega_rad_s: float, low: tuple[float, Multiplier], high: tuple[float, Multiplier]
+    ) -> Multiplier:
+        """A guess from two other speeds: P, and gamma over its floor, on straight lines."""
+        (low_rad_s, low_end), (high_rad_s, high_end) = low, high
+        share = (omega_rad_s - low_rad_s) / (high_rad_s - low_rad_s)
+        ratios = [end.gamma / self._floor(at) for at, end in (low, high)]
+        gamma = self._floor(omega_rad_s) * ((1.0 - share) * ratios[0] + share * ratios[1])
+        return Multiplier(gamma, ((1.0 - share) * low_end.P + share * high_end.P) / gamma)
 
     def _floor(self, omega_rad_s: float) -> float:
         return gamma_floor(self._motor.circuit, self._motor.design.dw0_rad_s, omega_rad_s)
@@ -131,7 +177,7 @@ class GammaPositiveReal:
         """Stage one: gamma*, over all gains."""
         objective = np.zeros(_UNKNOWNS)
         objective[_RHO] = 1.0
-        x = cones.minimise(
+        x = self.solver.minimise(
             objective, self._rows_at(omega_rad_s), self._right, cones.psd_cones(_SIZES)
         )
         return self._floor(omega_rad_s) * float(np.sqrt(x[_RHO]))
@@ -158,14 +204,14 @@ class GammaPositiveReal:
             clarabel.NonnegativeConeT(1),
             clarabel.SecondOrderConeT(5),
         ]
-        x = cones.minimise(objective, extended, right, all_cones)
-        gain = np.linalg.solve(_hermitian(x[_P]), _column(x[_K]))[:, 0]  # (17)
+        x = self.solver.minimise(objective, extended, right, all_cones)
+        gain = np.linalg.solve(hermitian(x[_P]), column(x[_K]))[:, 0]  # (17)
         return si_gain(self._motor.circuit, gain)
 
     def _product_columns(self, gain: ComplexArray) -> RealArray:
         """The map from the four numbers of P to those of K = P L."""
         scaled = scaled_gain(self._motor.circuit, gain)
-        products = _hermitian(np.eye(4)) @ scaled
+        products = hermitian(np.eye(4)) @ scaled
         return np.stack([products.real, products.imag], axis=-1).reshape(4, 4).T
 
     def _rows_at(self, omega_rad_s: float) -> RealArray:
@@ -175,35 +221,42 @@ class GammaPositiveReal:
     def _stack(self, x: RealArray, omega_rad_s: float, per_floor: float) -> RealArray:
         """All matrices that have to be negative definite, as the solver's vector."""
         design = self._motor.design
-        P, T_ms = _hermitian(x[..., _P]), design.period_s * MS_PER_S
-        N = P @ scaled_state_matrix(self._motor.circuit, omega_rad_s) + _column(x[..., _K]) @ C1
+        P, T_ms = hermitian(x[..., _P]), design.period_s * MS_PER_S
+        N = P @ scaled_state_matrix(self._motor.circuit, omega_rad_s) + column(x[..., _K]) @ C1
         matrices = [
             *self._vertices(P, N, x[..., _RHO], per_floor),
-            _disc(P, N, design.radius_per_s / MS_PER_S),
-            _he(N) + 2.0 * design.decay_per_s / MS_PER_S * P,
-            _disc(P, N + P / T_ms, 1.0 / T_ms),
+            disc(P, N, design.radius_per_s / MS_PER_S),
+            he(N) + 2.0 * design.decay_per_s / MS_PER_S * P,
+            disc(P, N + P / T_ms, 1.0 / T_ms),
         ]
         return cones.triangles(matrices)
 
     def _fixed(self, omega_rad_s: float, gain: ComplexArray) -> tuple[RealArray, RealArray]:
         """Rows and right side of the LMIs in P and rho alone, L given."""
-        design, circuit = self._motor.design, self._motor.circuit
-        A = scaled_state_matrix(circuit, omega_rad_s)
-        A[:, 0] += scaled_gain(circuit, gain)
-        per_floor, T_ms = 1.0 / self._floor(omega_rad_s), design.period_s * MS_PER_S
+        A, per_floor = self._error_matrix(omega_rad_s, gain), 1.0 / self._floor(omega_rad_s)
 
         def stack(x: RealArray) -> RealArray:
-            P = _hermitian(x[..., _P])
-            matrices = [
-                *self._vertices(P, P @ A, x[..., 4], per_floor),
-                _stein(P, A, design.radius_per_s / MS_PER_S),
-                _he(P @ A) + 2.0 * design.decay_per_s / MS_PER_S * P,
-                _stein(P, A + np.eye(2) / T_ms, 1.0 / T_ms),
-            ]
-            return cones.triangles(matrices)
+            P = hermitian(x[..., _P])
+            vertices = self._vertices(P, P @ A, x[..., 4], per_floor)
+            return cones.triangles([*vertices, *self._regions(P, A)])
 
-        rows, constant = _affine(stack, 5)
+        rows, constant = affine(stack, 5)
         return rows, -constant - cones.strictness(_SIZES_FIXED)
+
+    def _error_matrix(self, omega_rad_s: float, gain: ComplexArray) -> ComplexArray:
+        """A(w) + L C1 in the coordinates of the LMIs."""
+        A = scaled_state_matrix(self._motor.circuit, omega_rad_s)
+        A[:, 0] += scaled_gain(self._motor.circuit, gain)
+        return A
+
+    def _regions(self, P: ComplexArray, A: ComplexArray) -> list[ComplexArray]:
+        """(15), (16) and the Euler disc, L given."""
+        design, T_ms = self._motor.design, self._motor.design.period_s * MS_PER_S
+        return [
+            stein(P, A, design.radius_per_s / MS_PER_S),
+            he(P @ A) + 2.0 * design.decay_per_s / MS_PER_S * P,
+            stein(P, A + np.eye(2) / T_ms, 1.0 / T_ms),
+        ]
 
     def _vertices(
         self, P: ComplexArray, N: ComplexArray, rho: RealArray, per_floor: float
@@ -214,29 +267,9 @@ class GammaPositiveReal:
         for dw_rad_s in (dw0_rad_s, -dw0_rad_s):
             PBe = P @ speed_error_input(dw_rad_s)
             matrix = np.empty((*P.shape[:-2], 3, 3), dtype=complex)
-            matrix[..., :2, :2] = _he(N - PBe @ C2 / 2.0) + C2.T @ C2 / 2.0
+            matrix[..., :2, :2] = he(N - PBe @ C2 / 2.0) + C2.T @ C2 / 2.0
             matrix[..., :2, 2:] = PBe * (per_floor / np.sqrt(2.0))
-            matrix[..., 2:, :2] = _transposed(matrix[..., :2, 2:])
+            matrix[..., 2:, :2] = transposed(matrix[..., :2, 2:])
             matrix[..., 2, 2] = -rho
             matrices.append(matrix)
         return matrices
-
-
-def _affine(function: Callable[[RealArray], RealArray], n: int) -> tuple[RealArray, RealArray]:
-    """Matrix and constant of an affine function of n unknowns."""
-    images = function(np.vstack([np.zeros((1, n)), np.eye(n)]))
-    return (images[1:] - images[0]).T, images[0]
-
-
-def _disc(P: ComplexArray, N: ComplexArray, radius: float) -> ComplexArray:
-    """(15): the eigenvalues of P^-1 N are inside the disc."""
-    matrix = np.empty((*P.shape[:-2], 4, 4), dtype=complex)
-    matrix[..., :2, :2] = matrix[..., 2:, 2:] = -radius * P
-    matrix[..., :2, 2:] = N
-    matrix[..., 2:, :2] = _transposed(N)
-    return matrix
-
-
-def _stein(P: ComplexArray, A: ComplexArray, radius: float) -> ComplexArray:
-    """(15) for a given A by Schur's complement: A^H P A / r - r P."""
-    return A.conj().T @ P @ A / radius - radius * P

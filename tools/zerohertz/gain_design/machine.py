@@ -18,6 +18,8 @@ COORDINATES = "z = [eps_H i_s; lambda_r], time in ms"
 
 C1 = np.array([[1.0, 0.0]])
 C2 = np.array([[0.0, 1.0]])
+# Where gamma_bound looks, in units of Rr/Lr: zero, and both directions.
+_STATOR_FREQUENCIES = np.concatenate([[0.0], np.outer((1, -1), np.geomspace(0.1, 30.0, 80)).flat])
 
 
 def state_matrix(circuit: Circuit, omega_rad_s: float) -> ComplexArray:
@@ -80,3 +82,20 @@ def gamma_floor(circuit: Circuit, dw0_rad_s: float, omega_rad_s: float) -> float
     """
     nearest = abs(abs(omega_rad_s) - dw0_rad_s / 2.0)
     return dw0_rad_s / (2.0 * abs(complex(circuit.tau_per_s, nearest)))
+
+
+def gamma_bound(
+    circuit: Circuit, dw0_rad_s: float, omega_rad_s: float, gain: ComplexArray
+) -> float:
+    """This L cannot be gamma-positive real below this, whatever X.
+
+    (14) implies |(I - G)(I + G)^-1| <= gamma at every stator frequency, where (11) gives
+    I - G = C2 (sI - A - L C1)^-1 Bw dw j. The bound is tight when a frequency is near the peak.
+    """
+    A = state_matrix(circuit, omega_rad_s)
+    A[:, 0] += gain
+    s = 1j * circuit.tau_per_s * _STATOR_FREQUENCIES
+    current = s - A[0, 0]
+    determinant = current * (s - A[1, 1]) - A[0, 1] * A[1, 0]
+    deviation = 1j * dw0_rad_s * (A[1, 0] / circuit.eps_H - current) / determinant
+    return float(max(np.max(np.abs(d / (2.0 - d))) for d in (deviation, -deviation)))

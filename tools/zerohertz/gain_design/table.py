@@ -7,31 +7,26 @@ is an exact rational. L(-w) = conj L(w) is the firmware's part.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from zerohertz.gain_design.closed_form import closed_form_gain
-from zerohertz.gain_design.cones import InfeasibleError
 from zerohertz.gain_design.crc32c import crc32c
-from zerohertz.gain_design.gamma_positive_real import GammaPositiveReal, Multiplier
-from zerohertz.gain_design.machine import COORDINATES, ComplexArray, as_stored, observer_poles
-from zerohertz.gain_design.pole_shift import pole_shift_gain
+from zerohertz.gain_design.entries import Progress, design_entries
+from zerohertz.gain_design.gamma_positive_real import Multiplier
+from zerohertz.gain_design.machine import COORDINATES, ComplexArray, observer_poles
 from zerohertz.gain_design.stored import SCHEMA, float32_text
-from zerohertz.gain_design.zero import zero_gain
-from zerohertz.motor import STEP_ELEC_PER_MIN, Design, Motor, MotorError
+from zerohertz.motor import STEP_ELEC_PER_MIN, Design, Motor
 
 STEP_RAD_S = np.float32(STEP_ELEC_PER_MIN * 2.0 * math.pi / 60.0)
 # The certificate stores a gamma this much above the least one: room for rounding X.
 GAMMA_MARGIN = 1.01
 
-Progress = Callable[[int], None]
 Four = tuple[float, float, float, float]
 
 
@@ -44,6 +39,7 @@ class Table:
     gamma: tuple[float | None, ...]  # None: the LMIs do not all hold, or nobody asked
     X: tuple[Four | None, ...]  # x11, Re x12, Im x12, x22
     poles: tuple[Four, ...]  # Re, Im of the fast one, then of the other, 1/s
+    solves: int  # how often the solver was run
 
     def words(self) -> bytes:
         """The gains as they lie in flash: little-endian float32, entry after entry."""
@@ -68,14 +64,19 @@ def design_table(
     """
     if design is not None:
         motor = dataclasses.replace(motor, design=design)
-    lmi = GammaPositiveReal(motor)
-    entries = []
-    for entry in range(motor.design.entries):
-        entries.append(_entry(motor, lmi, speed_of_entry_rad_s(entry), certificate))
-        if progress:
-            progress(entry + 1)
-    gains, gammas, multipliers, poles = zip(*entries, strict=True)
-    return Table(motor, np.array(gains, dtype=np.float32), gammas, multipliers, poles)
+    speeds_rad_s = [speed_of_entry_rad_s(k) for k in range(motor.design.entries)]
+    entries, solves = design_entries(motor, speeds_rad_s, certificate, progress or (lambda _: None))
+    return Table(
+        motor,
+        np.array([_four(*entry.gain) for entry in entries], dtype=np.float32),
+        tuple(_gamma_digits(entry.multiplier) for entry in entries),
+        tuple(_X_digits(entry.multiplier) for entry in entries),
+        tuple(
+            _pole_digits(motor, omega_rad_s, entry.gain)
+            for omega_rad_s, entry in zip(speeds_rad_s, entries, strict=True)
+        ),
+        solves,
+    )
 
 
 def table_json(table: Table) -> str:
@@ -106,64 +107,22 @@ def gains_of(content: Mapping[str, Any]) -> npt.NDArray[np.float32]:
     return np.array([entry["L"] for entry in content["entries"]], dtype=np.float32)
 
 
-def _entry(
-    motor: Motor, lmi: GammaPositiveReal, omega_rad_s: float, certificate: bool
-) -> tuple[Four, float | None, Four | None, Four]:
-    """L, gamma, X and poles at one speed."""
-    multiplier: Multiplier | None = None
-    if motor.design.method == "gamma_pr":
-        try:
-            gain, multiplier = lmi.gain(omega_rad_s)
-        except InfeasibleError:
-            raise _infeasible(motor, omega_rad_s) from None
-    else:
-        gain = as_stored(_explicit_gain(motor, omega_rad_s), omega_rad_s)
-        if not np.all(np.isfinite(gain)):
-            raise MotorError(
-                f"{motor.file}: circuit: L is beyond float32; correct the five numbers"
-            )
-        if certificate:
-            with contextlib.suppress(InfeasibleError):
-                multiplier = lmi.multiplier(omega_rad_s, gain)
-    poles = observer_poles(motor.circuit, omega_rad_s, gain)
-    p1, p2 = np.round(poles, 4) + 0.0
-    return (
-        _four(*gain),
-        _digits(GAMMA_MARGIN * multiplier.gamma, 7) if multiplier else None,
-        _X_digits(multiplier) if multiplier else None,
-        _four(p1, p2),
-    )
-
-
-def _explicit_gain(motor: Motor, omega_rad_s: float) -> ComplexArray:
-    design, circuit = motor.design, motor.circuit
-    if design.method == "closed_form":
-        return closed_form_gain(
-            circuit, omega_rad_s, p1_per_s=design.p1_at(omega_rad_s), a=design.a, b=design.b
-        )
-    if design.method == "pole_shift":
-        return pole_shift_gain(
-            circuit,
-            omega_rad_s,
-            real_factor=design.real_factor,
-            imag_factor=design.imag_factor,
-        )
-    return zero_gain()
-
-
-def _infeasible(motor: Motor, omega_rad_s: float) -> MotorError:
-    elec_per_min = omega_rad_s * 60.0 / (2.0 * math.pi)
-    return MotorError(
-        f"{motor.file}: design.radius_per_s, design.decay_per_s: no gain meets the LMIs at "
-        f"{elec_per_min:.0f} elec. min^-1; enlarge radius_per_s, or lower decay_per_s or dw0_rad_s"
-    )
-
-
 def _four(first: complex, second: complex) -> Four:
     return (float(first.real), float(first.imag), float(second.real), float(second.imag))
 
 
-def _X_digits(multiplier: Multiplier) -> Four:
+def _pole_digits(motor: Motor, omega_rad_s: float, gain: ComplexArray) -> Four:
+    p1, p2 = np.round(observer_poles(motor.circuit, omega_rad_s, gain), 4) + 0.0
+    return _four(p1, p2)
+
+
+def _gamma_digits(multiplier: Multiplier | None) -> float | None:
+    return _digits(GAMMA_MARGIN * multiplier.gamma, 7) if multiplier else None
+
+
+def _X_digits(multiplier: Multiplier | None) -> Four | None:
+    if multiplier is None:
+        return None
     X = multiplier.X
     values = (X[0, 0].real, X[0, 1].real, X[0, 1].imag, X[1, 1].real)
     return tuple(_digits(float(x), 9) for x in values)
