@@ -279,6 +279,7 @@ def test_committed_tables_are_what_a_fresh_design_gives() -> None:
     motors = json.loads(run.stdout)["motors"]
     assert {"hasegawa2005", "im_4kw_400v"} <= set(motors)
     assert all(motor["largest_difference"] <= 1e-3 for motor in motors.values())
+    assert all(motor["solves"] <= motor["entries"] for motor in motors.values())
 
 
 @pytest.fixture

@@ -79,7 +79,11 @@ def bench(
                 "controller_ns_per_step": round(averaged.controller_ns_per_step, 1),
                 "plant_ns_per_step": round(averaged.plant_ns_per_step, 1),
             },
-            "design": {"entries": design.entries, "cpu_s": round(design.cpu_s, 2)},
+            "design": {
+                "entries": design.entries,
+                "solves": design.solves,
+                "cpu_s": round(design.cpu_s, 2),
+            },
         }
     if not image:
         console.print("counting instructions", highlight=False)
@@ -153,6 +157,7 @@ def _show(result: dict[str, Any]) -> None:
         table.add_row("plant, averaged, per step", f"{sil['plant_ns_per_step']:.0f} ns", "")
         what = f"gain table of {design['entries']} entries"
         table.add_row(what, f"{design['cpu_s']:.2f} CPU s", f"{GOALS['design']:.0f} CPU s")
+        table.add_row("solves of that table", str(design["solves"]), f"{design['entries']}")
     if "callgrind" in result:
         count = result["callgrind"]["instructions_per_step"]
         table.add_row("instructions per control period (x86-64)", f"{count:.1f}", "")

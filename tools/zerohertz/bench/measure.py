@@ -49,6 +49,7 @@ class DesignTime:
     """One gain table by the LMIs."""
 
     entries: int
+    solves: int  # runs of the solver Clarabel
     cpu_s: float
 
 
@@ -91,7 +92,7 @@ def design_time(runs: int = DESIGN_RUNS) -> DesignTime:
         start_s = time.process_time()
         table = design_table(motor)
         times.append(time.process_time() - start_s)
-    return DesignTime(entries=len(table.gain), cpu_s=statistics.median(times))
+    return DesignTime(len(table.gain), table.solves, statistics.median(times))
 
 
 def instructions_per_step() -> float:

@@ -30,6 +30,7 @@ class Outcome:
     motor: str
     method: str
     entries: int
+    solves: int  # runs of the solver Clarabel
     cpu_s: float
     max_gamma: float | None
     largest_difference: float | None  # relative, of the fresh design against the stored table
@@ -169,6 +170,7 @@ def _outcome(
         motor=fresh.motor.name,
         method=design.method,
         entries=design.entries,
+        solves=fresh.solves,
         cpu_s=round(cpu_s, 3),
         max_gamma=max(known) if len(known) == design.entries else None,
         largest_difference=difference,
@@ -197,7 +199,7 @@ def _say(outcome: Outcome, console: Console) -> None:
     gamma = "no common X" if outcome.max_gamma is None else f"gamma <= {outcome.max_gamma:.4g}"
     console.print(
         f"{outcome.motor}: {outcome.method}, {outcome.entries} entries, {gamma}, "
-        f"{outcome.cpu_s:.1f} CPU s: {short_paths(outcome.done)}",
+        f"{outcome.solves} solves, {outcome.cpu_s:.1f} CPU s: {short_paths(outcome.done)}",
         highlight=False,
         soft_wrap=True,
     )
