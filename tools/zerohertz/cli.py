@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import sys
 
 import typer
@@ -51,6 +52,7 @@ def make_app() -> typer.Typer:
         "130 interrupted.",
         add_completion=False,
         pretty_exceptions_enable=False,
+        rich_markup_mode=None,  # markup would swallow whatever stands in square brackets
         context_settings={"help_option_names": ["-h", "--help"]},
     )
 
@@ -64,7 +66,17 @@ def make_app() -> typer.Typer:
 
     for name in COMMAND_MODULES:
         importlib.import_module(name).register(app)
+    _list_whole_summaries(app)
     return app
+
+
+def _list_whole_summaries(app: typer.Typer) -> None:
+    """In the list of commands typer would cut a summary at the end of the line."""
+    for command in app.registered_commands:
+        summary = (inspect.getdoc(command.callback) or "").split("\n\n")[0]
+        command.short_help = " ".join(summary.split())
+    for group in app.registered_groups:
+        _list_whole_summaries(group.typer_instance)
 
 
 def _print_version(wanted: bool) -> None:

@@ -27,9 +27,7 @@ def register(app: typer.Typer) -> None:
 def atlas(
     names: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[NAME]...", help="Recipes of --means, configurations of --compare."
-        ),
+        typer.Argument(metavar="NAME", help="Recipes of --means, configurations of --compare."),
     ] = None,
     config: Annotated[
         str, typer.Option(help="recommended, paper, no_gain, or a TOML file like theirs.")

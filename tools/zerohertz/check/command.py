@@ -23,7 +23,7 @@ def register(app: typer.Typer) -> None:
 def certify_tables(
     motor_dirs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[MOTOR_DIR]...", help="Default: every motor in gain_tables."),
+        typer.Argument(metavar="MOTOR_DIR", help="Default: every motor in gain_tables."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
     plot: Annotated[

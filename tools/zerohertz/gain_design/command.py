@@ -50,7 +50,7 @@ def register(app: typer.Typer) -> None:
 def design(
     motor_dirs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[MOTOR_DIR]...", help="Default: every motor in gain_tables."),
+        typer.Argument(metavar="MOTOR_DIR", help="Default: every motor in gain_tables."),
     ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing; compare the files with a fresh design.")
