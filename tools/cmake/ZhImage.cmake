@@ -12,36 +12,36 @@ function(zh_image)
                             "tools/zh params --config ${ZH_CONFIG} --write ${CMAKE_CURRENT_SOURCE_DIR}/${params}")
     endif()
     add_executable(firmware ${ARGN} $<TARGET_OBJECTS:hal_cortex_m>)
-    set_target_properties(firmware PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}")
+    set_target_properties(firmware PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}")
     target_include_directories(firmware PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
-    target_include_directories(hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${CMAKE_BINARY_DIR}/generated")
+    target_include_directories(hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
     target_compile_definitions(
         hal_cortex_m PRIVATE ZH_PARAMS_HEADER="${params}" ZH_PORT="${ZH_PORT}" ZH_VERSION="${PROJECT_VERSION}")
     target_link_libraries(firmware PRIVATE hal_cortex_m zh_warnings)
-    set(script "${CMAKE_SOURCE_DIR}/hal/cortex_m/sections.ld")
+    set(script "${PROJECT_SOURCE_DIR}/hal/cortex_m/sections.ld")
     target_link_options(
         firmware
         PRIVATE -nostartfiles -nostdlib
                 -L${CMAKE_CURRENT_SOURCE_DIR} -Tmemory.ld -T${script}
                 LINKER:--gc-sections,--fatal-warnings,--no-warn-rwx-segments,--build-id=none
-                LINKER:-Map=${CMAKE_BINARY_DIR}/firmware.map)
+                LINKER:-Map=${PROJECT_BINARY_DIR}/firmware.map)
     target_link_libraries(firmware PRIVATE gcc)
     set_target_properties(
         firmware PROPERTIES LINK_DEPENDS "${script};${CMAKE_CURRENT_SOURCE_DIR}/memory.ld")
     add_custom_command(
         TARGET firmware POST_BUILD
-        COMMAND "${Python3_EXECUTABLE}" "${CMAKE_SOURCE_DIR}/tools/stamp_image.py"
+        COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tools/stamp_image.py"
                 --objcopy "${CMAKE_OBJCOPY}" "$<TARGET_FILE:firmware>"
-        BYPRODUCTS "${CMAKE_BINARY_DIR}/firmware.bin" "${CMAKE_BINARY_DIR}/firmware.hex"
-                   "${CMAKE_BINARY_DIR}/firmware.map"
+        BYPRODUCTS "${PROJECT_BINARY_DIR}/firmware.bin" "${PROJECT_BINARY_DIR}/firmware.hex"
+                   "${PROJECT_BINARY_DIR}/firmware.map"
         COMMENT "Writing the CRC of firmware.elf, firmware.bin and firmware.hex")
 endfunction()
 
 # What the source is, for the image's header: looked up at every build, written when it changed.
 add_custom_target(
     zh_git_version
-    COMMAND "${CMAKE_COMMAND}" -DSOURCE=${CMAKE_SOURCE_DIR}
-            -DHEADER=${CMAKE_BINARY_DIR}/generated/cm_version.h -P
+    COMMAND "${CMAKE_COMMAND}" -DSOURCE=${PROJECT_SOURCE_DIR}
+            -DHEADER=${PROJECT_BINARY_DIR}/generated/cm_version.h -P
             "${CMAKE_CURRENT_LIST_DIR}/ZhGitVersion.cmake"
-    BYPRODUCTS "${CMAKE_BINARY_DIR}/generated/cm_version.h"
+    BYPRODUCTS "${PROJECT_BINARY_DIR}/generated/cm_version.h"
     COMMENT "git describe")
