@@ -1,7 +1,5 @@
 # zh_gain_table(<target> <folder>): l_gain.c of a motor folder (motor.toml, l_gain.json) becomes a
 # source of the target, which is of the current folder; users include "<motor>/l_gain.h".
-find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
-
 set(ZH_TOOLS_DIR "${CMAKE_CURRENT_LIST_DIR}/..")
 
 function(zh_gain_table target folder)

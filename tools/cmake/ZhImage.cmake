@@ -3,7 +3,28 @@
 # them. Makes firmware.elf with a checked CRC, firmware.bin, .hex and .map.
 set(ZH_CONFIG "recommended" CACHE STRING "Configuration in the image: hal/<port>/params_<it>.h")
 
-find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
+# zh_find_port(<folder of hal/ or path>): sets ZH_PORT_FOLDER and ZH_PORT_NAME, or says what is wrong.
+function(zh_find_port port)
+    get_filename_component(folder "${port}" ABSOLUTE)
+    get_filename_component(name "${folder}" NAME)
+    set(template "${PROJECT_SOURCE_DIR}/hal/template")
+    if(NOT IS_DIRECTORY "${folder}")
+        message(FATAL_ERROR "ZH_PORT: no folder ${folder}; give a folder of hal/ or the path of a copy of ${template}")
+    endif()
+    foreach(file IN ITEMS CMakeLists.txt main.c memory.ld)
+        if(NOT EXISTS "${folder}/${file}")
+            message(FATAL_ERROR "ZH_PORT: no ${folder}/${file}; start from ${template}/${file}")
+        endif()
+    endforeach()
+    cmake_path(IS_PREFIX PROJECT_SOURCE_DIR "${folder}" inside)
+    if(NOT inside)
+        # As if it lay in hal/: no path of this machine in the image.
+        add_compile_options(-ffile-prefix-map=${folder}=hal/${name})
+        add_link_options(-ffile-prefix-map=${folder}=hal/${name})
+    endif()
+    set(ZH_PORT_FOLDER "${folder}" PARENT_SCOPE)
+    set(ZH_PORT_NAME "${name}" PARENT_SCOPE)
+endfunction()
 
 function(zh_image)
     set(params "params_${ZH_CONFIG}.h")
@@ -11,27 +32,27 @@ function(zh_image)
         message(FATAL_ERROR "ZH_CONFIG: no ${CMAKE_CURRENT_SOURCE_DIR}/${params}; make it with "
                             "tools/zh params --config ${ZH_CONFIG} --write ${CMAKE_CURRENT_SOURCE_DIR}/${params}")
     endif()
-    add_executable(firmware ${ARGN} $<TARGET_OBJECTS:hal_cortex_m>)
-    set_target_properties(firmware PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}")
-    target_include_directories(firmware PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
-    target_include_directories(hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
+    add_executable(zh_image ${ARGN} $<TARGET_OBJECTS:zh_hal_cortex_m>)
+    set_target_properties(zh_image PROPERTIES OUTPUT_NAME firmware RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}")
+    target_include_directories(zh_image PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
+    target_include_directories(zh_hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
     target_compile_definitions(
-        hal_cortex_m PRIVATE ZH_PARAMS_HEADER="${params}" ZH_PORT="${ZH_PORT}" ZH_VERSION="${PROJECT_VERSION}")
-    target_link_libraries(firmware PRIVATE hal_cortex_m zh_warnings)
+        zh_hal_cortex_m PRIVATE ZH_PARAMS_HEADER="${params}" ZH_PORT="${ZH_PORT_NAME}" ZH_VERSION="${PROJECT_VERSION}")
+    target_link_libraries(zh_image PRIVATE zh_hal_cortex_m zh_warnings)
     set(script "${PROJECT_SOURCE_DIR}/hal/cortex_m/sections.ld")
     target_link_options(
-        firmware
+        zh_image
         PRIVATE -nostartfiles -nostdlib
                 -L${CMAKE_CURRENT_SOURCE_DIR} -Tmemory.ld -T${script}
                 LINKER:--gc-sections,--fatal-warnings,--no-warn-rwx-segments,--build-id=none
                 LINKER:-Map=${PROJECT_BINARY_DIR}/firmware.map)
-    target_link_libraries(firmware PRIVATE gcc)
+    target_link_libraries(zh_image PRIVATE gcc)
     set_target_properties(
-        firmware PROPERTIES LINK_DEPENDS "${script};${CMAKE_CURRENT_SOURCE_DIR}/memory.ld")
+        zh_image PROPERTIES LINK_DEPENDS "${script};${CMAKE_CURRENT_SOURCE_DIR}/memory.ld")
     add_custom_command(
-        TARGET firmware POST_BUILD
+        TARGET zh_image POST_BUILD
         COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tools/stamp_image.py"
-                --objcopy "${CMAKE_OBJCOPY}" "$<TARGET_FILE:firmware>"
+                --objcopy "${CMAKE_OBJCOPY}" "$<TARGET_FILE:zh_image>"
         BYPRODUCTS "${PROJECT_BINARY_DIR}/firmware.bin" "${PROJECT_BINARY_DIR}/firmware.hex"
                    "${PROJECT_BINARY_DIR}/firmware.map"
         COMMENT "Writing the CRC of firmware.elf, firmware.bin and firmware.hex")

@@ -2,7 +2,7 @@
 # the remedy, before anything is built; nothing is downloaded.
 #
 #   zh_look_for_programs()    build program and compilers; before project(), which knows no remedy
-#   zh_look_for_libraries()   Eigen, toml++, nlohmann/json, Unity, as far as the options need them
+#   zh_look_for_libraries()   Python, Eigen, toml++, nlohmann/json, Unity, as far as the options need them
 set(ZH_MISSING "")
 set(ZH_MISSING_PACKAGES "")
 
@@ -51,6 +51,10 @@ endfunction()
 
 # A macro: what find_package defines belongs to the caller's folder and those below it.
 macro(zh_look_for_libraries)
+    find_package(Python3 3.11 QUIET COMPONENTS Interpreter)
+    if(NOT Python3_FOUND)
+        zh_missing("Python 3.11" python3)
+    endif()
     if(ZH_BUILD_HOST_SIM)
         find_package(Eigen3 3.4 QUIET NO_MODULE)
         if(NOT Eigen3_FOUND)

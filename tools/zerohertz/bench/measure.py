@@ -30,7 +30,7 @@ DURATION_S = {"averaged": 60.0, "switched": 15.0}
 # Counted between these control periods of the scenario: loaded, at 300 min^-1, in state RUN.
 COUNT_FROM, COUNT_TO = 11_500, 14_500
 COUNTED = "unit_control_period"
-TARGET = "control_period_count"
+TARGET = "zh_control_period_count"
 
 Say = Callable[[str], None]
 

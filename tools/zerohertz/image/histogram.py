@@ -20,7 +20,7 @@ from zerohertz.image import cycles, stack
 from zerohertz.image.loop import PilRun, run
 
 SLOTS = 16
-_PLUGIN = "instruction_count"
+_PLUGIN = "zh_instruction_count"
 _BASE = 0x0040_0000  # of the code: hal/qemu_mps2/memory.ld
 _COUNTED = "counted_interrupt"  # hal/qemu_mps2/main.c
 _CALL = re.compile(rf"^ +[0-9a-f]+:\tbl\t([0-9a-f]+) <{_COUNTED}>\n +([0-9a-f]+):", re.MULTILINE)

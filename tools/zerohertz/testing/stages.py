@@ -212,7 +212,7 @@ def _tidy(suffix: str) -> Callable[[Log], Outcome]:
 
 
 def _bits(log: Log) -> Outcome:
-    target = ("--target", "sil_variants", "--parallel", "2")
+    target = ("--target", "zh_sil_variants", "--parallel", "2")
     if log.run("cmake", "--build", "--preset", "host", *target) != 0:
         return Outcome(0, 1, "the build failed")
     name = "libzerohertz_sil"
