@@ -1,4 +1,4 @@
-"""Configuring on a machine that lacks something: what is missing, the remedy, and no lasting harm."""
+"""Configuring a machine that lacks something: what is missing, the remedy, no lasting harm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zerohertz.paths import ROOT
 
 CMAKE = shutil.which("cmake") or "cmake"
 # What a later `zh demo` builds takes a minute; this goes the same way in a second.
-TARGET = "gain_tables"
+TARGET = "zh_gain_tables"
 
 
 @pytest.fixture
