@@ -1,8 +1,8 @@
 """Rules of CONVENTIONS that no compiler checks, on the text of the firmware.
 
-Direction of includes (2), freestanding C and nothing but sqrtf of the maths library (5), no heap,
-no hidden state, no goto, no function pointer (3). What slips through as text is caught once more
-in the object files (object_rules).
+Freestanding C and nothing but sqrtf of the maths library (5), no heap, no hidden state, no goto, no
+function pointer (3). What slips through as text is caught once more in the object files
+(object_rules). Includes: include_rules.
 """
 
 from __future__ import annotations
@@ -10,42 +10,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from zerohertz.c_source import Token, includes, tokens
+from zerohertz.c_source import Token, tokens
 
-# Folder -> folders whose headers it may include (CONVENTIONS 2).
-_BASE = "firmware/law/base"
-_ESTIMATOR = "firmware/law/estimator/hasegawa"
-_ROOMS = (
-    "firmware/law/measurement",
-    _ESTIMATOR,
-    "firmware/law/confidence",
-    "firmware/law/reference",
-    "firmware/law/mode",
-    "firmware/law/voltage",
-)
-_LAW = (_BASE, *_ROOMS, "firmware/law", "firmware/guard")
-_SEQUENCE = ("firmware/sequence", *_LAW)
-_HOST = ("firmware/host", "firmware/parameters", _BASE)
-MAY_INCLUDE = {
-    _BASE: (_BASE,),
-    **{room: (room, _BASE) for room in _ROOMS},
-    "firmware/law/mode": ("firmware/law/mode", "firmware/law/reference", _BASE),
-    "firmware/law": _LAW,
-    "firmware/guard": ("firmware/guard", "firmware/law/measurement", _BASE),
-    "firmware/sequence": _SEQUENCE,
-    "firmware/parameters": ("firmware/parameters", _BASE),
-    "firmware/host": (*_HOST, _ESTIMATOR),
-    "firmware/unit": ("firmware/unit", *_SEQUENCE, *_HOST, "hal/include"),
-    "hal/include": ("hal/include",),
-}
-# A background service works on devices, as one struct of operations (CONVENTIONS 9).
-ALSO = {"firmware/host": ("hal_devices.h",)}
-# <stdatomic.h> for the fence of handover.h, which holds the compiler and is no instruction.
-# <math.h> for sqrtf and fabsf alone, exact and one instruction each: any other function of it is
-# refused by name and by object_rules.
-SYSTEM_HEADERS = {
-    f"<{name}.h>" for name in "float limits math stdatomic stdbool stddef stdint".split()
-}
+FOLDERS = ("firmware", "hal/include")
 
 _HEAP = "malloc calloc realloc free alloca aligned_alloc"
 _STDIO = "printf fprintf sprintf snprintf vprintf puts putchar scanf fopen"
@@ -68,51 +35,38 @@ FORBIDDEN = {
 
 def check_tree(root: Path) -> list[str]:
     """Every breach below `root`, as `file:line: what is wrong`."""
-    folder_of = {
-        header.name: folder
-        for folder in MAY_INCLUDE
-        for header in sorted((root / folder).glob("*.h")) + sorted((root / folder).glob("*.def"))
-    }
-    breaches = []
-    for folder in MAY_INCLUDE:
-        files = sorted((root / folder).glob("*.[ch]")) + sorted((root / folder).glob("*.def"))
-        for path in files:
-            where = path.relative_to(root)
-            found = check_text(path.read_text(), folder, folder_of)
-            breaches += [f"{where}:{line}: {what}" for line, what in sorted(found)]
-    return breaches
+    return [
+        f"{path.relative_to(root)}:{line}: {what}"
+        for path in _sources(root)
+        for line, what in sorted(
+            check_text(path.read_text(), pointers=path.is_relative_to(root / "hal"))
+        )
+    ]
 
 
 def files_checked(root: Path) -> int:
     """How many files check_tree reads; none means that the rules checked nothing."""
-    return sum(len(list((root / folder).glob("*.[ch]"))) for folder in MAY_INCLUDE)
+    return len(_sources(root))
 
 
-def check_text(text: str, folder: str, folder_of: dict[str, str]) -> list[tuple[int, str]]:
-    """Breaches in one file of `folder`; `folder_of` tells where a header lies."""
+def check_text(text: str, pointers: bool = False) -> list[tuple[int, str]]:
+    """Breaches in one file, which may hold function pointers or not."""
     code = tokens(text)
     return [
-        *_bad_includes(text, folder, folder_of),
         *_bad_names(code),
         *_bad_literals(code),
         *_mutable_statics(code),
-        *(_function_pointers(code) if folder != "hal/include" else []),
+        *([] if pointers else _function_pointers(code)),
     ]
 
 
-def _bad_includes(text: str, folder: str, folder_of: dict[str, str]) -> list[tuple[int, str]]:
-    found = []
-    for line, name in includes(text):
-        if name.startswith("<"):
-            if name not in SYSTEM_HEADERS:
-                found.append((line, f"{folder} may not include {name}: not freestanding"))
-            continue
-        home = folder_of.get(name.strip('"'))
-        if home is None:
-            found.append((line, f"{name} is in none of {', '.join(MAY_INCLUDE)}"))
-        elif home not in MAY_INCLUDE[folder] and name.strip('"') not in ALSO.get(folder, ()):
-            found.append((line, f"{folder} may not include {name} of {home}"))
-    return found
+def _sources(root: Path) -> list[Path]:
+    return sorted(
+        path
+        for folder in FOLDERS
+        for path in (root / folder).rglob("*")
+        if path.suffix in (".c", ".h", ".def")
+    )
 
 
 def _bad_names(code: list[Token]) -> list[tuple[int, str]]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from zerohertz.paths import BUILD, ROOT
-from zerohertz.testing import object_rules, source_rules
+from zerohertz.testing import include_rules, object_rules, shape, source_rules
 from zerohertz.testing.counts import junit_outcome
 from zerohertz.testing.misra import cppcheck_suppressions, notices
 from zerohertz.testing.stage import Log, Outcome, Stage
@@ -88,9 +88,10 @@ def all_stages() -> list[Stage]:
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
         Stage("shell", "shellcheck", _shell, quick=True),
+        Stage("shape", "size of functions and files, layers, include cycles", _shape, quick=True),
         Stage(
             "rules",
-            "includes, identifiers, objects, nothing unbuilt",
+            "identifiers, objects, nothing unbuilt",
             _rules,
             needs=("build", "images"),
             quick=True,
@@ -236,11 +237,12 @@ def _generated(log: Log) -> Outcome:
 def _cppcheck(log: Log) -> Outcome:
     sources = c_files(("firmware", "hal/include"), (".c",))
     # Absolute, as the sources are: a header found by two paths would define its types twice.
-    folders = source_rules.MAY_INCLUDE
+    headers = c_files(("firmware", "hal/include"), (".h", ".def"))
+    folders = sorted({header.parent for header in headers})
     command = (
         *("cppcheck", "--std=c11", "--quiet", "--addon=misra", "--inline-suppr", "-j", "1"),
         *("--enable=warning,style,performance,portability", "--error-exitcode=1"),
-        *(f"-I{ROOT / folder}" for folder in folders),
+        *(f"-I{folder}" for folder in folders),
         "--suppress=missingIncludeSystem",
         *cppcheck_suppressions(ROOT / "firmware" / "misra_deviations.txt"),
     )
@@ -265,6 +267,17 @@ def _shell(log: Log) -> Outcome:
     return log.check(("shellcheck", *SHELL_SCRIPTS))
 
 
+def _shape(log: Log) -> Outcome:
+    if shape.files_checked(ROOT) == 0:
+        return Outcome(0, 1, "no source found")
+    return _no_breaches(
+        log,
+        shape.check_tree(ROOT),
+        include_rules.check_layers(ROOT),
+        include_rules.check_cycles(ROOT),
+    )
+
+
 def _rules(log: Log) -> Outcome:
     if source_rules.files_checked(ROOT) == 0:
         return Outcome(0, 1, "no source found")
@@ -273,11 +286,16 @@ def _rules(log: Log) -> Outcome:
         for preset in ("host", *IMAGES)
         for entry in json.loads((BUILD / preset / "compile_commands.json").read_text())
     ]
-    checks = (
+    return _no_breaches(
+        log,
         source_rules.check_tree(ROOT),
         object_rules.check_build(BUILD / "host"),
         unbuilt(c_files(suffixes=(".c", ".cpp")), database),
     )
+
+
+def _no_breaches(log: Log, *checks: list[str]) -> Outcome:
+    """One check for each list of breaches, which has to be empty."""
     breaches = [breach for check in checks for breach in check]
     for breach in breaches:
         log.write(breach)
