@@ -57,7 +57,7 @@ def test_the_image_answers_as_the_sil_does() -> None:
     found: dict[str, Any] = {}
 
     def ask(socket: Path) -> None:
-        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+        with Client(UnixLine(socket), timeout_s=300.0) as drive:
             found["text"] = drive.identity.text
             found["table"] = drive.identity.table_crc32c
             found["parameters"] = {p.name: (p.unit, p.initial) for p in drive.parameters.values()}
@@ -88,7 +88,7 @@ def test_the_image_saves_and_guards_its_parameters() -> None:
     found: dict[str, Any] = {}
 
     def ask(socket: Path) -> None:
-        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+        with Client(UnixLine(socket), timeout_s=300.0) as drive:
             found["before"] = drive.store().found
             with contextlib.suppress(UserError):
                 drive.set("Rs_ohm", 1.5)
@@ -119,14 +119,14 @@ def test_the_fault_record_survives_a_reset() -> None:
     found: dict[str, Any] = {}
 
     def trip(socket: Path) -> None:
-        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+        with Client(UnixLine(socket), timeout_s=300.0) as drive:
             while (record := drive.fault_record()) is None:
                 pass
             found["first"] = record
             found["ram"] = save_memory(socket.parent, address, size)
 
     def ask(socket: Path) -> None:
-        with Client(UnixLine(socket), timeout_s=10.0) as drive:
+        with Client(UnixLine(socket), timeout_s=300.0) as drive:
             found["second"] = drive.fault_record()
 
     job = dataclasses.replace(long_job(**{"scenario.duration_s": 10.0}), firmware={"i_trip_A": 2.0})

@@ -24,7 +24,7 @@ def zh(*words: str) -> subprocess.CompletedProcess[str]:
         cwd=ROOT / "tools",
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
     )
 
 
@@ -142,7 +142,7 @@ def test_the_launcher_refuses_an_unknown_stage_before_it_sets_anything_up(tmp_pa
         ["sh", str(tools / "zh"), "test", "--only", "unit,nosuch"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
     )
     assert done.returncode == 2
     assert done.stderr.startswith("error: --only: no stage 'nosuch'; there are build, images, ")
@@ -208,7 +208,7 @@ def test_the_launcher_asks_for_packages_where_it_cannot_install(tmp_path):
         env={"PATH": str(programs)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
     )
     assert done.returncode == 2
     assert "error: this is not a Debian system" in done.stderr

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from zerohertz.campaign import mutation_bench
 from zerohertz.campaign.mutants import mutants
 from zerohertz.campaign.mutation import Change, Result, all_mutants, draw, read_accepted
 from zerohertz.errors import UserError
@@ -81,9 +82,21 @@ def test_a_sample_depends_on_the_seed_alone():
 @pytest.mark.parametrize(("option", "value"), [("--sample", "-3"), ("--jobs", "0")])
 def test_a_senseless_number_is_refused(option, value):
     words = [sys.executable, ROOT / "tools" / "mutate.py", option, value]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=600)
     assert done.returncode == 2
     assert done.stderr.startswith(f"error: {option}: is {value}")
+
+
+@pytest.mark.parametrize(
+    ("script", "passes"),
+    [("exit 0", True), ("exit 1", False), ("kill -SEGV $$", False), ("while :; do :; done", False)],
+)
+def test_a_test_that_fails_crashes_or_loops_kills_the_mutant(tmp_path, monkeypatch, script, passes):
+    monkeypatch.setattr(mutation_bench, "TEST_CPU_LIMIT_S", 1)
+    program = tmp_path / "test"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    assert mutation_bench._passes(program) == passes
 
 
 def test_the_core_has_mutants_and_an_unknown_file_is_an_error():

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from zerohertz.errors import UserError
-from zerohertz.testing.counts import junit_outcome
+from zerohertz.testing import watchdog
+from zerohertz.testing.counts import TimedTest, junit_outcome, slowest_tests
 from zerohertz.testing.misra import cppcheck_suppressions, notices
 from zerohertz.testing.runner import run_stages
 from zerohertz.testing.stage import Log, Outcome, Stage
 from zerohertz.testing.stages import all_stages, coverage_outcome, unbuilt
+from zerohertz.testing.watchdog import StoppedError
 
 
 def run(stages, tmp_path):
@@ -96,6 +99,31 @@ def test_junit_cases_are_counted(tmp_path, cases, expected):
 
 def test_no_junit_file_is_a_failure(tmp_path):
     assert junit_outcome(tmp_path / "none.xml").failed == 1
+
+
+def test_the_slowest_tests_of_this_run_come_first(tmp_path):
+    def junit(name: str, *cases: str) -> None:
+        text = "".join(f"<testcase {case}/>" for case in cases)
+        (tmp_path / f"{name}.xml").write_text(f"<testsuite>{text}</testsuite>")
+
+    junit("ctest-unit", *(f'name="unit.{i}" classname="unit.{i}" time="0.{i}"' for i in range(9)))
+    junit("pytest-tools", 'name="test_x" classname="tools.test_sim" time="7.5"', 'name="n"')
+    junit("ctest-old", 'name="of an earlier run" time="99"')
+    os.utime(tmp_path / "ctest-old.xml", (1.0, 1.0))
+    slowest = slowest_tests(tmp_path, since=2.0)
+    assert len(slowest) == 10
+    assert slowest[0] == TimedTest("pytest-tools", "tools.test_sim.test_x", 7.5)
+    assert slowest[1] == TimedTest("ctest-unit", "unit.8", 0.8)
+
+
+def test_a_command_that_hangs_fails_its_check(tmp_path, monkeypatch):
+    def hangs(process, output):
+        process.wait()
+        raise StoppedError("stopped: it hangs")
+
+    monkeypatch.setattr(watchdog, "wait", hangs)
+    assert Log(tmp_path / "x.log").check(("true",)) == Outcome(0, 1)
+    assert "true: stopped: it hangs" in (tmp_path / "x.log").read_text()
 
 
 def coverage(lines: int, branches: int) -> dict:

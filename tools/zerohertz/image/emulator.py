@@ -22,7 +22,7 @@ EXIT_DONE = 50  # hal/qemu_mps2/main.c
 # One instruction is 64 ns of the emulated clock, so that timers count instructions exactly.
 NS_PER_INSTRUCTION = 64
 _ICOUNT = ("-icount", "shift=6,sleep=off")
-_PATIENCE_S = 30.0
+_PATIENCE_S = 300.0  # a hung emulator, not a loaded machine
 
 
 @dataclass

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import os
 import sys
+import time
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
 from zerohertz.console import short_paths
+from zerohertz.testing.counts import TimedTest, slowest_tests
 from zerohertz.testing.runner import run_stages
 from zerohertz.testing.selection import select
 from zerohertz.testing.stage import Report, Stage, Stopwatch
@@ -36,7 +39,7 @@ def register(app: typer.Typer) -> None:
         """Build with gcc and clang, run all tests and every check; exit 1 if one fails."""
         out = sys.stderr if as_json else sys.stdout
         stages = select(all_stages(), quick, only)
-        watch = Stopwatch()
+        watch, since = Stopwatch(), time.time()
         live = _Live(out, len(stages))
         reports = run_stages(stages, LOGS, _cores(), live.started, live.ended)
         passed = sum(report.outcome.passed for report in reports)
@@ -44,8 +47,10 @@ def register(app: typer.Typer) -> None:
         for report in reports:
             if not report.ok:
                 _show_log(report, out)
+        slowest = slowest_tests(LOGS, since)
         if as_json:
-            print(json.dumps(_as_dict(reports, passed, failed, watch.read()), indent=2))
+            print(json.dumps(_as_dict(reports, slowest, watch.read()), indent=2))
+        _show_slowest(slowest, out)
         logs = short_paths(LOGS)
         print(f"\n{len(reports)} stages in {watch.read():.0f} s; logs in {logs}", file=out)
         # The closing line that CI reads: alone on its line, and the last.
@@ -102,11 +107,19 @@ def _show_log(report: Report, out) -> None:
     print("\n".join(lines[-LOG_LINES_SHOWN:]), file=out)
 
 
-def _as_dict(reports: list[Report], passed: int, failed: int, seconds: float) -> dict:
+def _show_slowest(slowest: list[TimedTest], out) -> None:
+    if slowest:
+        print("\nslowest tests:", file=out)
+    for test in slowest:
+        print(f"{test.seconds:8.1f} s  {test.run}: {test.name}", file=out)
+
+
+def _as_dict(reports: list[Report], slowest: list[TimedTest], seconds: float) -> dict:
     return {
-        "passed": passed,
-        "failed": failed,
+        "passed": sum(report.outcome.passed for report in reports),
+        "failed": sum(report.outcome.failed for report in reports),
         "seconds": round(seconds, 1),
+        "slowest": [asdict(test) for test in slowest],
         "stages": {
             report.stage.name: {
                 "ok": report.ok,

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from zerohertz.paths import ROOT
-
-STAGE_TIMEOUT_S = 1500.0
+from zerohertz.testing import watchdog
 
 
 @dataclass(frozen=True)
@@ -35,26 +34,23 @@ class Log:
         with self.path.open("a") as file:
             file.write(text.rstrip("\n") + "\n")
 
-    def run(self, *command: str | Path, timeout_s: float = STAGE_TIMEOUT_S) -> int:
+    def run(self, *command: str | Path) -> int:
         """Run a command in the checkout; its output goes to the log. Returns its exit code."""
         words = [str(word) for word in command]
         self.write("$ " + " ".join(words))
         with self.path.open("a") as file:
             try:
-                return subprocess.run(
-                    words,
-                    cwd=ROOT,
-                    stdin=subprocess.DEVNULL,
-                    stdout=file,
-                    stderr=subprocess.STDOUT,
-                    timeout=timeout_s,
-                ).returncode
+                process = subprocess.Popen(
+                    words, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT
+                )
             except FileNotFoundError:
                 file.write(f"{words[0]}: not installed; run tools/zh setup\n")
                 return 127
-            except subprocess.TimeoutExpired:
-                file.write(f"{words[0]}: stopped after {timeout_s:.0f} s\n")
-                return 124
+        try:
+            return watchdog.wait(process, self.path)
+        except watchdog.StoppedError as stopped:
+            self.write(f"{words[0]}: {stopped}")
+            return 124
 
     def check(self, *commands: tuple[str | Path, ...]) -> Outcome:
         """One check per command: passed where it exits with 0."""
