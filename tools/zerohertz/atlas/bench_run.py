@@ -155,17 +155,14 @@ def judge(record: sim.Record, duration_s: float, limit_rpm: float, from_s: float
     ends_early = len(t_s) == 0 or t_s[-1] < duration_s - 0.1
     watched = (t_s >= from_s) & ~declared
     worst = float(error[watched].max()) if watched.any() else None
-    within = bool(np.all(error[watched] <= limit_rpm))
     if not started(record):
         verdict = Verdict.FAILED_START
     elif len(gone) and off[gone[0]] and record.first_fault:
         verdict = Verdict.SAFE_STOP
     elif len(gone) or ends_early:
         verdict = Verdict.LOST
-    elif not within:
-        verdict = Verdict.OFF_LIMIT
     else:
-        verdict = Verdict.TAKEOVER if declared.any() else Verdict.HELD
+        verdict = _not_lost(error[watched], limit_rpm, declared)
     return Judged(
         verdict=verdict,
         worst_rpm=worst,
@@ -174,3 +171,12 @@ def judge(record: sim.Record, duration_s: float, limit_rpm: float, from_s: float
         flux_angle_worst_deg=float(np.abs(record["flux_angle_err_deg"][on]).max(initial=0.0)),
         f_s_abs_min_Hz=float(np.abs(record["f_s_Hz"][on]).min(initial=np.inf)),
     )
+
+
+def _not_lost(
+    error_rpm: NDArray[np.float64], limit_rpm: float, declared: NDArray[np.bool_]
+) -> Verdict:
+    """Of a run with torque to its end: the errors that count, and where a take-over is declared."""
+    if not np.all(error_rpm <= limit_rpm):
+        return Verdict.OFF_LIMIT
+    return Verdict.TAKEOVER if declared.any() else Verdict.HELD

@@ -126,15 +126,11 @@ def judge(trace: Trace, loaded_s: float, judged_s: float, i_trip_A: float, trip:
     begun = started(trace)
     torque = bool(np.all(trace.gates_on[loaded] > 0)) and complete and not trip and begun
     near = torque and worst_rpm <= FAR_RPM
-    held = near and abs(mean_rpm) < MEAN_ERROR_RPM and std_rpm < STD_RPM
-    if held:
+    if near and abs(mean_rpm) < MEAN_ERROR_RPM and std_rpm < STD_RPM:
         outcome = Outcome.ORIENTED if share >= ORIENTED_SHARE else Outcome.HELD
-    elif near and bool(np.any(trace.confidence[window] == Confidence.IMPRESSED)):
-        outcome = Outcome.TAKEOVER
-    elif stopped_safely(trace, i_trip_A) and not trip:
-        outcome = Outcome.SAFE_STOP
     else:
-        outcome = Outcome.UNSAFE
+        impressed = bool(np.any(trace.confidence[window] == Confidence.IMPRESSED))
+        outcome = _not_held(trace, near and impressed, i_trip_A, trip)
     return Judgement(
         outcome=outcome.value,
         silent=silent_s > SILENT_S,
@@ -146,6 +142,13 @@ def judge(trace: Trace, loaded_s: float, judged_s: float, i_trip_A: float, trip:
         lost_silent_s=silent_s,
         **_shares(trace, running),
     )
+
+
+def _not_held(trace: Trace, taken_over: bool, i_trip_A: float, trip: bool) -> Outcome:
+    if taken_over:
+        return Outcome.TAKEOVER
+    safe = stopped_safely(trace, i_trip_A) and not trip
+    return Outcome.SAFE_STOP if safe else Outcome.UNSAFE
 
 
 def started(trace: Trace) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import time
 from pathlib import Path
@@ -15,8 +16,64 @@ from zerohertz.paths import BUILD
 
 if TYPE_CHECKING:
     from zerohertz.atlas.run import Means
+    from zerohertz.atlas.simulate import Bench
+    from zerohertz.scenario.setup import Setup
 
 VOLTAGE = {"sensors": 0, "duty": 1}
+
+
+NamesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="NAME", help="Recipes of --means, configurations of --compare."),
+]
+ConfigOption = Annotated[
+    str, typer.Option(help="recommended, paper, no_gain, or a TOML file like theirs.")
+]
+StandardOption = Annotated[
+    bool, typer.Option("--standard", help="Maps i, ii and drift, and test R.")
+]
+MapsOption = Annotated[
+    list[str] | None, typer.Option("--map", help="i, ii, drift, rr or m; may be repeated.")
+]
+RandomOption = Annotated[int, typer.Option(min=0, help="A sample of N points off the grid.")]
+LoadedOption = Annotated[
+    float, typer.Option(min=2.0, max=600.0, help="Of the sample: seconds under load.")
+]
+SetsOption = Annotated[
+    list[str] | None, typer.Option("--set", help="Firmware parameter name=value, last word.")
+]
+PlantOption = Annotated[
+    list[str] | None,
+    typer.Option(help="Rig or board section.key=value, for example inverter.model=switched."),
+]
+VariationOption = Annotated[
+    str | None, typer.Option(help="Another plant by name, or all (atlas/variations.py).")
+]
+VoltageOption = Annotated[
+    str | None, typer.Option(help="Voltage the observer uses: sensors or duty.")
+]
+WorkersOption = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
+SchedulerOption = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler, instead of --workers.")
+]
+FreshOption = Annotated[
+    bool, typer.Option("--fresh/--resume", help="Run everything again, or only what is missing.")
+]
+ThroughputOption = Annotated[
+    bool, typer.Option("--throughput", help="Measure points per second, and stop.")
+]
+MeansOption = Annotated[
+    bool, typer.Option("--means", help="What each mean is worth (atlas/means.py), and stop.")
+]
+CompareOption = Annotated[
+    bool, typer.Option("--compare", help="Maps of configurations in one picture, and stop.")
+]
+CountOption = Annotated[
+    int, typer.Option("--points", min=0, help="Of --means: so many of each map; 0: all.")
+]
+WriteOption = Annotated[
+    bool, typer.Option("--write", help="Of --means, --compare: to tools/docs, for a commit.")
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -25,61 +82,26 @@ def register(app: typer.Typer) -> None:
 
 
 def atlas(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="NAME", help="Recipes of --means, configurations of --compare."),
-    ] = None,
-    config: Annotated[
-        str, typer.Option(help="recommended, paper, no_gain, or a TOML file like theirs.")
-    ] = "recommended",
-    standard: Annotated[
-        bool, typer.Option("--standard", help="Maps i, ii and drift, and test R.")
-    ] = False,
-    maps: Annotated[
-        list[str] | None, typer.Option("--map", help="i, ii, drift, rr or m; may be repeated.")
-    ] = None,
-    random: Annotated[int, typer.Option(min=0, help="A sample of N points off the grid.")] = 0,
+    names: NamesArgument = None,
+    config: ConfigOption = "recommended",
+    standard: StandardOption = False,
+    maps: MapsOption = None,
+    random: RandomOption = 0,
     seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 1,
-    loaded: Annotated[
-        float, typer.Option(min=2.0, max=600.0, help="Of the sample: seconds under load.")
-    ] = 12.0,
-    sets: Annotated[
-        list[str] | None, typer.Option("--set", help="Firmware parameter name=value, last word.")
-    ] = None,
-    plant: Annotated[
-        list[str] | None,
-        typer.Option(help="Rig or board section.key=value, for example inverter.model=switched."),
-    ] = None,
-    variation: Annotated[
-        str | None, typer.Option(help="Another plant by name, or all (atlas/variations.py).")
-    ] = None,
-    voltage: Annotated[
-        str | None, typer.Option(help="Voltage the observer uses: sensors or duty.")
-    ] = None,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-    scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, instead of --workers.")
-    ] = None,
+    loaded: LoadedOption = 12.0,
+    sets: SetsOption = None,
+    plant: PlantOption = None,
+    variation: VariationOption = None,
+    voltage: VoltageOption = None,
+    workers: WorkersOption = 2,
+    scheduler: SchedulerOption = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
-    fresh: Annotated[
-        bool,
-        typer.Option("--fresh/--resume", help="Run everything again, or only what is missing."),
-    ] = False,
-    throughput: Annotated[
-        bool, typer.Option("--throughput", help="Measure points per second, and stop.")
-    ] = False,
-    means: Annotated[
-        bool, typer.Option("--means", help="What each mean is worth (atlas/means.py), and stop.")
-    ] = False,
-    compare: Annotated[
-        bool, typer.Option("--compare", help="Maps of configurations in one picture, and stop.")
-    ] = False,
-    count: Annotated[
-        int, typer.Option("--points", min=0, help="Of --means: so many of each map; 0: all.")
-    ] = 0,
-    write: Annotated[
-        bool, typer.Option("--write", help="Of --means, --compare: to tools/docs, for a commit.")
-    ] = False,
+    fresh: FreshOption = False,
+    throughput: ThroughputOption = False,
+    means: MeansOption = False,
+    compare: CompareOption = False,
+    count: CountOption = 0,
+    write: WriteOption = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Run the real firmware over a map of speed x load x errors, and class every point.
@@ -88,40 +110,27 @@ def atlas(
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.atlas import output
-    from zerohertz.atlas.run import Means, run_map
-    from zerohertz.atlas.variations import benches
-    from zerohertz.scenario.setup import load_setup
+    from zerohertz.atlas.run import Means
 
     began = time.monotonic()
     if means or compare:
         folder = out or BUILD / "atlas" / ("means" if means else "")
         how = Means(folder, workers, scheduler, fresh)
         if means:
-            _means(names or [], how, count, write, as_json)
+            _means(names, how, count, write, as_json)
         else:
-            _compare(names or [], how, maps or [], write)
+            _compare(names, how, maps, write)
         return
     if names:
         raise UserError(f"'{names[0]}': names go with --means or --compare")
-    firmware = _firmware(sets or [], voltage)
-    setup = load_setup(config)
-    overrides = _assignments("--plant", plant or [], numbers=False)
-    plants = benches(setup, firmware, overrides, variation)
+    setup, plants = _plants(config, _firmware(sets, voltage), plant, variation)
     bench = next(iter(plants.values()))
     if throughput:
         output.print_throughput(bench, workers, as_json)
         return
-    chosen = _chosen(standard, maps or [], random, seed, loaded)
-    folder = out or BUILD / "atlas" / "-".join(filter(None, (setup.name, voltage)))
-    if variation is not None:
-        folder = folder / "variations"
-    results = {}
-    for other, on in plants.items():
-        how = Means(folder / other, workers, scheduler, fresh)
-        for points in chosen:
-            name = "/".join(filter(None, (other, points[0].map)))
-            with progress_bar(name, len(points)) as progress:
-                results[name] = run_map(on, points, how, tell, progress)
+    chosen = _chosen(standard, maps, random, seed, loaded)
+    folder = out or _folder(setup.name, voltage, variation)
+    results = _run_maps(plants, chosen, Means(folder, workers, scheduler, fresh))
     test_R = output.test_R(setup, bench, workers) if standard else None
     content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:
@@ -131,13 +140,47 @@ def atlas(
         tell(f"rows, PNG and HTML: {short_paths(folder)}/*/")
 
 
-def _means(names: list[str], how: Means, points: int, write: bool, as_json: bool) -> None:
+def _plants(
+    config: str, firmware: dict[str, Any], plant: list[str] | None, variation: str | None
+) -> tuple[Setup, dict[str, Bench]]:
+    """The configuration, and the plants that its firmware meets, by name."""
+    from zerohertz.atlas.variations import benches
+    from zerohertz.scenario.setup import load_setup
+
+    setup = load_setup(config)
+    overrides = _assignments("--plant", plant or [], numbers=False)
+    return setup, benches(setup, firmware, overrides, variation)
+
+
+def _folder(config: str, voltage: str | None, variation: str | None) -> Path:
+    folder = BUILD / "atlas" / "-".join(filter(None, (config, voltage)))
+    return folder / "variations" if variation is not None else folder
+
+
+def _run_maps(
+    plants: dict[str, Bench], chosen: list[Any], means: Means
+) -> dict[str, list[dict[str, Any]]]:
+    """The rows of each map on each plant."""
+    from zerohertz.atlas.run import run_map
+
+    results = {}
+    for other, on in plants.items():
+        how = dataclasses.replace(means, out=means.out / other)
+        for points in chosen:
+            name = "/".join(filter(None, (other, points[0].map)))
+            with progress_bar(name, len(points)) as progress:
+                results[name] = run_map(on, points, how, tell, progress)
+    return results
+
+
+def _means(chosen: list[str] | None, how: Means, points: int, write: bool, as_json: bool) -> None:
     from zerohertz.atlas import means_table
     from zerohertz.atlas.means import recipes
 
     if write and points:
         raise UserError("--write: the page has every point; leave out --points")
     began = time.monotonic()
+    names = chosen or []
     found = list(means_table.run_recipes(recipes(names), points, how, tell, progress_bar))
     if write:
         means_table.write_page(found, names)
@@ -147,31 +190,33 @@ def _means(names: list[str], how: Means, points: int, write: bool, as_json: bool
         means_table.print_table(found)
 
 
-def _compare(names: list[str], how: Means, maps: list[str], write: bool) -> None:
+def _compare(names: list[str] | None, how: Means, maps: list[str] | None, write: bool) -> None:
     from zerohertz.atlas import compare
     from zerohertz.paths import ROOT
 
-    if len(maps) > 1:
+    name, *more = maps or ["i"]
+    if more:
         raise UserError("--map: --compare draws one")
-    name = maps[0] if maps else "i"
     rows = compare.run(names or list(compare.CONFIGS), name, how, tell, progress_bar)
     path = ROOT / "tools" / "docs" / "atlas.png" if write else how.out / "compare.png"
     compare.write_png(path, rows)
     tell(f"{short_paths(path)}: {path.stat().st_size / 1000:.0f} kB")
 
 
-def _firmware(lines: list[str], voltage: str | None) -> dict[str, Any]:
+def _firmware(lines: list[str] | None, voltage: str | None) -> dict[str, Any]:
     if voltage is not None and voltage not in VOLTAGE:
         raise UserError(f"--voltage: '{voltage}': give sensors or duty")
     chosen = {} if voltage is None else {"voltage_source": VOLTAGE[voltage]}
-    return chosen | _assignments("--set", lines, numbers=True)
+    return chosen | _assignments("--set", lines or [], numbers=True)
 
 
-def _chosen(standard: bool, maps: list[str], random: int, seed: int, loaded_s: float) -> list[Any]:
+def _chosen(
+    standard: bool, maps: list[str] | None, random: int, seed: int, loaded_s: float
+) -> list[Any]:
     """The points of every map asked for, each map once."""
     from zerohertz.atlas.points import STANDARD, random_sample, standard_map
 
-    names = [*(STANDARD if standard else ()), *maps]
+    names = [*(STANDARD if standard else ()), *(maps or ())]
     if not names and not random:
         names = ["map_i"]
     chosen = {points[0].map: points for points in map(standard_map, names)}

@@ -227,13 +227,21 @@ def summary_of_losses(runs: Iterable[Found]) -> dict[str, Any]:
         "not_lost": sum(r.first_lost_s is None for r in runs),
         "above_1Hz": _delays(above),
         "below_1Hz": _delays(below),
-        "silent": sum(r.silent_s > SILENT_S for r in runs),
-        "worst_silent_ms": _ms(max(r.silent_s for r in runs)),
-        "figures": {
-            name: _figure([r for r in runs if r.name == name])
-            for name in dict.fromkeys(r.name for r in runs)
-        },
+        **_silence([r.silent_s for r in runs]),
+        "figures": _by_figure(runs),
     }
+
+
+def _silence(silent_s: list[float]) -> dict[str, Any]:
+    return {
+        "silent": sum(s > SILENT_S for s in silent_s),
+        "worst_silent_ms": _ms(max(silent_s, default=0.0)),
+    }
+
+
+def _by_figure(runs: list[Found]) -> dict[str, Any]:
+    names = dict.fromkeys(r.name for r in runs)
+    return {name: _figure([r for r in runs if r.name == name]) for name in names}
 
 
 def _figure(runs: list[Found]) -> dict[str, Any]:
@@ -268,8 +276,8 @@ def summary_of_missions(missions: Iterable[Quiet]) -> dict[str, Any]:
     """False alarms over the missions that stayed oriented; silence over all."""
     every = list(missions)
     good = [m for m in every if m.oriented]
-    point_s = sum(m.point_s for m in good)
-    closed_s = sum(m.closed_s for m in good)
+    point_closed_s = sum(m.point_closed_s for m in good)
+    bound_held_s = sum(m.bound_held_s for m in good)
     return {
         "missions": len(every),
         "oriented": len(good),
@@ -277,15 +285,14 @@ def summary_of_missions(missions: Iterable[Quiet]) -> dict[str, Any]:
         "loss_alarms": sum(m.loss_alarms for m in good),
         "unsure_above_1Hz": sum(m.unsure_alarms for m in good),
         "impressed": sum(m.impressed for m in good),
-        "closed_share_above_1Hz": round(sum(m.point_closed_s for m in good) / point_s, 4)
-        if point_s
-        else None,
-        "bound_held_share": round(sum(m.bound_held_s for m in good) / closed_s, 4)
-        if closed_s
-        else None,
-        "silent": sum(m.silent_s > SILENT_S for m in every),
-        "worst_silent_ms": _ms(max((m.silent_s for m in every), default=0.0)),
+        "closed_share_above_1Hz": _share(point_closed_s, sum(m.point_s for m in good)),
+        "bound_held_share": _share(bound_held_s, sum(m.closed_s for m in good)),
+        **_silence([m.silent_s for m in every]),
     }
+
+
+def _share(part_s: float, whole_s: float) -> float | None:
+    return round(part_s / whole_s, 4) if whole_s else None
 
 
 def meets(result: dict[str, Any]) -> bool:

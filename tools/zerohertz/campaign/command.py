@@ -28,107 +28,108 @@ def register(app: typer.Typer) -> None:
 
     register_campaign(campaign)
 
-    @campaign.command("mutation")
-    def mutation(
-        folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware/law",
-        sample: Annotated[int, typer.Option(min=0, help="How many mutants; 0: all.")] = 0,
-        seed: Annotated[int, typer.Option(help="Of the sample.")] = 2005,
-        minimum: Annotated[float, typer.Option(help="Score to reach.")] = 0.95,
-        as_json: Annotated[
-            bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
-        ] = False,
-        output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
-    ) -> None:
-        """Do the unit tests notice every small, wrong change of the control law?"""
-        request = Request(folder=folder, sample=sample, seed=seed, minimum=minimum)
-        result, good = run_and_show(request, output, sys.stderr if as_json else sys.stdout)
-        if as_json:
-            print(json.dumps(as_dict(request, result), indent=2))
-        raise typer.Exit(0 if good else 1)
-
-    @campaign.command("powercut")
-    def powercut(
-        triple: Annotated[int, typer.Option(min=1, help="Random triple cuts.")] = 1_000_000,
-        seed: Annotated[int, typer.Option(min=0, help="Of all that is random.")] = 2005,
-        jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
-        write: Annotated[bool, typer.Option(help="Write tools/docs/powercut.md.")] = False,
-        as_json: Annotated[
-            bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
-        ] = False,
-    ) -> None:
-        """Do the stored parameters survive the power going at any moment?"""
-
-        def show(row: cuts.Row) -> None:
-            text = f"{row.what}, unit of {row.unit_bytes} bytes: {row.runs} runs"
-            print(f"{text}, {row.failed} failed", file=sys.stderr if as_json else sys.stdout)
-
-        rows = cuts.run_all(triple, seed, jobs, show)
-        if write:
-            cuts.PAGE.write_text(cuts.page_text(rows, triple, seed), encoding="utf-8")
-        if as_json:
-            print(json.dumps({"seed": seed, "runs": [asdict(row) for row in rows]}, indent=2))
-        raise typer.Exit(0 if cuts.good(rows) else 1)
-
-    @campaign.command("fuzz")
-    def fuzz(
-        parser: Annotated[int, typer.Option(min=0, help="Inputs to the frame parser.")] = 10**8,
-        whole: Annotated[int, typer.Option(min=0, help="Inputs to the whole link.")] = 10**6,
-        sil: Annotated[int, typer.Option(min=0, help="Frames into the SIL drive.")] = 10**7,
-        image: Annotated[int, typer.Option(min=0, help="Frames into the image.")] = 10**5,
-        seed: Annotated[int, typer.Option(min=1, help="Of all of them.")] = 2005,
-        as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-        output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
-    ) -> None:
-        """Does anything that a host can say break the link, or change a duty?"""
-        from zerohertz.campaign import fuzz as campaign_fuzz
-
-        tell = sys.stderr if as_json else sys.stdout
-        parts: list[campaign_fuzz.Part] = []
-        for part in campaign_fuzz.run_all(parser, whole, sil, image, seed):
-            parts.append(part)
-            word = "holds" if part.good else "DOES NOT HOLD"
-            said = f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}"
-            print("\n  ".join(filter(None, (said, part.note))), file=tell, flush=True)
-            if output is not None:
-                campaign_fuzz.write(output, campaign_fuzz.as_json(seed, parts))
-        if as_json:
-            print(campaign_fuzz.as_json(seed, parts))
-        raise typer.Exit(0 if all(part.good for part in parts) else 1)
-
-    _register_monitor(campaign)
+    campaign.command("mutation")(mutation)
+    campaign.command("powercut")(powercut)
+    campaign.command("fuzz")(fuzz)
+    campaign.command("monitor")(monitor)
 
 
-def _register_monitor(campaign: typer.Typer) -> None:
-    @campaign.command("monitor")
-    def monitor(
-        hours: Annotated[float, typer.Option(min=0.0, help="Without any fault; 0: none.")] = 10.0,
-        sample: Annotated[int, typer.Option(min=0, help="Cases of each group; 0: all.")] = 0,
-        seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 2005,
-        workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-        out: Annotated[Path | None, typer.Option(help="Folder of the rows.")] = None,
-        fresh: Annotated[
-            bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
-        ] = False,
-        write: Annotated[bool, typer.Option(help="Write tools/docs/monitor.md.")] = False,
-        as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-    ) -> None:
-        """Is everything that breaks noticed or harmless, and nothing noticed that is whole?"""
-        # Here and not above: other commands need not wait for numpy and pyarrow.
-        from zerohertz.atlas.run import Means
-        from zerohertz.campaign import monitor as watched
-        from zerohertz.paths import BUILD
+def mutation(
+    folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware/law",
+    sample: Annotated[int, typer.Option(min=0, help="How many mutants; 0: all.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of the sample.")] = 2005,
+    minimum: Annotated[float, typer.Option(help="Score to reach.")] = 0.95,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+    ] = False,
+    output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
+) -> None:
+    """Do the unit tests notice every small, wrong change of the control law?"""
+    request = Request(folder=folder, sample=sample, seed=seed, minimum=minimum)
+    result, good = run_and_show(request, output, sys.stderr if as_json else sys.stdout)
+    if as_json:
+        print(json.dumps(as_dict(request, result), indent=2))
+    raise typer.Exit(0 if good else 1)
 
-        if write and (sample or not hours):
-            raise UserError("--write: the page has every case and the quiet hours")
-        how = Means(out or BUILD / "monitor", workers, None, fresh)
-        result = watched.run_all(hours, sample, seed, how, tell, progress_bar)
-        if write:
-            command = f"tools/zh campaign monitor --hours {hours:g} --write"
-            watched.PAGE.write_text(watched.page_text(result, command), encoding="utf-8")
-        if as_json:
-            print(json.dumps(watched.as_dict(result), indent=2))
-        else:
-            for name, group in watched.as_dict(result)["groups"].items():
-                print(f"{name}: {group}")
-            print(f"nothing broken: {result.quiet}")
-        raise typer.Exit(0 if result.good else 1)
+
+def powercut(
+    triple: Annotated[int, typer.Option(min=1, help="Random triple cuts.")] = 1_000_000,
+    seed: Annotated[int, typer.Option(min=0, help="Of all that is random.")] = 2005,
+    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
+    write: Annotated[bool, typer.Option(help="Write tools/docs/powercut.md.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+    ] = False,
+) -> None:
+    """Do the stored parameters survive the power going at any moment?"""
+
+    def show(row: cuts.Row) -> None:
+        text = f"{row.what}, unit of {row.unit_bytes} bytes: {row.runs} runs"
+        print(f"{text}, {row.failed} failed", file=sys.stderr if as_json else sys.stdout)
+
+    rows = cuts.run_all(triple, seed, jobs, show)
+    if write:
+        cuts.PAGE.write_text(cuts.page_text(rows, triple, seed), encoding="utf-8")
+    if as_json:
+        print(json.dumps({"seed": seed, "runs": [asdict(row) for row in rows]}, indent=2))
+    raise typer.Exit(0 if cuts.good(rows) else 1)
+
+
+def fuzz(
+    parser: Annotated[int, typer.Option(min=0, help="Inputs to the frame parser.")] = 10**8,
+    whole: Annotated[int, typer.Option(min=0, help="Inputs to the whole link.")] = 10**6,
+    sil: Annotated[int, typer.Option(min=0, help="Frames into the SIL drive.")] = 10**7,
+    image: Annotated[int, typer.Option(min=0, help="Frames into the image.")] = 10**5,
+    seed: Annotated[int, typer.Option(min=1, help="Of all of them.")] = 2005,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
+) -> None:
+    """Does anything that a host can say break the link, or change a duty?"""
+    from zerohertz.campaign import fuzz as campaign_fuzz
+
+    tell = sys.stderr if as_json else sys.stdout
+    parts: list[campaign_fuzz.Part] = []
+    for part in campaign_fuzz.run_all(parser, whole, sil, image, seed):
+        parts.append(part)
+        word = "holds" if part.good else "DOES NOT HOLD"
+        said = f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}"
+        print("\n  ".join(filter(None, (said, part.note))), file=tell, flush=True)
+        if output is not None:
+            campaign_fuzz.write(output, campaign_fuzz.as_json(seed, parts))
+    if as_json:
+        print(campaign_fuzz.as_json(seed, parts))
+    raise typer.Exit(0 if all(part.good for part in parts) else 1)
+
+
+def monitor(
+    hours: Annotated[float, typer.Option(min=0.0, help="Without any fault; 0: none.")] = 10.0,
+    sample: Annotated[int, typer.Option(min=0, help="Cases of each group; 0: all.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 2005,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+    out: Annotated[Path | None, typer.Option(help="Folder of the rows.")] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
+    ] = False,
+    write: Annotated[bool, typer.Option(help="Write tools/docs/monitor.md.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Is everything that breaks noticed or harmless, and nothing noticed that is whole?"""
+    # Here and not above: other commands need not wait for numpy and pyarrow.
+    from zerohertz.atlas.run import Means
+    from zerohertz.campaign import monitor as watched
+    from zerohertz.paths import BUILD
+
+    if write and (sample or not hours):
+        raise UserError("--write: the page has every case and the quiet hours")
+    how = Means(out or BUILD / "monitor", workers, None, fresh)
+    result = watched.run_all(hours, sample, seed, how, tell, progress_bar)
+    if write:
+        command = f"tools/zh campaign monitor --hours {hours:g} --write"
+        watched.PAGE.write_text(watched.page_text(result, command), encoding="utf-8")
+    if as_json:
+        print(json.dumps(watched.as_dict(result), indent=2))
+    else:
+        for name, group in watched.as_dict(result)["groups"].items():
+            print(f"{name}: {group}")
+        print(f"nothing broken: {result.quiet}")
+    raise typer.Exit(0 if result.good else 1)

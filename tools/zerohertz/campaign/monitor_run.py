@@ -81,9 +81,8 @@ def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
     over = round(longest_s(after & (record["i_peak_A"] > OVER_A), 1.0))
     end = t_s >= t_s[-1] - END_S
     fine = (
-        bool(np.all(record["state"][running] == State.RUN))
+        _runs_on(record, running, error_rpm)
         and float(error_rpm[end].mean()) < END_RPM
-        and longest_s(running & (error_rpm > FAR_RPM), record.period_s) <= FAR_S
         and float(record["i_abs_A"][after].max()) <= LIMIT_A
     )
     started = case.at_start or bool(
@@ -104,6 +103,12 @@ def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
         "u_dc_low_V": float(record["u_dc_V"][after].min()),
         "u_dc_high_V": float(record["u_dc_V"][after].max()),
     }
+
+
+def _runs_on(record: sim.Record, running: Any, error_rpm: Any) -> bool:
+    """With torque, and nowhere far from the reference for long."""
+    far_s = longest_s(running & (error_rpm > FAR_RPM), record.period_s)
+    return bool(np.all(record["state"][running] == State.RUN)) and far_s <= FAR_S
 
 
 # Bits that leave the gates on (firmware/guard/monitor.h): no verdict rests on them.

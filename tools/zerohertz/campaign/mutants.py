@@ -133,24 +133,28 @@ def _of_define(file: str, token: Token) -> Iterator[Mutant]:
 
 
 def _of_token(code: list[Token], index: int) -> Iterator[tuple[str, str]]:
-    token = code[index]
-    before = code[index - 1] if index else None
-    if token.kind == "operator" and token.text in _SWAPS:
-        binary = before is not None and _ends_operand(before)
-        if token.text not in _BINARY_ONLY or (binary and not _is_declarator(code, index)):
-            for new in _SWAPS[token.text]:
-                yield new, "operator"
-        elif token.text == "-" and not binary:
-            yield "", "sign"
-    elif token.text == "!":
-        yield "", "negation"
-    elif token.kind == "number":
-        for new in _numbers(token.text):
+    kind, text = code[index].kind, code[index].text
+    if kind == "operator":
+        yield from _of_operator(code, index)
+    elif kind == "number":
+        for new in _numbers(text):
             yield new, "constant"
-    elif token.kind == "name" and token.text in _NAMES:
-        yield _NAMES[token.text], "name"
-    elif token.kind == "name" and token.text in _MEMBERS and before and before.text in (".", "->"):
-        yield _MEMBERS[token.text], "component"
+    elif kind == "name" and text in _NAMES:
+        yield _NAMES[text], "name"
+    elif kind == "name" and text in _MEMBERS and index and code[index - 1].text in (".", "->"):
+        yield _MEMBERS[text], "component"
+
+
+def _of_operator(code: list[Token], index: int) -> Iterator[tuple[str, str]]:
+    text = code[index].text
+    binary = index > 0 and _ends_operand(code[index - 1])
+    if text == "!":
+        yield "", "negation"
+    elif text not in _BINARY_ONLY or (binary and not _is_declarator(code, index)):
+        for new in _SWAPS.get(text, ()):
+            yield new, "operator"
+    elif text == "-" and not binary:
+        yield "", "sign"
 
 
 def _ends_operand(token: Token) -> bool:
@@ -238,9 +242,15 @@ def _is_removable(statement: list[Token]) -> bool:
         return False
     if any(word in ("{", "}") for word in words) and "=" not in words:
         return False
-    if len(statement) > 1 and statement[0].kind == "name" and statement[1].kind == "name":
-        return False  # type and name
-    if words[1:2] == ["*"] and words[0] != "*":
-        return False  # type and pointer
+    if _is_declaration(statement):
+        return False
     changes = {"=", "+=", "-=", "*=", "/=", "|=", "&=", "^=", "++", "--"}
     return bool(changes & set(words)) or (words[1:2] == ["("] and words[-2:] == [")", ";"])
+
+
+def _is_declaration(statement: list[Token]) -> bool:
+    """Type and name, or type and pointer."""
+    if len(statement) < 2:
+        return False
+    first, second = statement[:2]
+    return first.kind == second.kind == "name" or (second.text == "*" and first.text != "*")

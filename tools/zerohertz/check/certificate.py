@@ -21,7 +21,7 @@ import cmath
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 
 from zerohertz.check.exact import Matrix
@@ -94,15 +94,8 @@ def certify(table: StoredTable, progress: Progress | None = None) -> Report:
         results.append(check_entry(table, k))
         if progress:
             progress(k + 1)
-    holds = Counter(dict.fromkeys(HOLDS, 0))
-    for result in results:
-        holds.update(name for name, held in result.holds.items() if held)
     worst_gamma = max(result.gamma for result in results)
-    failures = [
-        f"{_elec_per_min(table, k):.0f} elec. min^-1: not proven: {', '.join(result.failing)}"
-        for k, result in enumerate(results)
-        if result.failing
-    ]
+    failures = _failures(table, results)
     faults = [*table.faults, *(result.fault for result in results if result.fault)]
     return Report(
         name=table.name,
@@ -110,15 +103,35 @@ def certify(table: StoredTable, progress: Progress | None = None) -> Report:
         entries=len(results),
         proven=sum(not result.failing for result in results),
         max_gamma=worst_gamma if math.isfinite(worst_gamma) else None,
-        max_angle_deg=math.degrees(2 * math.atan(worst_gamma)) if worst_gamma < 1 else None,
+        max_angle_deg=_angle_bound_deg(worst_gamma),
         max_euler_radius=max(result.euler_radius for result in results),
         max_negative_gain_band_rad_s=max(result.band_rad_s for result in results),
-        holds=dict(holds),
+        holds=_counts(results),
         faults=tuple(faults[:_SHOWN_FAILURES]),
         failures=tuple(failures[:_SHOWN_FAILURES]),
         intervals=sum(result.interval for result in results),
         without_bound=sum(not result.gamma < 1 for result in results),
     )
+
+
+def _counts(results: Iterable[EntryReport]) -> dict[str, int]:
+    """Inequality -> entries for which it holds."""
+    holds = Counter(dict.fromkeys(HOLDS, 0))
+    for result in results:
+        holds.update(name for name, held in result.holds.items() if held)
+    return dict(holds)
+
+
+def _angle_bound_deg(gamma: float) -> float | None:
+    return math.degrees(2 * math.atan(gamma)) if gamma < 1 else None
+
+
+def _failures(table: StoredTable, results: Iterable[EntryReport]) -> list[str]:
+    return [
+        f"{_elec_per_min(table, k):.0f} elec. min^-1: not proven: {', '.join(result.failing)}"
+        for k, result in enumerate(results)
+        if result.failing
+    ]
 
 
 def check_entry(table: StoredTable, k: int) -> EntryReport:

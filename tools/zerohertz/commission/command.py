@@ -9,7 +9,7 @@ import dataclasses
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -27,6 +27,30 @@ from zerohertz.link.command import (
 )
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT
 
+if TYPE_CHECKING:
+    from zerohertz.commission.finding import Finding
+    from zerohertz.link.client import Client
+
+
+RigOption = Annotated[
+    str | None, typer.Option(help="Simulated: name in host_sim/rigs/motors, or a file.")
+]
+PlateOption = Annotated[
+    str | None, typer.Option(help="Of a drive's motor: file with [nameplate], or a rig.")
+]
+OutOption = Annotated[
+    Path | None, typer.Option(help="Folder, or its motor.toml, that receives the result.")
+]
+BoardOption = Annotated[
+    Path | None, typer.Option(help="Board file; without it one of the motor's size.")
+]
+RotateOption = Annotated[
+    bool, typer.Option("--rotate", help="Then turn the free shaft: inertia and friction.")
+]
+SaveOption = Annotated[
+    bool, typer.Option("--save", help="Set and save what was found in the drive.")
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add `zh commission` and `zh trial`."""
@@ -40,24 +64,12 @@ def register_campaign(campaign: typer.Typer) -> None:
 
 
 def commission(
-    rig: Annotated[
-        str | None, typer.Option(help="Simulated: name in host_sim/rigs/motors, or a file.")
-    ] = None,
-    plate: Annotated[
-        str | None, typer.Option(help="Of a drive's motor: file with [nameplate], or a rig.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder, or its motor.toml, that receives the result.")
-    ] = None,
-    board: Annotated[
-        Path | None, typer.Option(help="Board file; without it one of the motor's size.")
-    ] = None,
-    rotate: Annotated[
-        bool, typer.Option("--rotate", help="Then turn the free shaft: inertia and friction.")
-    ] = False,
-    save: Annotated[
-        bool, typer.Option("--save", help="Set and save what was found in the drive.")
-    ] = False,
+    rig: RigOption = None,
+    plate: PlateOption = None,
+    out: OutOption = None,
+    board: BoardOption = None,
+    rotate: RotateOption = False,
+    save: SaveOption = False,
     unlock: UnlockOption = False,
     key: KeyOption = None,
     port: PortOption = None,
@@ -75,14 +87,10 @@ def commission(
     Exit 1 when the firmware refuses what it found.
     """
     linked = port is not None or sil
-    if (rig is not None) == linked or (plate is not None) != linked:
-        raise UserError("give --rig NAME, or --plate FILE with --port DEVICE or --sil")
-    if linked and board is not None:
-        raise UserError("--board: is for --rig; a drive says itself what its board is")
-    if not linked and save:
-        raise UserError("--save: is for a drive, with --port or --sil")
+    _require_one_motor(rig, plate, linked)
+    _require_its_options(board, save, linked)
     # Here and not above: other commands need not wait for scipy.
-    from zerohertz.commission import board_run, finding
+    from zerohertz.commission import finding
     from zerohertz.commission.folder import rig_file
     from zerohertz.commission.plate import read_plate, warnings
 
@@ -95,17 +103,43 @@ def commission(
         with open_client(port, baud, sil, tcp) as drive:
             unlock_drive(drive, unlock, key)
             found = finding.of_drive(drive, path.stem, told, notes.print, rotate)
-            if save and found.motor is not None:
-                board_run.keep(drive, found.motor, found.plate, found.board)
-                notes.print("set and saved in the drive, gain table off until it has this motor's")
+            if save:
+                _keep(drive, found, notes)
     else:
         found = finding.of_rig(path, told, board, rotate, seed)
-    if out is not None and found.motor is not None:
+    if out is not None:
+        _write(found, out, notes)
+    print(json.dumps(found.as_dict()) if as_json else found.text())
+    raise typer.Exit(0 if found.refusal is None else 1)
+
+
+def _require_one_motor(rig: str | None, plate: str | None, linked: bool) -> None:
+    if (rig is not None) == linked or (plate is not None) != linked:
+        raise UserError("give --rig NAME, or --plate FILE with --port DEVICE or --sil")
+
+
+def _require_its_options(board: Path | None, save: bool, linked: bool) -> None:
+    if linked and board is not None:
+        raise UserError("--board: is for --rig; a drive says itself what its board is")
+    if not linked and save:
+        raise UserError("--save: is for a drive, with --port or --sil")
+
+
+def _keep(drive: Client, found: Finding, notes: Console) -> None:
+    """In the drive, unless nothing was found."""
+    from zerohertz.commission import board_run
+
+    if found.motor is not None:
+        board_run.keep(drive, found.motor, found.plate, found.board)
+        notes.print("set and saved in the drive, gain table off until it has this motor's")
+
+
+def _write(found: Finding, out: Path, notes: Console) -> None:
+    """As files, unless nothing was found."""
+    if found.motor is not None:
         folder = out.parent if out.suffix == ".toml" else out
         found.write(folder)
         notes.print(f"written to {folder}; next: tools/zh design {folder}")
-    print(json.dumps(found.as_dict()) if as_json else found.text())
-    raise typer.Exit(0 if found.refusal is None else 1)
 
 
 def trial(

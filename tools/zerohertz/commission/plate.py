@@ -89,12 +89,24 @@ def plate_from(content: Mapping[str, Any], file: str) -> Plate:
         if key not in known:
             raise UserError(f"{file}: nameplate.{key}: unknown key; known are {sorted(known)}")
     for key in sorted(known - {"connection", "J_kg_m2"} | set(content) - {"connection"}):
-        value = content.get(key)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < 1e6:
-            raise UserError(f"{file}: nameplate.{key}: is {value!r}; a positive number is needed")
+        if not _is_positive(content.get(key)):
+            raise UserError(
+                f"{file}: nameplate.{key}: is {content.get(key)!r}; a positive number is needed"
+            )
     if content.get("connection") not in CONNECTIONS:
         raise UserError(f"{file}: nameplate.connection: give one of {', '.join(CONNECTIONS)}")
     plate = Plate(**content)
+    _require_possible(plate, file)
+    return plate
+
+
+def _is_positive(value: object) -> bool:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and 0 < value < 1e6
+
+
+def _require_possible(plate: Plate, file: str) -> None:
+    """No motor has a power factor of one, or a rated speed far from a synchronous one."""
     if plate.cos_phi >= 1.0:
         raise UserError(f"{file}: nameplate.cos_phi: is {plate.cos_phi}; it lies below 1")
     if plate.speed_rpm >= 60.0 * plate.frequency_Hz or plate.slip > 0.2 or plate.slip <= 0.0:
@@ -102,7 +114,6 @@ def plate_from(content: Mapping[str, Any], file: str) -> Plate:
             f"{file}: nameplate.speed_rpm: {plate.speed_rpm:g} is no rated speed at "
             f"{plate.frequency_Hz:g} Hz; it lies up to 20 % below a synchronous speed"
         )
-    return plate
 
 
 def warnings(plate: Plate) -> list[str]:

@@ -70,23 +70,15 @@ def design(
     computer. With --check: exit 1 unless the json agrees with motor.toml and, within 1e-3, with a
     fresh design. The C of a table is made by the build.
     """
-    if check and (method or out):
-        raise UserError("--check: compares stored tables; leave out --method and --out")
-    if method and not out:
-        raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
+    _require_compatible(check, method, out)
     if out:
         make_folder(out, "--out")
     # What was found is the answer; with --json that is the object alone.
     answer = Console(stderr=as_json)
     outcomes = []
-    folders = [motor_folder(given) for given in motor_dirs or default_motor_dirs()]
-    motors = [load_motor(folder) for folder in folders]
-    _require_different_names(motors, folders)
-    for folder, motor in zip(folders, motors, strict=True):
+    for folder, motor in _motors(motor_dirs or default_motor_dirs()):
         _require_own_name(motor, folder)
-        if method:
-            motor = with_design(motor, method=method)
-        fresh, cpu_s = _timed_design(motor)
+        fresh, cpu_s = _timed_design(with_design(motor, method=method) if method else motor)
         if check:
             outcomes.append(_check(folder, fresh, cpu_s))
         else:
@@ -96,6 +88,21 @@ def design(
         print(json.dumps({"motors": {o.motor: o.as_json() for o in outcomes}}))
     if any(outcome.faults for outcome in outcomes):
         raise typer.Exit(1)
+
+
+def _require_compatible(check: bool, method: str | None, out: Path | None) -> None:
+    if check and (method or out):
+        raise UserError("--check: compares stored tables; leave out --method and --out")
+    if method and not out:
+        raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
+
+
+def _motors(given: list[Path]) -> list[tuple[Path, Motor]]:
+    """Each motor with its folder."""
+    folders = [motor_folder(path) for path in given]
+    motors = [load_motor(folder) for folder in folders]
+    _require_different_names(motors, folders)
+    return list(zip(folders, motors, strict=True))
 
 
 def motor_folder(given: Path) -> Path:

@@ -152,24 +152,35 @@ def measure(experiment: Experiment, machine: str, max_periods: int | None) -> lo
 
 def summary(runs: list[tuple[Experiment, Any]]) -> dict[str, Any]:
     """All runs as one JSON object."""
-    periods = sum(run.periods for _, run in runs)
-    seconds = sum(run.loop_s for _, run in runs)
-    started = [run for _, run in runs if run.mean_instructions > 0.0]
-    weight = sum(run.run_periods for run in started)
-    mean = sum(run.mean_instructions * run.run_periods for run in started) / max(weight, 1)
+    periods, seconds = _total(runs, "periods"), _total(runs, "loop_s")
     return {
         "runs": [dataclasses.asdict(e) | _as_json(run) for e, run in runs],
         "periods": periods,
         "differing_runs": sum(run.end.name != "EQUAL" for _, run in runs),
-        "differing_bits": sum(run.differing_bits for _, run in runs),
+        "differing_bits": _total(runs, "differing_bits"),
         "periods_per_s": round(periods / seconds) if seconds > 0.0 else 0,
-        "mean_instructions": round(mean, 1),
-        "worst_instructions": max(run.worst_instructions for _, run in runs),
-        "worst_latency_instructions": max(run.worst_latency_instructions for _, run in runs),
-        "late_periods": sum(run.late_periods for _, run in runs),
-        "stack_bytes": max(run.stack_bytes for _, run in runs),
-        "stack_used_bytes": max(run.stack_used_bytes for _, run in runs),
+        "mean_instructions": round(_mean_instructions(runs), 1),
+        "worst_instructions": _worst(runs, "worst_instructions"),
+        "worst_latency_instructions": _worst(runs, "worst_latency_instructions"),
+        "late_periods": _total(runs, "late_periods"),
+        "stack_bytes": _worst(runs, "stack_bytes"),
+        "stack_used_bytes": _worst(runs, "stack_used_bytes"),
     }
+
+
+def _total(runs: list[tuple[Experiment, Any]], name: str) -> Any:
+    return sum(getattr(run, name) for _, run in runs)
+
+
+def _worst(runs: list[tuple[Experiment, Any]], name: str) -> int:
+    return max(getattr(run, name) for _, run in runs)
+
+
+def _mean_instructions(runs: list[tuple[Experiment, Any]]) -> float:
+    """Of all periods in state RUN."""
+    started = [run for _, run in runs if run.mean_instructions > 0.0]
+    weight = sum(run.run_periods for run in started)
+    return sum(run.mean_instructions * run.run_periods for run in started) / max(weight, 1)
 
 
 def _as_json(run: Any) -> dict[str, Any]:

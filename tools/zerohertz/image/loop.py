@@ -166,7 +166,10 @@ def run(
         if talker is not None:
             talker.join()
     del keep
-    each = _periods(lib, result)
+    return _ended(result, _periods(lib, result), exit_code, text)
+
+
+def _ended(result: _Result, each: Periods, exit_code: int, text: str) -> PilRun:
     running = each.running
     return PilRun(
         end=End(result.end),

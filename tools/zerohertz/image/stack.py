@@ -69,18 +69,26 @@ _HARMLESS = re.compile(
 
 def _read(function: Function, mnemonic: str, operands: str) -> None:
     base = mnemonic.split(".")[0]
-    if _PUSH.fullmatch(base) or (_STORE_MULTIPLE.fullmatch(base) and operands.startswith("sp!")):
-        function.frame_bytes += _register_bytes(operands)
-    elif _SUBTRACT.fullmatch(base) and operands.startswith("sp"):
-        function.frame_bytes += _immediate(function.name, operands)
-    elif _STORE.fullmatch(base) and (pre := re.search(r"\[sp, #-(\d+)\]!", operands)):
-        function.frame_bytes += int(pre[1])
+    taken = _bytes_taken(function.name, base, operands)
+    if taken is not None:
+        function.frame_bytes += taken
     elif _CALL.fullmatch(base) or _JUMP.fullmatch(base):
         _follow(function, base, operands)
     elif re.match(r"(pc|sp)\b(?!\])", operands) and not _HARMLESS.fullmatch(base):
         raise UserError(f"{function.name}: {mnemonic} {operands}: not understood; no bound exists")
     elif operands.startswith("pc") and base.startswith("mov"):
         function.indirect = True
+
+
+def _bytes_taken(name: str, base: str, operands: str) -> int | None:
+    """What an instruction of function `name` takes from the stack; None for one that does not."""
+    if _PUSH.fullmatch(base) or (_STORE_MULTIPLE.fullmatch(base) and operands.startswith("sp!")):
+        return _register_bytes(operands)
+    if _SUBTRACT.fullmatch(base) and operands.startswith("sp"):
+        return _immediate(name, operands)
+    if _STORE.fullmatch(base) and (pre := re.search(r"\[sp, #-(\d+)\]!", operands)):
+        return int(pre[1])
+    return None
 
 
 def _follow(function: Function, base: str, operands: str) -> None:

@@ -39,10 +39,7 @@ def modes(
     """Range and modes of operation, each run judged. Exit 1 when one is missed."""
     from zerohertz.modes.cases import GROUPS
 
-    asked = names or list(GROUPS)
-    for name in asked:
-        if name not in GROUPS:
-            raise UserError(f"modes: {name}: unknown group; known are {', '.join(GROUPS)}")
+    asked = _groups(names, list(GROUPS))
     if write and names:
         raise UserError("modes: --write: the page has every group; name none")
     results = {name: [case().as_json() for case in GROUPS[name]] for name in asked}
@@ -55,6 +52,13 @@ def modes(
         PAGE.write_text(page(results), encoding="utf-8")
     if not all(row["met"] for rows in results.values() for row in rows):
         raise typer.Exit(1)
+
+
+def _groups(names: list[str] | None, known: list[str]) -> list[str]:
+    for name in names or []:
+        if name not in known:
+            raise UserError(f"modes: {name}: unknown group; known are {', '.join(known)}")
+    return names or known
 
 
 def table(rows: list[dict[str, Any]]) -> str:

@@ -50,87 +50,100 @@ class Settings:
     overrides: dict[str, float]
 
 
+LogArgument = Annotated[Path, typer.Argument(metavar="LOG.csv", help="Recorded log.")]
+MotorOption = Annotated[
+    Path, typer.Option("--motor", metavar="DIR", help="Folder with the motor.toml.")
+]
+ColumnsOption = Annotated[
+    str,
+    typer.Option(
+        help="role=name,...; roles t, i_alpha, i_beta (or i_u, i_v), u_alpha, u_beta "
+        "(or u_uv, u_vw), omega_e; SI units."
+    ),
+]
+ScalingOption = Annotated[
+    str, typer.Option(help="Vectors of the log: amplitude or power (invariant).")
+]
+PeriodOption = Annotated[
+    float | None, typer.Option(help="Control period, s; default: that of motor.toml.")
+]
+OwnOption = Annotated[bool, typer.Option("--own", help="Run at the log's own period.")]
+MethodOption = Annotated[
+    str, typer.Option(help="Discretisation: second (order, bias-free) or euler.")
+]
+GainOption = Annotated[str, typer.Option(help="L: table (of the motor's method) or zero.")]
+InitialOption = Annotated[
+    float | None, typer.Option(help="First speed estimate, rad/s electrical; default: 20 % wrong.")
+]
+DelayOption = Annotated[float, typer.Option(help="The logged voltage acted this much later, s.")]
+SettleOption = Annotated[float, typer.Option(help="Statistics begin here, s into the log.")]
+UntilOption = Annotated[float, typer.Option(help="Statistics end here, s.")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the firmware."),
+]
+PlotOption = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Write a .png or .svg.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+
+
 def register(app: typer.Typer) -> None:
     """Add `zh replay`."""
+    app.command("replay")(replay)
 
-    @app.command("replay")
-    def replay(
-        log_csv: Annotated[Path, typer.Argument(metavar="LOG.csv", help="Recorded log.")],
-        motor_dir: Annotated[
-            Path, typer.Option("--motor", metavar="DIR", help="Folder with the motor.toml.")
-        ],
-        columns: Annotated[
-            str,
-            typer.Option(
-                help="role=name,...; roles t, i_alpha, i_beta (or i_u, i_v), u_alpha, u_beta "
-                "(or u_uv, u_vw), omega_e; SI units."
-            ),
-        ] = "",
-        scaling: Annotated[
-            str, typer.Option(help="Vectors of the log: amplitude or power (invariant).")
-        ] = "",
-        period: Annotated[
-            float | None, typer.Option(help="Control period, s; default: that of motor.toml.")
-        ] = None,
-        own: Annotated[bool, typer.Option("--own", help="Run at the log's own period.")] = False,
-        method: Annotated[
-            str, typer.Option(help="Discretisation: second (order, bias-free) or euler.")
-        ] = "second",
-        gain: Annotated[
-            str, typer.Option(help="L: table (of the motor's method) or zero.")
-        ] = "table",
-        initial: Annotated[
-            float | None,
-            typer.Option(help="First speed estimate, rad/s electrical; default: 20 % wrong."),
-        ] = None,
-        voltage_delay: Annotated[
-            float, typer.Option(help="The logged voltage acted this much later, s.")
-        ] = 0.0,
-        settle: Annotated[float, typer.Option(help="Statistics begin here, s into the log.")] = 0.1,
-        until: Annotated[float, typer.Option(help="Statistics end here, s.")] = math.inf,
-        override: Annotated[
-            list[str] | None,
-            typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the firmware."),
-        ] = None,
-        plot_file: Annotated[
-            Path | None, typer.Option("--plot", metavar="FILE", help="Write a .png or .svg.")
-        ] = None,
-        as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-    ) -> None:
-        """Run the firmware's observer on a recorded log and compare its speed with the sensor's.
 
-        Columns and scaling may also stand in LOG.toml beside the log; see
-        tools/zerohertz/replay/README.md.
-        """
-        if plot_file is not None:
-            plot.check_plot_name(plot_file)
-        if scaling:
-            check_scaling(scaling, "--scaling")
-        motor = load_motor(motor_dir)
-        flags = Declaration(scaling or None, parse_columns(columns))
-        log = read_log(log_csv, merge(flags, load_declaration(log_csv)))
-        settings = Settings(
-            period_s=_period_s(period, own, log, motor),
-            method=_choice(method, "--method", METHODS),
-            table=_choice(gain, "--gain", GAINS) == "table",
-            voltage_delay_s=_finite(voltage_delay, "--voltage-delay"),
-            initial_rad_s=_initial_rad_s(initial, log),
-            overrides=_overrides(override or []),
+def replay(
+    log_csv: LogArgument,
+    motor_dir: MotorOption,
+    columns: ColumnsOption = "",
+    scaling: ScalingOption = "",
+    period: PeriodOption = None,
+    own: OwnOption = False,
+    method: MethodOption = "second",
+    gain: GainOption = "table",
+    initial: InitialOption = None,
+    voltage_delay: DelayOption = 0.0,
+    settle: SettleOption = 0.1,
+    until: UntilOption = math.inf,
+    override: SetOption = None,
+    plot_file: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the firmware's observer on a recorded log and compare its speed with the sensor's.
+
+    Columns and scaling may also stand in LOG.toml beside the log; see
+    tools/zerohertz/replay/README.md.
+    """
+    if plot_file is not None:
+        plot.check_plot_name(plot_file)
+    if scaling:
+        check_scaling(scaling, "--scaling")
+    motor = load_motor(motor_dir)
+    flags = Declaration(scaling or None, parse_columns(columns))
+    log = read_log(log_csv, merge(flags, load_declaration(log_csv)))
+    settings = Settings(
+        period_s=_period_s(period, own, log, motor),
+        method=_choice(method, "--method", METHODS),
+        table=_choice(gain, "--gain", GAINS) == "table",
+        voltage_delay_s=_finite(voltage_delay, "--voltage-delay"),
+        initial_rad_s=_initial_rad_s(initial, log),
+        overrides=_overrides(override or []),
+    )
+    stream, estimate = run(log, motor, motor_dir, settings)
+    error = speed_error(stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, settle, until)
+    if plot_file is not None:
+        title = f"{log_csv.name}, motor {motor.name}, {1e6 * settings.period_s:g} µs"
+        plot.write_plot(
+            plot_file, title, stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, error
         )
-        stream, estimate = run(log, motor, motor_dir, settings)
-        error = speed_error(stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, settle, until)
-        if plot_file is not None:
-            title = f"{log_csv.name}, motor {motor.name}, {1e6 * settings.period_s:g} µs"
-            plot.write_plot(
-                plot_file, title, stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, error
-            )
-        settings = dataclasses.replace(settings, table=_uses_table(motor, settings))
-        if as_json:
-            print(json.dumps(_as_dict(log, motor, settings, error)))
-        else:
-            _show(log, motor, settings, error)
-        if plot_file is not None:
-            print(f"plot: {plot_file}", file=sys.stderr)
+    settings = dataclasses.replace(settings, table=_uses_table(motor, settings))
+    if as_json:
+        print(json.dumps(_as_dict(log, motor, settings, error)))
+    else:
+        _show(log, motor, settings, error)
+    if plot_file is not None:
+        print(f"plot: {plot_file}", file=sys.stderr)
 
 
 def run(log: Log, motor: Motor, motor_dir: Path, settings: Settings) -> tuple[Stream, Estimate]:

@@ -179,15 +179,7 @@ def _parse(file: Path, reader: Any, names: Mapping[str, str]) -> dict[str, Float
     header = [name.strip() for name in next(reader, [])]
     if not any(header):
         raise UserError(f"{file}: the file is empty; a header line and rows are needed")
-    for role, name in names.items():
-        if header.count(name) > 1:
-            raise UserError(f"{file}:1: column '{name}' stands there twice; rename one")
-        if name not in header:
-            raise UserError(
-                f"{file}:1: no column '{name}' ({ROLES[role][1]}); there are "
-                f"{', '.join(header)}; name it with --columns {role}=NAME"
-            )
-    index = {role: header.index(name) for role, name in names.items()}
+    index = {role: _column(file, header, role, name) for role, name in names.items()}
     values: dict[str, list[float]] = {role: [] for role in names}
     for row in reader:
         if not row:
@@ -200,6 +192,18 @@ def _parse(file: Path, reader: Any, names: Mapping[str, str]) -> dict[str, Float
     if len(values["t"]) < MIN_ROWS:
         raise UserError(f"{file}: {len(values['t'])} rows; at least {MIN_ROWS} are needed")
     return {role: np.array(column) for role, column in values.items()}
+
+
+def _column(file: Path, header: list[str], role: str, name: str) -> int:
+    """Where the column called `name` stands, which has to be there once."""
+    if header.count(name) > 1:
+        raise UserError(f"{file}:1: column '{name}' stands there twice; rename one")
+    if name not in header:
+        raise UserError(
+            f"{file}:1: no column '{name}' ({ROLES[role][1]}); there are "
+            f"{', '.join(header)}; name it with --columns {role}=NAME"
+        )
+    return header.index(name)
 
 
 def _number(text: str, where: str, column: str) -> float:

@@ -57,11 +57,18 @@ def _verdict(m: Measured) -> str:
         return f"lost in the {where}, {m['lost_s']:.1f} s, {100 * m['lost_pu']:.0f} % T_N"
     if m["pre_error_rpm"] is None or m["pre_error_rpm"] > 60.0:
         return "does not reach 300"
+    return _verdict_after_step(m)
+
+
+def _verdict_after_step(m: Measured) -> str:
+    """Of the step to standstill from 300 min^-1."""
     limit = _limit_text(m)
     if m["trip"]:
         # Free after the trip: its speed there is the load's and not the drive's.
         return f"trips ({m['trip']}) {m['trip_s']:.1f} s after the step{limit}"
-    if m["hold_error_rpm"] is not None and m["hold_error_rpm"] <= 60.0:
+    if m["hold_error_rpm"] is None:
+        return f"ends early{limit}"
+    if m["hold_error_rpm"] <= 60.0:
         w, i_q = m["ripple_w_rpm"], m["ripple_i_q_A"]
         bound = m["flux_bound_share"]
         held = f", estimate at its bounds {100 * bound:.0f} % of hold" if bound > 0.0 else ""
@@ -69,8 +76,6 @@ def _verdict(m: Measured) -> str:
         if m["ripple_w_hat_rpm"] > 60.0:
             return f"shaft stands, estimate jumps, {m['ripple_w_hat_rpm']:.0f} min^-1 rms{held}"
         return f"holds zero, ripple {w:.2g} min^-1, {i_q:.2g} A{limit}{held}"
-    if m["hold_error_rpm"] is None:
-        return f"ends early{limit}"
     sustained_rpm = m["sustained_error_rpm"] or 0.0
     done = "runs away, off" if sustained_rpm > 100.0 else "swings, off"
     return f"{done} by up to {m['hold_error_rpm']:.0f} min^-1{limit}"

@@ -35,69 +35,80 @@ class Request:
     cells: tuple[int, int]
 
 
+ConfigOption = Annotated[
+    str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
+]
+TableOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DIR|none",
+        help="Gain table: a folder of gain_tables, or none for L = 0. "
+        "Default: the configuration's.",
+    ),
+]
+PlaneOption = Annotated[
+    str,
+    typer.Option(help="frequency: stator frequency x torque; speed: the atlas' speeds x loads."),
+]
+RsRatioOption = Annotated[
+    list[float] | None,
+    typer.Option(
+        metavar="R",
+        help="True Rs over the nameplate's; one panel each. Default: .67 .8 1 1.25 1.5.",
+    ),
+]
+FirmwareRsOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="R",
+        help="Rs in use over the true one. Default: the nameplate's, or with rs_measure "
+        "rs_bias times the true one.",
+    ),
+]
+CurrentOption = Annotated[
+    float | None, typer.Option("--i-d", help="Magnetising current, A (parameter i_d_A).")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the firmware; last word."),
+]
+CellsOption = Annotated[str, typer.Option(metavar="NxM", help="Frequencies x torques.")]
+PngOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Default: build/stability/<config>.png.")
+]
+HtmlOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Default: the same with .html.")
+]
+CompareOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="ATLAS.parquet",
+        help="Judge the atlas' points and count agreement instead; exit 1 below 95 %.",
+    ),
+]
+
+
 def register(app: typer.Typer) -> None:
     app.command("stability")(stability)
 
 
 def stability(
-    config: Annotated[
-        str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
-    ] = "recommended",
-    table: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DIR|none",
-            help="Gain table: a folder of gain_tables, or none for L = 0. "
-            "Default: the configuration's.",
-        ),
-    ] = None,
-    plane: Annotated[
-        str,
-        typer.Option(
-            help="frequency: stator frequency x torque; speed: the atlas' speeds x loads."
-        ),
-    ] = "frequency",
-    rs_ratio: Annotated[
-        list[float] | None,
-        typer.Option(
-            metavar="R",
-            help="True Rs over the nameplate's; one panel each. Default: .67 .8 1 1.25 1.5.",
-        ),
-    ] = None,
+    config: ConfigOption = "recommended",
+    table: TableOption = None,
+    plane: PlaneOption = "frequency",
+    rs_ratio: RsRatioOption = None,
     rr_ratio: Annotated[float, typer.Option(help="True Rr over the nameplate's.")] = 1.0,
     m_ratio: Annotated[float, typer.Option(help="True M over the nameplate's.")] = 1.0,
     leakage_ratio: Annotated[float, typer.Option(help="True leakage over the nameplate's.")] = 1.0,
-    firmware_rs: Annotated[
-        float | None,
-        typer.Option(
-            metavar="R",
-            help="Rs in use over the true one. Default: the nameplate's, or with rs_measure "
-            "rs_bias times the true one.",
-        ),
-    ] = None,
-    i_d: Annotated[
-        float | None, typer.Option("--i-d", help="Magnetising current, A (parameter i_d_A).")
-    ] = None,
-    override: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the firmware; last word."),
-    ] = None,
+    firmware_rs: FirmwareRsOption = None,
+    i_d: CurrentOption = None,
+    override: SetOption = None,
     frequency: Annotated[float, typer.Option(help="Largest stator frequency, Hz.")] = 6.0,
     torque: Annotated[float, typer.Option(help="Largest torque, % of rated.")] = 150.0,
-    cells: Annotated[str, typer.Option(metavar="NxM", help="Frequencies x torques.")] = "61x31",
-    png: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Default: build/stability/<config>.png.")
-    ] = None,
-    html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Default: the same with .html.")
-    ] = None,
-    compare: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="ATLAS.parquet",
-            help="Judge the atlas' points and count agreement instead; exit 1 below 95 %.",
-        ),
-    ] = None,
+    cells: CellsOption = "61x31",
+    png: PngOption = None,
+    html: HtmlOption = None,
+    compare: CompareOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Linearise motor, firmware and shaft together at each operating point, and map the verdict.
