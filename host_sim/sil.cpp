@@ -85,6 +85,43 @@ zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
     return o;
 }
 
+bool mode_known(const zh_sil_in &in)
+{
+    return in.mode == ZH_SIL_SPEED || in.mode == ZH_SIL_TORQUE;
+}
+
+unit_command_t command_of(const zh_sil_in &in, std::uint32_t sequence)
+{
+    // Nobody knows what an unknown mode means: no torque until it is gone and run was seen low.
+    unit_command_t command{ZH_SIL_TORQUE_OFF, 0.0F, 0.0F, sequence};
+    if (mode_known(in)) {
+        const bool torque_mode = in.mode == ZH_SIL_TORQUE;
+        // A reference that is no number goes in as well: the firmware itself has to trip on it.
+        command.command =
+            (in.command & all_commands) | (torque_mode ? SEQUENCE_CMD_TORQUE_MODE : 0U);
+        command.omega_m_ref_rad_s = zh::rad_s_from_rpm(in.speed_ref_rpm);
+        command.torque_ref_Nm = torque_mode ? in.torque_ref_Nm : 0.0F;
+    }
+    return command;
+}
+
+// What of the input the drive could not take; it has seen it all the same.
+int input_status(const zh_sil_in &in)
+{
+    if (!mode_known(in)) {
+        return fail(ZH_BAD_INPUT, "zh_sil_step: mode: only 0 (speed) and 1 (torque) are known");
+    }
+    if (in.mode == ZH_SIL_TORQUE && !std::isfinite(in.torque_ref_Nm)) {
+        return fail(ZH_BAD_INPUT, "zh_sil_step: torque_ref_Nm: is not a finite number; the drive "
+                                  "has tripped, give a number and reset the fault");
+    }
+    if (!std::isfinite(in.speed_ref_rpm)) {
+        return fail(ZH_BAD_INPUT, "zh_sil_step: speed_ref_rpm: is not a finite number; the drive "
+                                  "has tripped, give a number and reset the fault");
+    }
+    return ZH_OK;
+}
+
 int access_status(const zh::Firmware &firmware, const param_info_t &info)
 {
     const std::string named = "zh_sil_set: " + std::string(info.name) + ": ";
@@ -140,32 +177,11 @@ int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
         return fail(ZH_BAD_ARGUMENT, "zh_sil_step: handle or in: is NULL or in's struct_size too "
                                      "small; set it to sizeof(zh_sil_in)");
     }
-    const bool torque_mode = in->mode == ZH_SIL_TORQUE;
-    const bool mode_known = torque_mode || in->mode == ZH_SIL_SPEED;
-    // Nobody knows what an unknown mode means: no torque until it is gone and run was seen low.
-    unit_command_t command{ZH_SIL_TORQUE_OFF, 0.0F, 0.0F, ++handle->steps};
-    if (mode_known) {
-        // A reference that is no number goes in as well: the firmware itself has to trip on it.
-        command.command =
-            (in->command & all_commands) | (torque_mode ? SEQUENCE_CMD_TORQUE_MODE : 0U);
-        command.omega_m_ref_rad_s = zh::rad_s_from_rpm(in->speed_ref_rpm);
-        command.torque_ref_Nm = torque_mode ? in->torque_ref_Nm : 0.0F;
-    }
+    const unit_command_t command = command_of(*in, ++handle->steps);
     const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc, 0, 0};
     const hal_output_t output = handle->firmware.step(sample, command);
     hand_out(output_of(handle->firmware, output), out);
-    if (!mode_known) {
-        return fail(ZH_BAD_INPUT, "zh_sil_step: mode: only 0 (speed) and 1 (torque) are known");
-    }
-    if (torque_mode && !std::isfinite(in->torque_ref_Nm)) {
-        return fail(ZH_BAD_INPUT, "zh_sil_step: torque_ref_Nm: is not a finite number; the drive "
-                                  "has tripped, give a number and reset the fault");
-    }
-    if (!std::isfinite(in->speed_ref_rpm)) {
-        return fail(ZH_BAD_INPUT, "zh_sil_step: speed_ref_rpm: is not a finite number; the drive "
-                                  "has tripped, give a number and reset the fault");
-    }
-    return ZH_OK;
+    return input_status(*in);
 }
 
 int zh_sil_get(const zh_sil *handle, const char *name, float *value)

@@ -151,6 +151,15 @@ std::string_view trimmed(std::string_view text)
     return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+// Text without quotes.
+bool is_bare_word(std::string_view text)
+{
+    const bool letters = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+    });
+    return letters && text != "true" && text != "false";
+}
+
 // The value of an override: the common case, a plain number, without the TOML parser.
 TomlValue parse_value(std::string_view text, std::string_view assignment)
 {
@@ -160,10 +169,7 @@ TomlValue parse_value(std::string_view text, std::string_view assignment)
     if (parsed.ec == std::errc{} && parsed.ptr == end) {
         return number;
     }
-    const bool bare_word = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-    });
-    if (bare_word && text != "true" && text != "false") {
+    if (is_bare_word(text)) {
         return std::string(text);
     }
     try {

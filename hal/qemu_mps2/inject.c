@@ -42,19 +42,34 @@ static void execute_ram(void)
     entry();
 }
 
+/* Writes where no program may. */
+static void write_forbidden(uint32_t what)
+{
+    if (what == PIL_INJECT_WILD_WRITE) {
+        write_word(WILD_ADDRESS, 1u);
+    } else if (what == PIL_INJECT_NULL_WRITE) {
+        write_word(0u, 1u);
+    } else if (what == PIL_INJECT_CODE_WRITE) {
+        write_word((uint32_t)(uintptr_t)&inject & ~3u, 0u);
+    }
+}
+
+/* Changes what the running checks of the table and of the image read. */
+static void corrupt_flash(uint32_t what, const unit_t *unit)
+{
+    if (what == PIL_INJECT_TABLE_BIT) {
+        flip_bit((uint32_t)(uintptr_t)&unit->table->entry[6]);
+    } else if (what == PIL_INJECT_IMAGE_BIT) {
+        flip_bit((uint32_t)(uintptr_t)&inject & ~3u);
+    }
+}
+
 void inject(uint32_t what, unit_t *unit)
 {
     volatile uint32_t seed = 0u;
+    write_forbidden(what);
+    corrupt_flash(what, unit);
     switch (what) {
-    case PIL_INJECT_WILD_WRITE:
-        write_word(WILD_ADDRESS, 1u);
-        break;
-    case PIL_INJECT_NULL_WRITE:
-        write_word(0u, 1u);
-        break;
-    case PIL_INJECT_CODE_WRITE:
-        write_word((uint32_t)(uintptr_t)&inject & ~3u, 0u);
-        break;
     case PIL_INJECT_STACK_OVERFLOW:
         (void)overflow(&seed);
         break;
@@ -69,12 +84,6 @@ void inject(uint32_t what, unit_t *unit)
         }
     case PIL_INJECT_DEAD_CONTROL:
         MPS2_TIMER_CTRL(MPS2_TIMER0) = 0u;
-        break;
-    case PIL_INJECT_TABLE_BIT:
-        flip_bit((uint32_t)(uintptr_t)&unit->table->entry[6]);
-        break;
-    case PIL_INJECT_IMAGE_BIT:
-        flip_bit((uint32_t)(uintptr_t)&inject & ~3u);
         break;
     case PIL_INJECT_EXECUTE_RAM:
         execute_ram();
