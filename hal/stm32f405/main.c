@@ -12,12 +12,13 @@
 #include "cm_text.h"
 #include "hal_development_key.h"
 #include "stm32_adc.h"
+#include "stm32_board.h"
 #include "stm32_clock.h"
-#include "stm32_gpio.h"
+#include "stm32_inbox.h"
 #include "stm32_map.h"
 #include "stm32_pwm.h"
 #include "stm32_rng.h"
-#include "stm32_slots.h"
+#include "stm32_store.h"
 #include "stm32_timebase.h"
 #include "stm32_usart.h"
 #include "stm32_watchdog.h"
@@ -25,23 +26,18 @@
 #define BAUD        115200u
 #define WATCHDOG_MS 100u
 #define END_BYTES   64u
-#define ERASE_MS    STM32_WATCHDOG_MAX_MS /* 2/3 of it is more than the 2 s of a sector */
 
-#define RECEIVED_BYTES 256u  /* a power of two, more than one request */
-#define TRACE_WORDS    1024u /* 128 rows of 8 signals, 25.6 ms */
-
-#define PIN_LED_RUN   6u /* of port C; 13 to 15 must not source a current (data sheet) */
-#define PIN_LED_FAULT 7u
+#define TRACE_WORDS 1024u /* 128 rows of 8 signals, 25.6 ms */
 
 static stm32_rcc_t *const rcc = (stm32_rcc_t *)STM32_RCC_BASE;
 static stm32_tim_t *const tim1 = (stm32_tim_t *)STM32_TIM1_BASE;
 static stm32_tim_t *const tim5 = (stm32_tim_t *)STM32_TIM5_BASE;
-static stm32_gpio_t *const port_a = (stm32_gpio_t *)STM32_GPIOA_BASE;
-static stm32_gpio_t *const port_b = (stm32_gpio_t *)STM32_GPIOB_BASE;
-static stm32_gpio_t *const port_c = (stm32_gpio_t *)STM32_GPIOC_BASE;
 static stm32_usart_t *const usart = (stm32_usart_t *)STM32_USART3_BASE;
 static stm32_iwdg_t *const iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE;
 static stm32_rng_t *const rng = (stm32_rng_t *)STM32_RNG_BASE;
+static const stm32_board_t board = {(stm32_rcc_t *)STM32_RCC_BASE, (stm32_gpio_t *)STM32_GPIOA_BASE,
+                                    (stm32_gpio_t *)STM32_GPIOB_BASE,
+                                    (stm32_gpio_t *)STM32_GPIOC_BASE};
 static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *)STM32_ADC2_BASE,
                                   (stm32_adc_t *)STM32_ADC3_BASE,
                                   (stm32_adc_common_t *)STM32_ADC_COMMON_BASE};
@@ -49,9 +45,7 @@ static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *
 static unit_t unit;
 static cm_image_check_t image_check;
 static char identity[CM_IMAGE_BANNER_BYTES];
-static uint8_t received[RECEIVED_BYTES]; /* ring: from the interrupt to the background */
-static volatile uint32_t received_in;
-static volatile uint32_t received_out;
+static stm32_inbox_t inbox;
 static uint32_t trace_memory[TRACE_WORDS];
 static uint16_t late_periods;
 static bool behind_late; /* the last period missed a crest */
@@ -83,7 +77,7 @@ COLD void port_halt(const cm_fault_t *fault)
     at = cm_text(at, "\r\n");
     *at = '\0';
     (void)stm32_usart_send(usart, text);
-    stm32_gpio_write(port_c, PIN_LED_FAULT, true);
+    stm32_board_led_fault(&board, true);
     while (true) {
         port_gates_off();
         stm32_watchdog_serve(iwdg);
@@ -132,25 +126,19 @@ void control_interrupt(void)
 }
 
 /* As urgent as the control interrupt, which therefore waits a byte's handling at most: the samples
- * are taken by then. A full ring drops the byte; the frame's CRC tells. */
+ * are taken by then. */
 void usart_interrupt(void)
 {
     uint8_t byte;
-    if (stm32_usart_receive(usart, &byte) && (received_in - received_out < RECEIVED_BYTES)) {
-        received[received_in % RECEIVED_BYTES] = byte;
-        received_in++;
+    if (stm32_usart_receive(usart, &byte)) {
+        stm32_inbox_put(&inbox, byte);
     }
 }
 
 static bool link_read(void *context, uint8_t *byte)
 {
     (void)context;
-    if (received_in == received_out) {
-        return false;
-    }
-    *byte = received[received_out % RECEIVED_BYTES];
-    received_out++;
-    return true;
+    return stm32_inbox_take(&inbox, byte);
 }
 
 static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
@@ -171,59 +159,27 @@ static uint32_t clock_us(void *context)
     return stm32_timebase_us(tim5);
 }
 
-/* The core stands still while the flash is busy. Gates are off: control periods may be missing, and
- * the next one begin anywhere. */
-COLD static void end_of_silence(void)
-{
-    hal_sample_t forgotten;
-    stm32_adc_read(&adcs, &forgotten);
-    cm_nvic_forget(STM32_IRQ_ADC);
-    behind_late = true;
-    cm_irq_on();
-}
-
-COLD static hal_flash_status_t erase_slot(void *context, uint32_t slot)
-{
-    if (!stm32_watchdog_start(iwdg, ERASE_MS)) {
-        return HAL_FLASH_FAILED;
-    }
-    cm_irq_off();
-    const hal_flash_status_t status = stm32_slots_erase((const stm32_slots_t *)context, slot);
-    end_of_silence();
-    return stm32_watchdog_start(iwdg, WATCHDOG_MS) ? status : HAL_FLASH_FAILED;
-}
-
-COLD static hal_flash_status_t program_slot(void *context, uint32_t slot, uint32_t offset,
-                                            const uint32_t *words)
-{
-    cm_irq_off();
-    const hal_flash_status_t status =
-        stm32_slots_program((const stm32_slots_t *)context, slot, offset, *words);
-    end_of_silence();
-    return status;
-}
-
-static uint32_t read_slot(void *context, uint32_t slot, uint32_t offset)
-{
-    return stm32_slots_read((const stm32_slots_t *)context, slot, offset);
-}
-
 static bool entropy(void *context, uint64_t *bits)
 {
     (void)context;
     return stm32_rng_draw(rng, bits);
 }
 
-static stm32_slots_t slots = {(stm32_flash_t *)STM32_FLASH_BASE,
-                              {(volatile uint32_t *)0x08020000u, (volatile uint32_t *)0x08040000u},
-                              STM32_FLASH_POLLS};
-static const hal_flash_t flash = {.context = &slots,
+static stm32_store_t store = {
+    .slots = {(stm32_flash_t *)STM32_FLASH_BASE,
+              {(volatile uint32_t *)0x08020000u, (volatile uint32_t *)0x08040000u},
+              STM32_FLASH_POLLS},
+    .adcs = &adcs,
+    .iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE,
+    .watchdog_ms = WATCHDOG_MS,
+    .behind_late = &behind_late};
+static const hal_flash_t flash = {.context = &store,
                                   .slot_bytes = STM32_SLOTS_BYTES,
                                   .unit_words = 1u,
                                   .erased_word = UINT32_MAX,
-                                  .erase = erase_slot,
-                                  .program = program_slot,
-                                  .read = read_slot};
+                                  .erase = stm32_store_erase,
+                                  .program = stm32_store_program,
+                                  .read = stm32_store_read};
 static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY; /* yours here */
 
 /* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
@@ -236,34 +192,9 @@ static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
                                       .entropy = entropy,
                                       .flash = &flash};
 
-/* PA8..10 and PB13..15: as low outputs until the timer drives them, which is not before
- * stm32_pwm_start has made "off" a driven low there too. */
-COLD static void gate_pins(stm32_gpio_mode_t mode)
-{
-    for (uint32_t pin = 0u; pin < 3u; pin++) {
-        stm32_gpio_configure(port_a, 8u + pin, mode, STM32_GPIO_PULL_DOWN, 1u);
-        stm32_gpio_configure(port_b, 13u + pin, mode, STM32_GPIO_PULL_DOWN, 1u);
-    }
-}
-
 void port_early(void)
 {
-    rcc->AHB1ENR |= RCC_AHB1ENR_GPIOAEN | RCC_AHB1ENR_GPIOBEN | RCC_AHB1ENR_GPIOCEN;
-    (void)rcc->AHB1ENR; /* a device answers some clocks after it got one */
-    gate_pins(STM32_GPIO_OUTPUT);
-}
-
-COLD static void start_pins(void)
-{
-    for (uint32_t pin = 0u; pin < 3u; pin++) {
-        stm32_gpio_configure(port_a, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
-        stm32_gpio_configure(port_c, pin, STM32_GPIO_ANALOG, STM32_GPIO_FLOATING, 0u);
-    }
-    stm32_gpio_configure(port_b, 12u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_DOWN, 1u);
-    stm32_gpio_configure(port_b, 10u, STM32_GPIO_ALTERNATE, STM32_GPIO_FLOATING, 7u);
-    stm32_gpio_configure(port_b, 11u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_UP, 7u);
-    stm32_gpio_configure(port_c, PIN_LED_RUN, STM32_GPIO_OUTPUT, STM32_GPIO_FLOATING, 0u);
-    stm32_gpio_configure(port_c, PIN_LED_FAULT, STM32_GPIO_OUTPUT, STM32_GPIO_FLOATING, 0u);
+    stm32_board_gates_low(&board);
 }
 
 /* Serial port and clock first, so that whatever fails afterwards can be told. */
@@ -271,13 +202,9 @@ COLD static stm32_clock_t start_clock_and_serial_port(void)
 {
     const stm32_clock_t clock = stm32_clock_start(rcc, (stm32_flash_t *)STM32_FLASH_BASE,
                                                   (stm32_pwr_t *)STM32_PWR_BASE, STM32_CLOCK_POLLS);
-    rcc->AHB2ENR |= RCC_AHB2ENR_RNGEN;
-    rcc->APB1ENR |= RCC_APB1ENR_TIM5EN | RCC_APB1ENR_USART3EN;
-    rcc->APB2ENR |=
-        RCC_APB2ENR_TIM1EN | RCC_APB2ENR_ADC1EN | RCC_APB2ENR_ADC2EN | RCC_APB2ENR_ADC3EN;
-    (void)rcc->APB2ENR; /* a device answers some clocks after it got one */
+    stm32_board_clocks(&board);
     stm32_rng_start(rng);
-    start_pins();
+    stm32_board_pins(&board);
     (void)stm32_usart_start(usart, stm32_clock_apb1_Hz(clock), BAUD);
     (void)cm_image_banner(identity);
     (void)stm32_usart_send(usart, identity);
@@ -312,7 +239,7 @@ COLD static bool start_drive(stm32_clock_t clock)
         cm_irq_on();
         /* Last: the first crest, half a period later, finds everything waiting for it. */
         if (stm32_pwm_start(tim1, &pwm)) {
-            gate_pins(STM32_GPIO_ALTERNATE);
+            stm32_board_gates_to_timer(&board);
         } else {
             wrong = "period or dead time beyond the timer; drive off\r\n";
         }
@@ -333,8 +260,8 @@ COLD static void follow_commands(void)
         command.command |= SEQUENCE_CMD_TORQUE_OFF;
     }
     unit_post_command(&unit, &command);
-    stm32_gpio_write(port_c, PIN_LED_RUN, unit.asked.mode != DRIVE_OFF);
-    stm32_gpio_write(port_c, PIN_LED_FAULT, unit.machine.faults != 0u);
+    stm32_board_led_run(&board, unit.asked.mode != DRIVE_OFF);
+    stm32_board_led_fault(&board, unit.machine.faults != 0u);
 }
 
 COLD int main(void)
@@ -348,7 +275,7 @@ COLD int main(void)
         (void)stm32_usart_send(usart, "last reset: watchdog\r\n");
     }
     const bool running = start_drive(clock);
-    stm32_gpio_write(port_c, PIN_LED_FAULT, !running);
+    stm32_board_led_fault(&board, !running);
     while (true) {
         cm_background_sync();
         if (running) {

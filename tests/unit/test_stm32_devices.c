@@ -1,10 +1,12 @@
 /* The small devices of the STM32F405 port on register blocks in RAM: ADC, pins, serial port,
  * watchdog, time base, flash sectors. */
 #include "stm32_adc.h"
+#include "stm32_board.h"
 #include "stm32_flash.h"
 #include "stm32_rng.h"
 #include "stm32_slots.h"
 #include "stm32_gpio.h"
+#include "stm32_inbox.h"
 #include "stm32_timebase.h"
 #include "stm32_usart.h"
 #include "stm32_watchdog.h"
@@ -344,6 +346,42 @@ static void test_a_failure_of_the_flash_is_told(void)
     TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, flash.CR);
 }
 
+static void test_the_inbox_hands_on_in_order_and_drops_what_does_not_fit(void)
+{
+    stm32_inbox_t inbox = {.in = UINT32_MAX - 7u, .out = UINT32_MAX - 7u}; /* the counters wrap */
+    uint8_t byte = 0u;
+    TEST_ASSERT_FALSE(stm32_inbox_take(&inbox, &byte));
+    for (uint32_t i = 0u; i <= STM32_INBOX_BYTES; i++) {
+        stm32_inbox_put(&inbox, (uint8_t)(i + 1u));
+    }
+    for (uint32_t i = 0u; i < STM32_INBOX_BYTES; i++) {
+        TEST_ASSERT_TRUE(stm32_inbox_take(&inbox, &byte));
+        TEST_ASSERT_EQUAL_UINT8((uint8_t)(i + 1u), byte);
+    }
+    TEST_ASSERT_FALSE(stm32_inbox_take(&inbox, &byte));
+}
+
+/* PA8..10 and PB13..15: outputs, which are low after reset, then pins of the timer (function 1). */
+static void test_gates_are_driven_low_before_the_timer_has_them(void)
+{
+    stm32_rcc_t rcc = {0};
+    stm32_gpio_t a = {0};
+    stm32_gpio_t b = {0};
+    stm32_gpio_t c = {0};
+    const stm32_board_t board = {&rcc, &a, &b, &c};
+    stm32_board_gates_low(&board);
+    TEST_ASSERT_EQUAL_HEX32(0x15u << 16, a.MODER);
+    TEST_ASSERT_EQUAL_HEX32(0x15u << 26, b.MODER);
+    TEST_ASSERT_EQUAL_HEX32(0x2au << 16, a.PUPDR);
+    TEST_ASSERT_EQUAL_HEX32(0u, a.ODR | b.ODR);
+    TEST_ASSERT_EQUAL_HEX32(0x7u, rcc.AHB1ENR);
+    stm32_board_gates_to_timer(&board);
+    TEST_ASSERT_EQUAL_HEX32(0x2au << 16, a.MODER);
+    TEST_ASSERT_EQUAL_HEX32(0x2au << 26, b.MODER);
+    TEST_ASSERT_EQUAL_HEX32(0x111u, a.AFRH);
+    TEST_ASSERT_EQUAL_HEX32(0x11100000u, b.AFRH);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -373,5 +411,7 @@ int main(void)
     RUN_TEST(test_slots_are_the_two_sectors_and_nothing_else);
     RUN_TEST(test_a_generator_that_stands_or_fails_gives_nothing);
     RUN_TEST(test_a_failure_of_the_flash_is_told);
+    RUN_TEST(test_the_inbox_hands_on_in_order_and_drops_what_does_not_fit);
+    RUN_TEST(test_gates_are_driven_low_before_the_timer_has_them);
     return UNITY_END();
 }
