@@ -2,8 +2,8 @@
 
 host_sim/configs/<name>.toml:  [config] name motor board rig  [params] <firmware parameter> = value
 `motor` is a folder of gain_tables, `board` and `rig` are files of host_sim. [params] are parameters
-of firmware/parameters/param_list.def; what a figure itself prescribes (L, eps1 mode, observer Rs) is
-in its scenario and wins.
+of firmware/parameters/param_list.def; what a figure itself prescribes (L, eps1 mode, observer Rs)
+is in its scenario and wins.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What the control law is made of: the constants of firmware/law, in double precision.
 
-Derived from the parameters of a configuration as unit_config.c and the init functions do it; nothing
-here depends on the operating point.
+Derived from the parameters of a configuration as unit_config.c and the init functions do it;
+nothing here depends on the operating point.
 """
 
 from __future__ import annotations
