@@ -68,23 +68,32 @@ def golden_of(found: Mapping[str, Hashes]) -> Golden:
 
 def difference(committed: Golden, now: Golden, whole: bool) -> Difference:
     """`whole`: every run was made, so that a run may be missing."""
-    common = [name for name in now.signals if name in committed.signals]
-    runs = [run for run in now.runs if run in committed.runs]
-    signals = {
-        name: [run for run in runs if committed.runs[run][name] != now.runs[run][name]]
-        for name in common
-    }
-    if list(committed.runs) == list(now.runs):
-        differing = {n for n in common if signals[n] or committed.signals[n] != now.signals[n]}
-    else:
-        differing = {n for n in common if signals[n]}
     return Difference(
-        signals={name: signals[name] for name in common if name in differing},
-        added=[name for name in now.signals if name not in committed.signals],
-        gone=[name for name in committed.signals if name not in now.signals],
-        runs_added=[run for run in now.runs if run not in committed.runs],
-        runs_gone=[run for run in committed.runs if run not in now.runs] if whole else [],
+        signals=_differing(committed, now),
+        added=_not_in(committed.signals, now.signals),
+        gone=_not_in(now.signals, committed.signals),
+        runs_added=_not_in(committed.runs, now.runs),
+        runs_gone=_not_in(now.runs, committed.runs) if whole else [],
     )
+
+
+def _not_in(known: Mapping[str, object], names: Iterable[str]) -> list[str]:
+    return [name for name in names if name not in known]
+
+
+def _differing(committed: Golden, now: Golden) -> dict[str, list[str]]:
+    """Signals that differ, each with the runs that tell so, of what both have."""
+    runs = [run for run in now.runs if run in committed.runs]
+    same_runs = list(committed.runs) == list(now.runs)
+    found = {}
+    for name in now.signals:
+        if name not in committed.signals:
+            continue
+        where = [run for run in runs if committed.runs[run][name] != now.runs[run][name]]
+        # A run shows 24 bits of its hash; over the same runs the signal's own hash says more.
+        if where or (same_runs and committed.signals[name] != now.signals[name]):
+            found[name] = where
+    return found
 
 
 def write(golden: Golden, path: Path) -> None:
