@@ -4,8 +4,7 @@
 #include "cm_text.h"
 #include "cm_version.h"
 #include "crc32c.h"
-
-#include ZH_PARAMS_HEADER
+#include "image_params.h"
 
 /* Enough slices for a whole round in some seconds of background calls. */
 #define SLICE_BYTES 256u

@@ -1,7 +1,14 @@
-# zh_image(<source>...): the flash image of the port in the current folder, from its sources, the
-# firmware, hal/cortex_m, the configuration params_<ZH_CONFIG>.h and the memory map memory.ld beside
-# them. Makes firmware.elf with a checked CRC, firmware.bin, .hex and .map.
-set(ZH_CONFIG "recommended" CACHE STRING "Configuration in the image: hal/<port>/params_<it>.h")
+# zh_image(<source>... [BOARD <name or file>]): the flash image of the port in the current folder, from
+# its sources, the firmware, hal/cortex_m, the parameters of ZH_CONFIG and the memory map memory.ld beside
+# them. BOARD, a file of host_sim/boards or of the port, goes instead of the configuration's board. Makes
+# firmware.elf with a checked CRC, firmware.bin, .hex and .map.
+set(kind STRING)
+if("${ZH_CONFIG}" MATCHES "/")
+    set(kind FILEPATH)
+endif()
+set(ZH_CONFIG "recommended" CACHE ${kind} "Configuration in the image: one of host_sim/configs or a TOML file")
+
+include(ZhGainTable) # Python, ZH_MOTOR
 
 # zh_find_port(<folder of hal/ or path>): sets ZH_PORT_FOLDER and ZH_PORT_NAME, or says what is wrong.
 function(zh_find_port port)
@@ -26,18 +33,39 @@ function(zh_find_port port)
     set(ZH_PORT_NAME "${name}" PARENT_SCOPE)
 endfunction()
 
-function(zh_image)
-    set(params "params_${ZH_CONFIG}.h")
-    if(NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${params}")
-        message(FATAL_ERROR "ZH_CONFIG: no ${CMAKE_CURRENT_SOURCE_DIR}/${params}; make it with "
-                            "tools/zh params --config ${ZH_CONFIG} --write ${CMAKE_CURRENT_SOURCE_DIR}/${params}")
+# image_params.h in the current folder of the build: ZH_CONFIG on a board, for ZH_MOTOR.
+function(zh_image_parameters board)
+    set(header "${CMAKE_CURRENT_BINARY_DIR}/image_params.h")
+    set(options --config "${ZH_CONFIG}")
+    if(board)
+        list(APPEND options --board "${board}")
     endif()
-    add_executable(zh_image ${ARGN} $<TARGET_OBJECTS:zh_hal_cortex_m>)
+    if(ZH_MOTOR)
+        list(APPEND options --motor "${ZH_MOTOR}")
+    endif()
+    add_custom_command(
+        OUTPUT "${header}"
+        COMMAND "${Python3_EXECUTABLE}" -S -B "${ZH_TOOLS_DIR}/generate_params.py" ${options}
+                --out "${header}" --depfile "${header}.d"
+        DEPENDS "${ZH_TOOLS_DIR}/generate_params.py"
+        DEPFILE "${header}.d"
+        WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
+        COMMENT "Parameters of configuration ${ZH_CONFIG}"
+        VERBATIM)
+    add_custom_target(zh_image_parameters DEPENDS "${header}")
+endfunction()
+
+function(zh_image)
+    cmake_parse_arguments(PARSE_ARGV 0 IMAGE "" "BOARD" "")
+    zh_image_parameters("${IMAGE_BOARD}")
+    add_executable(zh_image ${IMAGE_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:zh_hal_cortex_m>)
     set_target_properties(zh_image PROPERTIES OUTPUT_NAME firmware RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}")
     target_include_directories(zh_image PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
-    target_include_directories(zh_hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
+    target_include_directories(zh_hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}"
+                               "${PROJECT_BINARY_DIR}/generated")
     target_compile_definitions(
-        zh_hal_cortex_m PRIVATE ZH_PARAMS_HEADER="${params}" ZH_PORT="${ZH_PORT_NAME}" ZH_VERSION="${PROJECT_VERSION}")
+        zh_hal_cortex_m PRIVATE ZH_PORT="${ZH_PORT_NAME}" ZH_VERSION="${PROJECT_VERSION}")
+    add_dependencies(zh_hal_cortex_m zh_image_parameters)
     target_link_libraries(zh_image PRIVATE zh_hal_cortex_m zh_warnings)
     set(script "${PROJECT_SOURCE_DIR}/hal/cortex_m/sections.ld")
     target_link_options(

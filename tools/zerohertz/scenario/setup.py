@@ -1,30 +1,31 @@
 """A configuration: which rig, board and gain table, and the firmware's tuning.
 
 host_sim/configs/<name>.toml:  [config] name motor board rig  [params] <firmware parameter> = value
-`motor` is a folder of gain_tables, `board` and `rig` are files of host_sim. [params] are parameters
-of firmware/parameters/param_list.def; what a figure itself prescribes (L, eps1 mode, observer Rs)
-is in its scenario and wins.
+`motor` is a folder of gain_tables or an absolute path, `board` and `rig` are files of host_sim.
+[params] are parameters of firmware/parameters/param_list.def; what a figure itself prescribes (L,
+eps1 mode, observer Rs) is in its scenario and wins. Python's standard library alone: the build
+reads them too.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any
 
 from zerohertz.errors import UserError
+from zerohertz.param_list import read_param_list
 from zerohertz.paths import ROOT
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 CONFIGS = ROOT / "host_sim" / "configs"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
-_PARAM_LIST = ROOT / "firmware" / "parameters" / "param_list.def"
 
 Value = float | int
 
@@ -71,14 +72,21 @@ class Setup:
         return known["omega_max_rad_s"] / known["pole_pairs"] * 30.0 / math.pi
 
 
+def config_file(name: str | Path) -> Path:
+    """A configuration by name, or a TOML file."""
+    path = Path(name)
+    if path.suffix == ".toml":
+        return path
+    path = CONFIGS / f"{name}.toml"
+    if not path.is_file():
+        known = ", ".join(sorted(file.stem for file in CONFIGS.glob("*.toml")))
+        raise UserError(f"--config: no '{name}'; there are {known}, or name a TOML file")
+    return path
+
+
 def load_setup(name: str | Path) -> Setup:
     """A configuration by name, or of a TOML file."""
-    path = Path(name)
-    if path.suffix != ".toml":
-        path = CONFIGS / f"{name}.toml"
-        if not path.is_file():
-            known = ", ".join(sorted(file.stem for file in CONFIGS.glob("*.toml")))
-            raise UserError(f"--config: no '{name}'; there are {known}, or name a TOML file")
+    path = config_file(name)
     data = _read_toml(path)
     for section in data:
         if section not in ("config", "params"):
@@ -105,12 +113,7 @@ def load_setup(name: str | Path) -> Setup:
 
 def parameter_defaults() -> dict[str, Value]:
     """Name -> default of every firmware parameter."""
-    pattern = r'PARAM_([FU])\((\w+),\s*"[^"]*",\s*[^,]+,\s*[^,]+,\s*([^,]+),'
-    text = _PARAM_LIST.read_text(encoding="utf-8")
-    return {
-        name: float(value.rstrip("f")) if kind == "F" else int(value.rstrip("u"))
-        for kind, name, value in re.findall(pattern, text)
-    }
+    return {name: parameter.initial for name, parameter in read_param_list().items()}
 
 
 def scenario_file(name: str) -> Path:

@@ -91,7 +91,7 @@ def _that_read_the_code() -> list[Stage]:
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
         Stage(
             "generated",
-            "gain tables fresh and proven, image parameters and their pages fresh",
+            "gain tables fresh and proven, pages of parameters and faults fresh",
             _generated,
         ),
         Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),

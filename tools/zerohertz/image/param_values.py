@@ -1,0 +1,125 @@
+"""The parameters that an image starts with: defaults, motor, board, configuration, in this order.
+
+Python's standard library alone: the build computes them. The rules are those of
+host_sim/firmware_setup.cpp, float for float: tests/tools/test_param_header.py compares the two.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from zerohertz.board import Board
+from zerohertz.errors import UserError
+from zerohertz.motor import Circuit, Motor
+from zerohertz.param_list import ListedParameter, float32, read_param_list
+
+Values = dict[str, float]
+
+# Table 1 and the rig of Hasegawa (2005): what the defaults of param_list.def were chosen for.
+_PAPER_VOLTAGE_V, _PAPER_FREQUENCY_HZ, _PAPER_CURRENT_A = 200.0, 60.0, 6.2
+_BANDWIDTH = "current_bandwidth_rad_s"
+_PAPER_M_H, _PAPER_J_KG_M2 = 0.102, 0.015
+
+
+def image_values(motor: Motor, board: Board, given: Mapping[str, float], file: Path) -> Values:
+    """Every parameter, in the order of the list; UserError names file and parameter."""
+    listed = read_param_list()
+    values = {name: float32(p.initial) for name, p in listed.items()}
+    factors = _motor_factors(motor) | _board_factors(board)
+    for name, factor in factors.items():
+        low, high = float32(listed[name].minimum), float32(listed[name].maximum)
+        values[name] = min(max(float32(factor * values[name]), low), high)
+    for name, value in (_measured(motor, board) | dict(given)).items():
+        where = file if name in given else Path(motor.file if name in _OF_MOTOR else "board")
+        values[name] = _checked(listed, name, value, where)
+    _require_consistent(values, file)
+    return values
+
+
+def _motor_factors(motor: Motor) -> Values:
+    """Another motor needs other currents and flux: in proportion to the nameplates."""
+    plate = motor.nameplate
+    current = plate.current_A / _PAPER_CURRENT_A
+    flux = (plate.voltage_V / plate.frequency_Hz) / (_PAPER_VOLTAGE_V / _PAPER_FREQUENCY_HZ)
+    i_d = flux * _PAPER_M_H / motor.circuit.M_H
+    return {
+        **dict.fromkeys(("i_q_max_A", "i_max_A", "overload_motor_A"), current),
+        **dict.fromkeys(("overload_inverter_A", "com_rated_A"), current),
+        **dict.fromkeys(("i_d_A", "i_d_max_A"), i_d),
+        "lambda_max_Wb": flux,
+        "speed_J_kg_m2": motor.mechanics.J_kg_m2 / _PAPER_J_KG_M2,
+    }
+
+
+def _board_factors(board: Board) -> Values:
+    paper = Board()
+    current = board.current_full_scale_A / paper.current_full_scale_A
+    return {
+        "u_dc_max_V": board.dc_link_full_scale_V / paper.dc_link_full_scale_V,
+        "u_dc_min_V": board.u_dc_V / paper.u_dc_V,
+        "i_trip_A": current,
+        "current_sum_max_A": current,
+        "sup_u_uncertainty_V": board.line_voltage_full_scale_V / paper.line_voltage_full_scale_V,
+        "voltage_filter_comp_s": _delay_s(board) / _delay_s(paper),
+    }
+
+
+def _delay_s(board: Board) -> float:
+    """The filter's group delay at low frequency, 2 D / w_c, seen from the middle of the interval
+    that just ended: half a period less.
+    """
+    cutoff_rad_s = 2.0 * math.pi * board.filter_cutoff_Hz
+    return 2.0 * board.filter_damping / cutoff_rad_s - 0.5 * board.period_s
+
+
+_OF_MOTOR = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H", "pole_pairs")
+_OF_BOARD = (
+    *("adc_bits", "current_full_scale_A", "line_voltage_full_scale_V"),
+    *("dc_link_full_scale_V", "period_s"),
+)
+
+
+def _measured(motor: Motor, board: Board) -> Values:
+    known = {name: getattr(motor.circuit, name) for name in _OF_MOTOR[:-1]}
+    return {
+        **known,
+        "pole_pairs": motor.nameplate.pole_pairs,
+        **{name: getattr(board, name) for name in _OF_BOARD},
+    }
+
+
+def _checked(listed: Mapping[str, ListedParameter], name: str, value: float, where: Path) -> float:
+    parameter = listed[name]
+    low, high = float32(parameter.minimum), float32(parameter.maximum)
+    if not low <= float32(value) <= high:
+        raise UserError(
+            f"{where}: {name}: {value:g} is out of range; "
+            f"give {parameter.minimum:g} .. {parameter.maximum:g}"
+        )
+    if parameter.whole and not float(value).is_integer():
+        raise UserError(f"{where}: {name}: {value:g} is not a whole number")
+    return float32(value)
+
+
+def _require_consistent(v: Values, file: Path) -> None:
+    """What the firmware would refuse at its start, by the names of the two that disagree."""
+    circuit = Circuit(**{name: v[name] for name in _OF_MOTOR[:-1]})
+    if circuit.M_H**2 >= circuit.Ls_H * circuit.Lr_H:
+        raise UserError(f"{file}: M_H: leaves no leakage; it must be below sqrt(Ls_H Lr_H)")
+    limits = (
+        ("eps1_on_Hz", v["eps1_on_Hz"], "eps1_off_Hz", v["eps1_off_Hz"]),
+        ("i_d_A", v["i_d_A"], "i_d_max_A", v["i_d_max_A"]),
+    )
+    for name, value, bound, most in limits:
+        if value > most:
+            raise UserError(f"{file}: {name}: {value:g} is above {bound} = {most:g}; lower it")
+    below = (
+        ("u_dc_min_V", v["u_dc_min_V"], "u_dc_max_V", v["u_dc_max_V"]),
+        ("period_s", v["period_s"], "1 / a11 of the motor", 1.0 / circuit.a11_per_s),
+        (_BANDWIDTH, v[_BANDWIDTH], "1 / period_s", float32(1.0 / v["period_s"])),
+    )
+    for name, value, bound, most in below:
+        if value >= most:
+            raise UserError(f"{file}: {name}: {value:g} is not below {bound} = {most:g}; lower it")
