@@ -10,7 +10,7 @@ function(zh_gain_table target folder)
     get_filename_component(motor "${folder}" NAME)
     foreach(file IN ITEMS motor.toml l_gain.json)
         if(NOT EXISTS "${folder}/${file}")
-            message(FATAL_ERROR "no ${folder}/${file}; a motor folder has motor.toml, written by hand as "
+            message(FATAL_ERROR "missing: ${folder}/${file}; a motor folder has motor.toml, written by hand as "
                                 "gain_tables/README.md says, and l_gain.json of tools/zh design ${folder}")
         endif()
     endforeach()
