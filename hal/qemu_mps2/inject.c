@@ -5,7 +5,8 @@
 #include "cm_mpu.h"
 #include "mps2_registers.h"
 
-#define WILD_ADDRESS 0x30000000u /* no memory, no device */
+#define FLOAT_MAX_BITS 0x7F7FFFFFu
+#define WILD_ADDRESS   0x30000000u /* no memory, no device */
 
 static void write_word(uint32_t address, uint32_t value)
 {
@@ -111,11 +112,35 @@ void inject_delay(uint32_t what, uint32_t age, uint32_t entry, uint32_t period_t
     }
 }
 
+/* Never triggered: a row in every period. */
+static bool start_trace(trace_t *trace)
+{
+    const trace_setup_t setup = {.signal = {0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u},
+                                 .signals = TRACE_SIGNALS_MAX,
+                                 .decimation = 1u,
+                                 .trigger_is_float = true,
+                                 .edge = TRACE_RISING,
+                                 .level = FLOAT_MAX_BITS};
+    return trace_running(trace) || trace_arm(trace, &setup);
+}
+
+static bool act(uint32_t what, unit_t *unit)
+{
+    switch (what) {
+    case PIL_INJECT_LIVE_CHANGE:
+        return unit_reconfigure(unit, &unit->params);
+    case PIL_INJECT_TRACE:
+        return start_trace(&unit->trace);
+    default:
+        return what != PIL_INJECT_STUCK_BACKGROUND;
+    }
+}
+
 void inject_background(uint32_t what, uint32_t age, unit_t *unit)
 {
     const bool reached = age < UINT32_MAX / 2u;
-    const bool change = (what == PIL_INJECT_LIVE_CHANGE) && reached;
-    const bool refused = change && !unit_reconfigure(unit, &unit->params);
-    while (((what == PIL_INJECT_STUCK_BACKGROUND) && reached) || refused) {
+    if (reached && !act(what, unit)) {
+        while (true) {
+        }
     }
 }

@@ -15,7 +15,8 @@ void inject(uint32_t what, unit_t *unit);
  * one asked for: it is made to last a period, or three. */
 void inject_delay(uint32_t what, uint32_t age, uint32_t entry, uint32_t period_ticks);
 
-/* In the background, `age` periods after the one asked for; before it `age` has wrapped. */
+/* In the background, `age` periods after the one asked for (before it `age` has wrapped). It stays
+ * there when what is asked for is refused. */
 void inject_background(uint32_t what, uint32_t age, unit_t *unit);
 
 #endif

@@ -18,6 +18,7 @@
 #include "inject.h"
 #include "mps2_registers.h"
 #include "pil_protocol.h"
+#include "plant.h"
 #include "ram_flash.h"
 #include "semihosting.h"
 
@@ -31,8 +32,7 @@
 
 static unit_t unit;
 static cm_image_check_t image_check;
-static int32_t from_plant;
-static int32_t to_plant;
+static plant_t plant;
 static int32_t link_file;
 static int32_t random_file;
 static pil_start_t asked; /* its parameters stand for the image's */
@@ -134,16 +134,6 @@ static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
     return k;
 }
 
-/* Not by number: that took the background two thirds of its time. */
-static void gather(const unit_t *a, const hal_output_t *o, uint32_t *signal)
-{
-#define SIGNAL_F(name, value, text) signal[PIL_SIGNAL_##name] = float_bits(value);
-#define SIGNAL_U(name, value, text) signal[PIL_SIGNAL_##name] = (value);
-#include "signal_list.def"
-#undef SIGNAL_F
-#undef SIGNAL_U
-}
-
 /* The emulator has no generator; the host behind it has. */
 static bool entropy(void *context, uint64_t *bits)
 {
@@ -171,7 +161,7 @@ _Noreturn static void leave(void)
                            .stack_used_bytes = cm_stack_used(),
                            .late_periods = late_periods,
                            .background_calls = background_calls};
-    (void)semihosting_write(to_plant, &end, sizeof end);
+    (void)plant_leave(&plant, &end);
     semihosting_exit(EXIT_DONE);
 }
 
@@ -207,30 +197,23 @@ _Noreturn static void no_plant(void)
     semihosting_exit(EXIT_NO_PLANT);
 }
 
-/* The next sample and command from the plant, or its word to leave. */
-static void ask_plant(pil_in_t *in)
+/* The next sample, and what the operator wants; or the word to leave. */
+static void take_sample(hal_sample_t *sample)
 {
-    if (!semihosting_read(from_plant, in, sizeof *in)) {
+    pil_in_t in;
+    if (!plant_ask(&plant, &in)) {
         no_plant();
     }
-    if ((in->command & PIL_STOP) != 0u) {
+    if ((in.command & PIL_STOP) != 0u) {
         leave();
     }
-    in->sample.late_periods = (uint16_t)late_periods;
-    const unit_command_t command = {.command = in->command,
-                                    .omega_m_ref_rad_s = in->omega_m_ref_rad_s,
-                                    .torque_ref_Nm = in->torque_ref_Nm,
-                                    .count = in->command_count};
+    *sample = in.sample;
+    sample->late_periods = (uint16_t)late_periods;
+    const unit_command_t command = {.command = in.command,
+                                    .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
+                                    .torque_ref_Nm = in.torque_ref_Nm,
+                                    .count = in.command_count};
     unit_post_command(&unit, &command);
-}
-
-static void answer_plant(pil_out_t *out, const hal_output_t *output)
-{
-    out->late_periods = late_periods;
-    gather(&unit, output, out->signal);
-    if (!semihosting_write(to_plant, out, sizeof *out)) {
-        no_plant();
-    }
 }
 
 void control_interrupt(void)
@@ -239,42 +222,36 @@ void control_interrupt(void)
     out.latency_ticks = CONTROL_TICKS - MPS2_TIMER_VALUE(MPS2_TIMER0);
     const uint32_t entry = MPS2_TIMER_VALUE(MPS2_TIMER1);
 
-    pil_in_t in;
-    ask_plant(&in);
+    hal_sample_t sample;
+    take_sample(&sample);
     if (periods == inject_at) {
         inject(inject_what, &unit);
     }
     hal_output_t output;
     out.begin_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
-    counted_interrupt(&in.sample, entry, &output);
+    counted_interrupt(&sample, entry, &output);
     out.end_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
-    answer_plant(&out, &output);
+    out.late_periods = late_periods;
+    if (!plant_answer(&plant, &unit, &output, &out)) {
+        no_plant();
+    }
 }
 
 static bool connect(void)
 {
-    from_plant = semihosting_open(PIL_FIFO_TO_IMAGE, SEMIHOSTING_READ);
-    to_plant = semihosting_open(PIL_FIFO_FROM_IMAGE, SEMIHOSTING_WRITE);
     link_file = semihosting_open(PIL_LINK_FILE, SEMIHOSTING_READ);
     random_file = semihosting_open("/dev/urandom", SEMIHOSTING_READ);
-    const pil_hello_t hello = {.magic = PIL_MAGIC,
-                               .params_bytes = sizeof(params_t),
-                               .signals = PIL_SIGNALS,
-                               .table_crc32c = cm_config.table->crc32c,
-                               .image_crc32c = cm_image_crc32c(),
-                               .clock_Hz = MPS2_CLOCK_HZ};
-    if ((from_plant < 0) || (to_plant < 0) || !semihosting_write(to_plant, &hello, sizeof hello) ||
-        !semihosting_read(from_plant, &asked, sizeof asked)) {
+    if (!plant_connect(&plant, &asked)) {
         return false;
     }
     inject_what = asked.inject;
     inject_at = asked.inject_at;
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
-    const uint32_t refused = unit_start(&unit, params, cm_config.table, &devices) ? 0u : 1u;
+    const bool taken = unit_start(&unit, params, cm_config.table, &devices);
     const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
     unit_record_init(&unit, &memory);
-    return semihosting_write(to_plant, &refused, sizeof refused);
+    return plant_ready(&plant, !taken);
 }
 
 static void start_devices(void)

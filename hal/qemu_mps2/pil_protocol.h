@@ -67,6 +67,7 @@ typedef enum {
     /* No defect: from then on the background changes the parameters again and again, to the same.
      */
     PIL_INJECT_LIVE_CHANGE = 16,
+    PIL_INJECT_TRACE = 17, /* nor this: from then on eight signals are recorded in every period */
     PIL_INJECT_COUNT
 } pil_inject_t;
 

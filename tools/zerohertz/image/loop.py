@@ -49,6 +49,7 @@ class Inject(IntEnum):
     EXECUTE_RAM = 14
     HANG = 15
     LIVE_CHANGE = 16  # no defect: a live change of the parameters in every round of the background
+    TRACE = 17  # nor this: a trace of eight signals runs
 
 
 @dataclass(frozen=True)
