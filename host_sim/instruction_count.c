@@ -45,20 +45,26 @@ typedef struct {
     uint32_t left; /* of them not to the next instruction */
 } count_t;
 
+typedef struct {
+    uint32_t address;
+    uint32_t bytes;
+} insn_t;
+
 static uint32_t base, begin, end, first, last; /* arguments */
 static char out_path[512];
 static count_t count[SLOTS][CODE_BYTES / 2u];
+static insn_t insns[CODE_BYTES / 2u];
 static uint32_t window; /* the open one, or the next */
 static bool open;
 static count_t *previous; /* of the open window, when it is counted */
 static uint32_t expected; /* the address behind it */
 
-/* `data`: the address, with bit 0 set for an instruction of 32 bits. */
+/* `data`: its insn_t. */
 static void executed(unsigned vcpu, void *data)
 {
     (void)vcpu;
-    const uint32_t word = (uint32_t)(uintptr_t)data;
-    const uint32_t address = word & ~1u;
+    const insn_t *insn = (const insn_t *)data;
+    const uint32_t address = insn->address;
     if (address == begin) {
         open = true;
     }
@@ -75,7 +81,7 @@ static void executed(unsigned vcpu, void *data)
     } else if ((window >= first) && (window <= last)) {
         previous = &count[window % SLOTS][(address - base) / 2u];
         previous->executed++;
-        expected = address + (((word & 1u) != 0u) ? 4u : 2u);
+        expected = address + insn->bytes;
     }
 }
 
@@ -86,9 +92,9 @@ static void translated(qemu_plugin_id_t id, struct qemu_plugin_tb *tb)
         struct qemu_plugin_insn *insn = qemu_plugin_tb_get_insn(tb, k);
         const uint32_t address = (uint32_t)qemu_plugin_insn_vaddr(insn);
         if (address - base < CODE_BYTES) {
-            const uint32_t wide = (qemu_plugin_insn_size(insn) == 4u) ? 1u : 0u;
-            qemu_plugin_register_vcpu_insn_exec_cb(insn, executed, 0,
-                                                   (void *)(uintptr_t)(address | wide));
+            insn_t *known = &insns[(address - base) / 2u];
+            *known = (insn_t){address, (uint32_t)qemu_plugin_insn_size(insn)};
+            qemu_plugin_register_vcpu_insn_exec_cb(insn, executed, 0, known);
         }
     }
 }
@@ -124,7 +130,9 @@ int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t *info, int argc, 
         {"base=", &base}, {"begin=", &begin}, {"end=", &end}, {"first=", &first}, {"last=", &last}};
     for (int k = 0; k < argc; k++) {
         if (strncmp(argv[k], "out=", 4) == 0) {
-            (void)snprintf(out_path, sizeof out_path, "%s", argv[k] + 4);
+            for (size_t n = 0; n + 1 < sizeof out_path && argv[k][n + 4] != '\0'; n++) {
+                out_path[n] = argv[k][n + 4]; /* zeroed before: ends with a zero */
+            }
         }
         for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
             const size_t length = strlen(numbers[n].name);

@@ -12,9 +12,38 @@ from typer.testing import CliRunner
 from zerohertz.bench import command, measure
 from zerohertz.bench.measure import DesignTime, SimSpeed
 from zerohertz.errors import UserError
-from zerohertz.image import budget
+from zerohertz.image import budget, cycles, interrupt
+from zerohertz.image.histogram import Row
+from zerohertz.image.interrupt import Interrupt, Slot
 
 TOLERANCE = 0.02
+INTERRUPT = Interrupt(
+    scenario="fig07",
+    config="paper",
+    periods=30_000,
+    mean=555.0,
+    worst=590,
+    worst_period=7,
+    worst_state="RUN",
+    live_change=40,
+    trace=200,
+    cycles_per_instruction=1.5,
+    slots=(Slot(0, 555.0, 590),),
+    call=7,
+    first=100,
+    last=199,
+    functions=(Row("svpwm_step", "svpwm.c", 44.0, 68.0, ()),),
+)
+INSTRUCTIONS = {
+    "paper": {
+        "mean": 555.5,
+        "worst": 640,
+        "worst_without_live_change": 600,
+        "live_change": 40,
+        "trace": 200,
+    },
+    "latency": 4,
+}
 
 
 @pytest.fixture
@@ -34,8 +63,11 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, "measure_images", lambda: {"board": {"flash_bytes": 40_000}})
     period = {"mean": 555.5, "worst": 600, "latency": 4}
     monkeypatch.setattr(budget, "measure_periods", lambda *_: {"fig07 paper": period})
-    known = {"images": {}, "periods": {"fig07 paper": period}, "compiler": "some"}
-    monkeypatch.setattr(budget, "committed", lambda: known)
+    monkeypatch.setattr(budget, "measure_interrupts", lambda *_: [INTERRUPT])
+    added = budget.added_figures([INTERRUPT])
+    known = {"images": {}, "periods": {"fig07 paper": period}, "added": added}
+    monkeypatch.setattr(budget, "compiler", lambda: "some")
+    monkeypatch.setattr(budget, "rows", lambda: {"some": known})
 
 
 @pytest.mark.usefixtures("measured")
@@ -53,10 +85,20 @@ def test_json_is_one_object_with_exactly_these_keys(app: typer.Typer) -> None:
         "callgrind": {"instructions_per_step": 1000.0},
         "image": {
             "bytes": {"board": {"flash_bytes": 40_000}},
-            "instructions": {"paper": {"mean": 555.5, "worst": 600}, "latency": 4},
+            "instructions": INSTRUCTIONS,
+            "load": {
+                "model": cycles.MODEL_NAME,
+                "paper": {
+                    "cycles_mean": 889,
+                    "cycles_worst": 1016,
+                    "load_mean_percent": 2.6,
+                    "load_worst_percent": 3.0,
+                    "pwm_max_Hz": 82_677,
+                },
+            },
             "committed": {
                 "bytes": {},
-                "instructions": {"paper": {"mean": 555.5, "worst": 600}, "latency": 4},
+                "instructions": INSTRUCTIONS,
                 "compiler": "some",
             },
         },
@@ -77,7 +119,34 @@ def test_the_count_can_be_stored(app: typer.Typer, tmp_path, monkeypatch) -> Non
     monkeypatch.setattr(command, "COUNTS", file)
     assert CliRunner().invoke(app, ["bench", "--counts", "--write"]).exit_code == 0
     stored = json.loads(file.read_text())
-    assert stored == {"instructions_per_step": 1000.0, "compiler": measure.compiler()}
+    assert stored == {measure.compiler(): {"instructions_per_step": 1000.0}}
+
+
+@pytest.mark.usefixtures("measured")
+def test_a_compiler_without_a_row_is_measured_all_the_same(
+    app: typer.Typer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(budget, "compiler", lambda: "another")
+    result = CliRunner().invoke(app, ["bench", "--image", "--json"])
+    image = json.loads(result.stdout)["image"]
+    assert image["instructions"] == INSTRUCTIONS
+    assert image["committed"] == {"bytes": {}, "instructions": {}, "compiler": "another"}
+
+
+def test_one_scenario_tells_its_functions(
+    app: typer.Typer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(interrupt, "measure_interrupt", lambda *_: INTERRUPT)
+    shown = CliRunner().invoke(app, ["bench", "--only", "fig07"]).stdout
+    for text in ("mean 555.0", "worst 590", "live change +40", "svpwm_step", "44.0"):
+        assert text in shown
+    told = CliRunner().invoke(app, ["bench", "--only", "fig07", "--json"]).stdout
+    assert json.loads(told)["functions"][0]["function"] == "svpwm_step"
+
+
+def test_all_scenarios_are_not_one(app: typer.Typer) -> None:
+    result = CliRunner().invoke(app, ["bench", "--only", "all"])
+    assert isinstance(result.exception, UserError)
 
 
 def test_real_runs_give_speeds_of_both_inverters() -> None:
@@ -91,11 +160,14 @@ def test_real_runs_give_speeds_of_both_inverters() -> None:
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind is not installed")
 def test_the_control_period_executes_the_committed_number_of_instructions() -> None:
-    committed = json.loads(command.COUNTS.read_text())
-    if committed["compiler"] != measure.compiler():
-        pytest.skip(f"the count is of {committed['compiler']}, this is {measure.compiler()}")
+    rows = json.loads(command.COUNTS.read_text())
+    compiler = measure.compiler()
+    assert compiler in rows, (
+        f"{command.COUNTS.name} has nothing of {compiler}; measure with tools/zh bench --counts "
+        "--write and commit the file"
+    )
     counted = measure.instructions_per_step()
-    assert counted == pytest.approx(committed["instructions_per_step"], rel=TOLERANCE), (
+    assert counted == pytest.approx(rows[compiler]["instructions_per_step"], rel=TOLERANCE), (
         "the control period has become longer or shorter; if that is meant: "
         "tools/zh bench --counts --write"
     )

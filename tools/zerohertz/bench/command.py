@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Annotated, Any
@@ -34,9 +35,14 @@ def bench(
     image: Annotated[
         bool, typer.Option("--image", help="Only the flash images: bytes and instructions.")
     ] = False,
+    functions: Annotated[
+        bool,
+        typer.Option(
+            "--functions", help="Only instructions by function and slot: writes the page."
+        ),
+    ] = False,
     only: Annotated[
-        str | None,
-        typer.Option(help="Only this scenario on the image, with its functions; seconds."),
+        str | None, typer.Option(help="One scenario on the image, with its functions; seconds.")
     ] = None,
     config: Annotated[
         str, typer.Option(help="With --only: paper, recommended or all_options.")
@@ -58,38 +64,18 @@ def bench(
     Times are CPU time, medians of several runs, and are only reported; the tests hold instructions
     and bytes to the committed ones.
     """
-    from zerohertz.bench import measure
-
     if only is not None:
         _bench_one(only, config, worst, rows, as_json)
         return
     console = Console(stderr=True)
+    if functions:
+        _write_page(console)
+        return
     result: dict[str, Any] = {}
     if not counts and not image:
-        console.print("measuring the closed loop, averaged inverter", highlight=False)
-        averaged = measure.simulation_speed("averaged")
-        console.print("measuring the closed loop, switched inverter", highlight=False)
-        switched = measure.simulation_speed("switched")
-        console.print("measuring the gain design", highlight=False)
-        design = measure.design_time()
-        result = {
-            "sil": {
-                "averaged_sim_s_per_cpu_s": round(averaged.sim_s_per_cpu_s, 1),
-                "switched_sim_s_per_cpu_s": round(switched.sim_s_per_cpu_s, 1),
-                "controller_ns_per_step": round(averaged.controller_ns_per_step, 1),
-                "plant_ns_per_step": round(averaged.plant_ns_per_step, 1),
-            },
-            "design": {
-                "entries": design.entries,
-                "solves": design.solves,
-                "cpu_s": round(design.cpu_s, 2),
-            },
-        }
+        result = _measure_times(console)
     if not image:
-        console.print("counting instructions", highlight=False)
-        result["callgrind"] = {"instructions_per_step": round(measure.instructions_per_step(), 2)}
-        if write:
-            _write(COUNTS, result["callgrind"], measure.compiler())
+        result["callgrind"] = _count_callgrind(console, write)
     if not counts:
         result["image"] = _measure_image(console, write and image)
     if as_json:
@@ -98,23 +84,66 @@ def bench(
         _show(result)
 
 
+def _measure_times(console: Console) -> dict[str, Any]:
+    from zerohertz.bench import measure
+
+    console.print("measuring the closed loop, averaged inverter", highlight=False)
+    averaged = measure.simulation_speed("averaged")
+    console.print("measuring the closed loop, switched inverter", highlight=False)
+    switched = measure.simulation_speed("switched")
+    console.print("measuring the gain design", highlight=False)
+    design = measure.design_time()
+    return {
+        "sil": {
+            "averaged_sim_s_per_cpu_s": round(averaged.sim_s_per_cpu_s, 1),
+            "switched_sim_s_per_cpu_s": round(switched.sim_s_per_cpu_s, 1),
+            "controller_ns_per_step": round(averaged.controller_ns_per_step, 1),
+            "plant_ns_per_step": round(averaged.plant_ns_per_step, 1),
+        },
+        "design": {
+            "entries": design.entries,
+            "solves": design.solves,
+            "cpu_s": round(design.cpu_s, 2),
+        },
+    }
+
+
+def _count_callgrind(console: Console, write: bool) -> dict[str, float]:
+    from zerohertz.bench import measure
+
+    console.print("counting instructions", highlight=False)
+    counted = {"instructions_per_step": round(measure.instructions_per_step(), 2)}
+    if write:
+        _write(COUNTS, counted, measure.compiler())
+    return counted
+
+
 def _bench_one(scenario: str, config: str, worst: bool, rows: int, as_json: bool) -> None:
     from zerohertz.bench import one
     from zerohertz.image.command import experiments
+    from zerohertz.image.interrupt import measure_interrupt
 
     if scenario == "all":
         raise UserError("--only: takes one scenario; without it all of them are measured")
     (experiment,) = experiments(scenario, config)
-    result = one.measure_one(experiment, IMAGE_PERIODS, worst)
+    found = measure_interrupt(experiment, worst)
     if as_json:
-        print(json.dumps(result))
+        print(json.dumps(dataclasses.asdict(found)))
     else:
-        one.show(result, rows)
+        one.show(found, rows)
+
+
+def _write_page(console: Console) -> None:
+    from zerohertz.image import budget, instruction_page
+
+    found = budget.measure_interrupts(lambda name: console.print(name, highlight=False))
+    instruction_page.PAGE.write_text(instruction_page.page_text(found), encoding="utf-8")
+    console.print(f"wrote {instruction_page.PAGE}", highlight=False)
 
 
 def _measure_image(console: Console, write: bool) -> dict[str, Any]:
     """Bytes of every port, instructions of every experiment, each beside the committed figure."""
-    from zerohertz.image import budget
+    from zerohertz.image import budget, instruction_page
 
     ports = budget.measure_images()
     with Progress(console=console) as progress:
@@ -123,23 +152,42 @@ def _measure_image(console: Console, write: bool) -> dict[str, Any]:
         periods = budget.measure_periods(
             chosen, None if write else IMAGE_PERIODS, lambda _: progress.advance(task)
         )
+        task = progress.add_task("functions and additions", total=len(budget.STEADY))
+        interrupts = budget.measure_interrupts(lambda _: progress.advance(task))
+    added = budget.added_figures(interrupts)
     if write:
-        budget.write(ports, periods)
-    known = budget.committed()
+        budget.write(ports, periods, added)
+        instruction_page.PAGE.write_text(instruction_page.page_text(interrupts), encoding="utf-8")
+    instructions = budget.overall(periods, added)
     return {
         "bytes": ports,
-        "instructions": budget.overall(periods),
-        "committed": {
-            "bytes": known["images"],
-            "instructions": budget.overall(known["periods"]),
-            "compiler": known["compiler"],
-        },
+        "instructions": instructions,
+        "load": budget.load(instructions, interrupts),
+        "committed": _committed(),
+    }
+
+
+def _committed() -> dict[str, Any]:
+    """Of this compiler; empty figures when it has none yet."""
+    from zerohertz.image import budget
+
+    compiler = budget.compiler()
+    known = budget.rows().get(compiler)
+    if known is None:
+        return {"bytes": {}, "instructions": {}, "compiler": compiler}
+    return {
+        "bytes": known["images"],
+        "instructions": budget.overall(known["periods"], known["added"]),
+        "compiler": compiler,
     }
 
 
 def _write(file: Path, counted: dict[str, float], compiler: str) -> None:
+    """Keeps this compiler's count; those of others stay."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(counted | {"compiler": compiler}, indent=1) + "\n", encoding="utf-8")
+    known = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    content = dict(sorted((known | {compiler: counted}).items()))
+    file.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def _show(result: dict[str, Any]) -> None:
@@ -177,15 +225,13 @@ def image_table(image: dict[str, Any]) -> Table:
     for column in ("measured", "committed", "limit or goal"):
         table.add_column(column, justify="right")
     known = image["committed"]
-    goals = {"paper": (budget.MEAN_GOAL, ""), "all_options": ("", budget.WORST_GOAL)}
     for config, figures in image["instructions"].items():
-        if config == "latency":
-            continue
-        for kind, goal in zip(("mean", "worst"), goals.get(config, ("", "")), strict=True):
-            before = known["instructions"].get(config, {}).get(kind, "")
-            text = f"{config}: instructions, {kind}"
-            table.add_row(text, str(figures[kind]), str(before), str(goal))
-    latency = (image["instructions"]["latency"], known["instructions"]["latency"], "")
+        if config != "latency":
+            goals = dict(zip(("mean", "worst"), budget.GOALS.get(config, ("", "")), strict=True))
+            _add_rows(table, f"{config}: instructions", figures, known["instructions"], goals)
+            _add_rows(table, f"{config}: estimate", image["load"][config], {}, {})
+            table.add_section()
+    latency = (image["instructions"]["latency"], known["instructions"].get("latency", ""), "")
     table.add_row("instructions, event to interrupt", *map(str, latency))
     limits = {
         "flash_bytes": sizes.FLASH_GOAL_BYTES,
@@ -194,7 +240,15 @@ def image_table(image: dict[str, Any]) -> Table:
     }
     for port, figures in image["bytes"].items():
         table.add_section()
-        for key, value in figures.items():
-            before = known["bytes"].get(port, {}).get(key, "")
-            table.add_row(f"{port}: {key}", str(value), str(before), str(limits.get(key, "")))
+        _add_rows(table, port, figures, known["bytes"], limits)
+    table.caption = f"Estimate: {image['load']['model']}. worst: with a live change in that period."
     return table
+
+
+def _add_rows(
+    table: Table, name: str, figures: dict[str, Any], known: dict[str, Any], limits: dict[str, Any]
+) -> None:
+    before = known.get(name.split(":")[0], {})
+    for key, value in figures.items():
+        cells = (value, before.get(key, ""), limits.get(key, ""))
+        table.add_row(f"{name}: {key}", *map(str, cells))

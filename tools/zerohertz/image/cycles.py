@@ -1,7 +1,8 @@
 """Cycles of a Cortex-M4F, estimated from what was executed.
 
 The model is the timing tables of ARM's Cortex-M4 reference manual (r0p1, sections 3.3 and 7.2.3),
-see `MODEL`. It leaves out what a manual cannot know (flash wait states, bus contention) and counts
+see
+`MODEL`. It leaves out what a manual cannot know (flash wait states, bus contention) and counts
 every load for itself, where the core would overlap neighbouring ones.
 """
 
@@ -11,10 +12,17 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+MODEL_NAME = "Cortex-M4 reference manual r0p1, no wait states"
 MODEL = (
-    "Cortex-M4 TRM r0p1: 1 cycle; float division and square root 14; integer division 12; float "
-    "multiply-add 3; load 2; float store 2; several registers 1 + n; taken branch + 2; float "
-    "result used by the next instruction + 1; exception with float registers 56; no wait states"
+    ("instruction, when nothing below says otherwise", "1"),
+    ("division and square root of floats", "14"),
+    ("division of integers", "12"),
+    ("multiply-add of floats", "3"),
+    ("load of one register; store of one float register", "2"),
+    ("load or store of n registers, push, pop", "1 + n"),
+    ("branch taken, in addition", "2"),
+    ("result of float arithmetic used by the next instruction, in addition", "1"),
+    ("exception, with the float registers saved and restored", "56"),
 )
 # Entry 12, exit 10, the float registers saved (lazily) and restored 17 each.
 EXCEPTION_CYCLES = 56

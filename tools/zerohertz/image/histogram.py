@@ -34,7 +34,7 @@ class Row:
     file: str
     instructions: float
     cycles: float
-    by_slot: tuple[float, ...]  # instructions per period of each slot; 0 for a slot not counted
+    by_slot: tuple[float, ...]  # of each slot; empty when the schedule stood still meanwhile
 
 
 @dataclass(frozen=True)
@@ -106,16 +106,19 @@ def _rows(
     executed: dict[tuple[str, str], float] = defaultdict(float)
     spent: dict[tuple[str, str], float] = defaultdict(float)
     by_slot: dict[tuple[str, str], list[float]] = defaultdict(lambda: [0.0] * SLOTS)
+    in_step = sorted({slot for slots in phases.values() for slot in slots}) == list(range(SLOTS))
+    in_step = in_step and all(len(set(slots)) == 1 for slots in phases.values())
     for phase, addresses in counted.items():
-        slots = phases[phase]
         for address, (times, _) in addresses.items():
             executed[owner[address]] += times / periods
-            # One slot per phase, unless the schedule was disturbed within the stretch.
-            by_slot[owner[address]][slots[0] % SLOTS] += times / len(slots)
+            by_slot[owner[address]][phases[phase][0] % SLOTS] += times / len(phases[phase])
         for address, used in cycles.cycles(code, addresses).items():
             spent[owner[address]] += used / periods
-    rows = [Row(*key, executed[key], spent[key], tuple(by_slot[key])) for key in executed]
-    return tuple(sorted(rows, key=lambda row: -row.instructions))
+    rows = (
+        Row(*key, executed[key], spent[key], tuple(by_slot[key]) if in_step else ())
+        for key in executed
+    )
+    return tuple(sorted(rows, key=lambda row: (-row.instructions, row.function)))
 
 
 def functions_of(elf: Path, addresses: Iterable[int]) -> dict[int, tuple[str, str]]:

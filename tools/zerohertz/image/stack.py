@@ -133,9 +133,10 @@ def depth(
         cycle = " -> ".join((*path[path.index(root) :], root))
         raise UserError(f"{root}: recursion, {cycle}; no bound exists")
     function = graph[root]
-    if function.indirect and root not in known:
+    name = root.split(".")[0]  # without what the compiler appends to a clone
+    if function.indirect and name not in known:
         raise UserError(f"{root}: calls through a register; name the targets")
-    calls = function.calls | set(known.get(root, ()))
+    calls = function.calls | set(known.get(name, ()))
     if root in recursive:
         calls -= {root}
     below = (depth(graph, call, known, recursive, (*path, root)) for call in calls)
