@@ -44,48 +44,41 @@ bool is_float(std::size_t word)
     {                                                                                              \
         offsetof(drive_state_t, member), sizeof(drive_state_t::member)                             \
     }
-#define INNER(outer, member)                                                                       \
-    Block                                                                                          \
-    {                                                                                              \
-        offsetof(drive_state_t, outer) + offsetof(decltype(drive_state_t::outer), member),         \
-            sizeof(decltype(drive_state_t::outer)::member)                                         \
-    }
     constexpr Block others[] = {
-        INNER(adaptation, near_zero),
-        INNER(rs_measurement, periods),
-        INNER(rs_tracking, periods),
-        INNER(steering, steering),
-        INNER(steer, moving),
-        BLOCK(pull_out_near),
-        BLOCK(slow_period),
+        BLOCK(mode),
+        BLOCK(estimator.adaptation.near_zero),
+        BLOCK(limits.link.acting),
+        BLOCK(limits.overload.derating),
+        BLOCK(guard.monitor),
+        BLOCK(guard.plausibility.voltage),
+        BLOCK(guard.plausibility.phase),
+        BLOCK(guard.plausibility.estimate),
+        BLOCK(guard.plausibility.stall),
+        BLOCK(guard.plausibility.mirrored),
+        BLOCK(supervisor.started),
+        BLOCK(supervisor.periods),
+        BLOCK(supervisor.found.flux_high),
+        BLOCK(supervisor.suspect_turns),
+        BLOCK(supervisor.quiet_turns),
+        BLOCK(supervisor.reasons),
+        BLOCK(supervisor.confidence),
+        BLOCK(rs_tracking.periods),
         BLOCK(idle_periods),
-        BLOCK(monitor),
-        INNER(link, acting),
-        INNER(overload, derating),
-        INNER(plausibility, voltage),
-        INNER(plausibility, phase),
-        INNER(plausibility, estimate),
-        INNER(plausibility, stall),
-        INNER(plausibility, mirrored),
-        INNER(supervisor, started),
-        INNER(supervisor, periods),
-        INNER(supervisor, found.flux_high),
-        INNER(supervisor, suspect_turns),
-        INNER(supervisor, quiet_turns),
-        INNER(supervisor, reasons),
-        INNER(supervisor, confidence),
-        INNER(impressed, active),
-        INNER(impressed, lost_periods),
-        BLOCK(dead_time_found),
-        INNER(modes, open),
-        INNER(modes, flying.phase),
-        INNER(modes, flying.current_on),
-        INNER(modes, flying.periods),
-        INNER(modes, mains.active),
-        INNER(modes, mains.back_periods),
-        INNER(modes, brake_periods),
+        BLOCK(modes.vector.steering.steering),
+        BLOCK(modes.vector.steer.moving),
+        BLOCK(modes.vector.pull_out_near),
+        BLOCK(modes.vector.slow_period),
+        BLOCK(modes.vector.mains.active),
+        BLOCK(modes.vector.mains.back_periods),
+        BLOCK(modes.i_f.active),
+        BLOCK(modes.i_f.lost_periods),
+        BLOCK(modes.premagnetise.measurement.periods),
+        BLOCK(modes.premagnetise.leg_loss_found),
+        BLOCK(modes.flying.phase),
+        BLOCK(modes.flying.current_on),
+        BLOCK(modes.flying.periods),
+        BLOCK(modes.brake.periods),
     };
-#undef INNER
 #undef BLOCK
     return std::none_of(std::begin(others), std::end(others), [word](const Block &b) {
         return 4 * word >= b.at / 4 * 4 && 4 * word < b.at + b.size;

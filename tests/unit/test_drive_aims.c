@@ -16,7 +16,7 @@ static void configure(float jerk_rad_s3)
 {
     p.ramp.jerk_rad_s3 = jerk_rad_s3;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
-    st = (drive_state_t){.observer = {.lambda_r_hat_Wb = {0.4f, 0.0f}}};
+    st = (drive_state_t){.estimator.observer = {.lambda_r_hat_Wb = {0.4f, 0.0f}}};
     in = (drive_in_t){.sample = words(&p, 0, 4.0, 0.0, 540.0), .mode = DRIVE_RUN};
 }
 
@@ -92,7 +92,7 @@ static void test_commissioning_gives_the_current_that_is_asked(void)
     step();
     ASSERT_SAME_FLOAT(2.5f, out.i_ref_A.d);
     ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
-    TEST_ASSERT_EQUAL(RS_MEASUREMENT_BUSY, out.rs_measurement);
+    TEST_ASSERT_TRUE(out.premagnetising);
 }
 
 /* Reference and estimate, in both directions; of impressed current, what is imposed. */

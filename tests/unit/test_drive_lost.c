@@ -74,18 +74,19 @@ static void run_judged(supervisor_confidence_t confidence)
     in = (drive_in_t){
         .sample = sampled(i_A, 10.0 + 20.0 * I), .mode = DRIVE_RUN, .omega_e_ref_rad_s = 25.0f};
     st = (drive_state_t){
-        .observer = {.lambda_r_hat_Wb = {0.3f, -0.2f}, .i_s_hat_A = {4.0f, 3.5f}},
-        .adaptation = {.x_rad_s = 20.0f, .near_zero = true},
-        .speed = {.omega_ref_rad_s = 25.0f, .omega_filtered_rad_s = 20.0f, .pi = {2.0f}},
-        .current = {.d = {12.0f}, .q = {-30.0f}},
-        .steering = {.torque_Nm = 3.0f, .below_Wb = 0.05f, .steering = true},
-        .steer = {.below_Wb = 0.05f},
+        .estimator.observer = {.lambda_r_hat_Wb = {0.3f, -0.2f}, .i_s_hat_A = {4.0f, 3.5f}},
+        .estimator.adaptation = {.x_rad_s = 20.0f, .near_zero = true},
+        .modes.vector.speed = {.omega_ref_rad_s = 25.0f,
+                               .omega_filtered_rad_s = 20.0f,
+                               .pi = {2.0f}},
+        .voltage.current = {.d = {12.0f}, .q = {-30.0f}},
+        .modes.vector.steering = {.torque_Nm = 3.0f, .below_Wb = 0.05f, .steering = true},
+        .modes.vector.steer = {.below_Wb = 0.05f},
         .rs_tracking = {.delta_ohm = 0.2f},
-        .torque_more_pu = 0.1f,
-        .i_d_less_A = 0.3f,
+        .modes.vector.torque_gain_extra_pu = 0.1f,
+        .modes.vector.i_d_reduction_A = 0.3f,
         .supervisor = {.confidence = confidence},
-        .omega_e_hat_rad_s = 20.0f,
-        .omega_s_hat_rad_s = 22.0f};
+        .estimator.estimate = {.omega_e_rad_s = 20.0f, .omega_s_rad_s = 22.0f}};
 }
 
 /* The vector along a current of 8 A at 30 rad/s, 60 degrees ahead of a flux of `flux_pu`. */
@@ -102,7 +103,8 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
     st.modes.vector.i_d_reduction_A = 0.0f;
     st.modes.i_f = (i_f_state_t){
         .active = true, .axis = ab(axis), .current_A = 8.0f, .omega_rad_s = omega_rad_s};
-    st.estimator.observer.lambda_r_hat_Wb = ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
+    st.estimator.observer.lambda_r_hat_Wb =
+        ab(flux_pu * nominal_Wb() * axis * cexp(-I * SIXTH_TURN));
     st.estimator.observer.i_s_hat_A = ab(2.0 * NOMINAL_A * axis);
     st.estimator.adaptation.x_rad_s = omega_rad_s;
     st.estimator.estimate.omega_e_rad_s = omega_rad_s;
@@ -128,7 +130,8 @@ static void test_run_is_supervised_and_nothing_else_is(void)
 {
     p = both_machines(1);
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    st = (drive_state_t){.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}}, .rs_start_delta_ohm = 0.2f};
+    st = (drive_state_t){.estimator.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}},
+                         .modes.premagnetise.Rs_delta_ohm = 0.2f};
     in = (drive_in_t){.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_RUN};
     supervisor_state_t expected = {0};
     for (int k = 0; k < 32; k++) {
@@ -231,7 +234,8 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
         ASSERT_NEAR(1e-5, cabs(i_A), st.modes.i_f.current_A);
         ASSERT_SAME_FLOAT(25.0f, st.modes.i_f.omega_rad_s);
         TEST_ASSERT_EQUAL_MEMORY(&out.meas.i_s_A, &st.estimator.observer.i_s_hat_A, sizeof(ab_t));
-        ASSERT_NEAR(1e-6, 0.0, cabs(of(st.estimator.observer.lambda_r_hat_Wb) - nominal_Wb() * axis));
+        ASSERT_NEAR(1e-6, 0.0,
+                    cabs(of(st.estimator.observer.lambda_r_hat_Wb) - nominal_Wb() * axis));
         ASSERT_SAME_FLOAT(0.0f, st.estimator.observer.e1_A.alpha);
         ASSERT_SAME_FLOAT(0.0f, st.estimator.observer.e1_A.beta);
         ASSERT_SAME_FLOAT(25.0f, st.estimator.adaptation.x_rad_s);
@@ -297,7 +301,8 @@ static void test_fast_the_speed_is_estimated_around_the_imposed_one(void)
     run_impressed(SUPERVISOR_IMPRESSED, -40.0f, 1.0);
     st.modes.vector.speed.omega_ref_rad_s = 25.0f;
     step();
-    const double z = cimag(conj(of(st.estimator.observer.lambda_r_hat_Wb)) * of(st.estimator.observer.e1_A));
+    const double z =
+        cimag(conj(of(st.estimator.observer.lambda_r_hat_Wb)) * of(st.estimator.observer.e1_A));
     TEST_ASSERT_TRUE(fabs(z) > 1e-3);
     /* x began at the imposed speed, so the leak takes nothing. */
     ASSERT_NEAR(1e-4, -40.0 + 2e-4 * 30.0 * z, st.estimator.adaptation.x_rad_s);

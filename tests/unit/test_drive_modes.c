@@ -8,6 +8,7 @@
 
 #include "exact.h"
 #include "plant_fixture.h"
+#include "transition.h"
 #include "unity.h"
 
 #define PERIOD_S 2e-4
@@ -30,7 +31,7 @@ void setUp(void)
     p.observer_gain_enable = false;
     p.dead_time.fraction = 0.0f;
     p.current.decoupling = 1.0f;
-    p.modes = (drive_modes_params_t){
+    p.modes = (modes_params_t){
         .dc_bandwidth_rad_s = 400.0f,
         .flying = {.current_A = 4.0f,
                    .settle_s = 0.02f,
@@ -38,9 +39,7 @@ void setUp(void)
                    .stand_rad_s = 14.7f,
                    .omega_max_rad_s = 600.0f},
         .volts = {.psi_Wb = 0.44f, .boost_V = 4.0f, .slew_rad_s2 = 200.0f, .i_max_A = 15.0f},
-        .brake.from_rad_s = 1000.0f,
-        .brake.least_s = 0.3f,
-        .brake.slew_A_per_s = 100.0f};
+        .brake = {.from_rad_s = 1000.0f, .least_s = 0.3f, .slew_A_per_s = 100.0f}};
     st = (drive_state_t){0};
     in = (drive_in_t){.mode = DRIVE_PREMAGNETISE};
     plant = plant_of(p.motor, 0.0, 0.0);
@@ -80,7 +79,7 @@ static bool refused(void)
 
 static void test_init_refuses_what_a_mode_cannot_do(void)
 {
-    p.modes.control = (drive_control_t)3;
+    p.modes.control = (modes_control_t)3;
     TEST_ASSERT_TRUE(refused());
     p.modes.control = MODES_CONTROL_I_F; /* without a current to impress */
     TEST_ASSERT_TRUE(refused());
@@ -130,10 +129,10 @@ static void test_init_refuses_a_brake_that_is_none(void)
 static void test_all_off_asks_nothing(void)
 {
     start();
-    TEST_ASSERT_FALSE(cfg.modes.any_open);
+    TEST_ASSERT_TRUE(cfg.modes.vector_only);
     run(0.01);
-    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
-    TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
+    TEST_ASSERT_EQUAL(MODE_PREMAGNETISE, st.mode);
+    TEST_ASSERT_FALSE(out.premagnetising);
 }
 
 /* Both directions, residual flux and none: caught, oriented, and torque at once. */
@@ -147,16 +146,19 @@ static void test_a_turning_motor_is_caught(void)
         start();
         in.omega_e_ref_rad_s = (float)speeds[n % 4];
         TEST_ASSERT_EQUAL_HEX32(0u, run(0.1));
-        TEST_ASSERT_EQUAL(RS_MEASUREMENT_BUSY, out.rs_measurement);
+        TEST_ASSERT_EQUAL(MODE_FLYING_START, st.mode);
+        TEST_ASSERT_TRUE(out.premagnetising);
         TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
         TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.modes.flying.phase);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.speed.pi.x); /* no torque yet */
-        TEST_ASSERT_EQUAL(RS_MEASUREMENT_IDLE, out.rs_measurement);
+        TEST_ASSERT_EQUAL(MODE_REMAGNETISE, st.mode);
+        TEST_ASSERT_FALSE(out.premagnetising);
         ASSERT_NEAR(2.0, speeds[n % 4], st.estimator.estimate.omega_e_rad_s);
         /* 2nd order leaves w^3 T^2/6 of angle, the ADC an LSB in volts over w: 7 % of .41 Wb. */
         ASSERT_NEAR(0.03, 0.0, flux_error());
         ASSERT_NEAR(0.3, 0.0, out.i_A.q);
-        ASSERT_SAME_FLOAT(st.estimator.estimate.omega_e_rad_s, st.modes.vector.speed.omega_ref_rad_s);
+        ASSERT_SAME_FLOAT(st.estimator.estimate.omega_e_rad_s,
+                          st.modes.vector.speed.omega_ref_rad_s);
         in.mode = DRIVE_RUN;
         in.omega_e_ref_rad_s += 20.0f;
         TEST_ASSERT_EQUAL_HEX32(0u, run(0.02));
@@ -171,7 +173,7 @@ static void test_a_standing_motor_is_magnetised_as_ever(void)
     start();
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.5));
     TEST_ASSERT_EQUAL(FLYING_START_STANDS, st.modes.flying.phase);
-    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
+    TEST_ASSERT_EQUAL(MODE_PREMAGNETISE, st.mode);
     run(1.0);
     ASSERT_NEAR(0.1, 4.0, creal(plant_current(&plant)));
     ASSERT_NEAR(0.02, 0.0, flux_error());
@@ -287,13 +289,14 @@ static void test_a_brake_begins_with_the_current_of_then(void)
 {
     p.modes.brake.current_A = 8.0f;
     start();
-    const drive_modes_in_t begins = {.running = true, .i_A = {1.0f, 2.0f}};
-    drive_modes_state_t modes = {.brake_periods = 7u};
-    TEST_ASSERT_FALSE(drive_modes_select(&cfg.modes, &modes, &begins));
-    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, modes.open);
-    TEST_ASSERT_EQUAL_UINT32(0u, modes.brake_periods);
-    ASSERT_SAME_FLOAT(1.0f, modes.brake_i_ref_A.alpha);
-    ASSERT_SAME_FLOAT(2.0f, modes.brake_i_ref_A.beta);
+    const mode_in_t begins = {
+        .estimate = &st.estimator.estimate, .running = true, .i_s_A = {1.0f, 2.0f}};
+    st.modes.brake.periods = 7u;
+    transition_choose(&cfg, &st, DRIVE_RUN, &begins);
+    TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.modes.brake.periods);
+    ASSERT_SAME_FLOAT(1.0f, st.modes.brake.i_ref_A.alpha);
+    ASSERT_SAME_FLOAT(2.0f, st.modes.brake.i_ref_A.beta);
 }
 
 /* A torque mode's reference of zero is no stop. */
@@ -324,7 +327,7 @@ static void test_no_brake_takes_over_from_impressed_current(void)
     i_f_start(&st.modes.i_f, out.meas.i_s_A, 8.0f);
     in.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
-    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
+    TEST_ASSERT_EQUAL(MODE_TAKE_OVER, st.mode);
     TEST_ASSERT_TRUE(st.modes.i_f.active);
     ASSERT_SAME_FLOAT(0.0f, st.modes.i_f.omega_rad_s);
     ASSERT_NEAR(0.2, 6.0, cabs(plant_current(&plant)));
@@ -333,7 +336,7 @@ static void test_no_brake_takes_over_from_impressed_current(void)
 /* Without the observer a motor that was caught goes on at the speed it turns with. */
 static void test_open_loop_goes_on_with_a_motor_that_was_caught(void)
 {
-    const drive_control_t controls[] = {MODES_CONTROL_VOLTS_PER_HERTZ, MODES_CONTROL_I_F};
+    const modes_control_t controls[] = {MODES_CONTROL_VOLTS_PER_HERTZ, MODES_CONTROL_I_F};
     for (int n = 0; n < 4; n++) {
         setUp();
         const float omega_rad_s = (n < 2) ? 200.0f : -200.0f;
@@ -413,7 +416,7 @@ static void test_commissioning_searches_for_nothing(void)
     in.mode = DRIVE_COMMISSION;
     in.i_d_ref_A = 2.0f;
     run(0.3);
-    TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
+    TEST_ASSERT_EQUAL(MODE_COMMISSIONING, st.mode);
     TEST_ASSERT_EQUAL(FLYING_START_SEARCH, st.modes.flying.phase);
     ASSERT_NEAR(0.1, 2.0, creal(plant_current(&plant)));
 }

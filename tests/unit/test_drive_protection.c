@@ -20,7 +20,8 @@ static drive_state_t st;
 static void configure(void)
 {
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
-    st = (drive_state_t){.observer = {.i_s_hat_A = {4.0f, 0.0f}, .lambda_r_hat_Wb = {0.4f, 0.0f}}};
+    st = (drive_state_t){
+        .estimator.observer = {.i_s_hat_A = {4.0f, 0.0f}, .lambda_r_hat_Wb = {0.4f, 0.0f}}};
     in = (drive_in_t){.mode = DRIVE_RUN};
 }
 
@@ -254,7 +255,8 @@ static void test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque(v
     p.overload.tau_s[OVERLOAD_MOTOR] = 10.0f;
     configure();
     in.omega_e_ref_rad_s = 200.0f;
-    st.limits.overload = (overload_state_t){.image_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
+    st.limits.overload =
+        (overload_state_t){.image_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
     (void)faults_in(8);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
 }
@@ -333,7 +335,8 @@ static void test_heat_goes_on_outside_run(void)
     st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
     TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(TURN));
     (void)faults_in(299 * TURN); /* .96 s */
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f), st.limits.overload.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f),
+                             st.limits.overload.image_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
     const drive_mode_t modes[] = {DRIVE_PREMAGNETISE, DRIVE_COMMISSION};
     for (int n = 0; n < 2; n++) {

@@ -28,7 +28,7 @@ static const measurement_in_t centre = {8192u, 8192u, 8192u, 8192u, 8192u, 8192u
 static const measurement_state_t no_offset = {.offset_A = {0.0f, 0.0f, 0.0f}};
 
 static measured_t step(const measurement_params_t *params, const measurement_state_t *st,
-                              measurement_in_t in)
+                       measurement_in_t in)
 {
     measurement_config_t cfg;
     measured_t out;

@@ -19,9 +19,9 @@ static monitor_state_t st;
 void setUp(void)
 {
     meas = (measured_t){.i_A = {5.0f, -2.0f, -3.0f},
-                               .i_s_A = {6.1f, 0.7f},
-                               .u_line_V = {100.0f, -50.0f},
-                               .u_dc_V = 283.0f};
+                        .i_s_A = {6.1f, 0.7f},
+                        .u_line_V = {100.0f, -50.0f},
+                        .u_dc_V = 283.0f};
     in = (monitor_in_t){.meas = &meas,
                         .duty = {0.25f, 0.5f, 0.75f},
                         .state_sum = 7.5f,

@@ -32,13 +32,22 @@ static void assert_each_is_seen(float *const value[], size_t count, bool fast)
 static void test_what_the_estimate_and_the_voltage_rest_on_is_seen_at_once(void)
 {
     observer_state_t *const o = &st.estimator.observer;
-    float *const value[] = {
-        &o->i_s_hat_A.alpha,      &o->i_s_hat_A.beta,    &o->lambda_r_hat_Wb.alpha,
-        &o->lambda_r_hat_Wb.beta, &o->e1_A.alpha,        &o->e1_A.beta,
-        &st.estimator.adaptation.x_rad_s,   &st.estimator.estimate.omega_e_rad_s, &st.estimator.estimate.omega_s_rad_s,
-        &st.voltage.current.d.x,          &st.voltage.current.q.x,       &st.modes.vector.speed.pi.x,
-        &st.acting.acting_V.alpha,     &st.acting.acting_V.beta,   &st.acting.pending_V.alpha,
-        &st.acting.pending_V.beta};
+    float *const value[] = {&o->i_s_hat_A.alpha,
+                            &o->i_s_hat_A.beta,
+                            &o->lambda_r_hat_Wb.alpha,
+                            &o->lambda_r_hat_Wb.beta,
+                            &o->e1_A.alpha,
+                            &o->e1_A.beta,
+                            &st.estimator.adaptation.x_rad_s,
+                            &st.estimator.estimate.omega_e_rad_s,
+                            &st.estimator.estimate.omega_s_rad_s,
+                            &st.voltage.current.d.x,
+                            &st.voltage.current.q.x,
+                            &st.modes.vector.speed.pi.x,
+                            &st.acting.acting_V.alpha,
+                            &st.acting.acting_V.beta,
+                            &st.acting.pending_V.alpha,
+                            &st.acting.pending_V.beta};
     assert_each_is_seen(value, sizeof value / sizeof value[0], true);
 }
 
@@ -79,7 +88,7 @@ static void test_control_and_resistance_are_seen_once_per_turn(void)
 static void test_protection_and_modes_are_seen_once_per_turn(void)
 {
     supervisor_state_t *const s = &st.supervisor;
-    drive_modes_state_t *const m = &st.modes;
+    modes_state_t *const m = &st.modes;
     float *const value[] = {&st.limits.link.braking_pu,
                             &st.limits.link.motoring_pu,
                             &st.limits.overload.image_pu[OVERLOAD_MOTOR],
@@ -95,25 +104,27 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
                             &s->flux_error_bound_pu,
                             &s->omega_bound_rad_s,
                             &st.guard.plausibility.omega_before_rad_s,
-                            &m->u_V.alpha,
-                            &m->u_V.beta,
-                            &m->level.weakened_Wb,
-                            &m->level.economy_Wb,
-                            &m->level.below_Wb,
-                            &m->level.rate_Wb_per_s,
-                            &m->level.i_q_less_A,
-                            &m->standing.i_before_A.alpha,
-                            &m->standing.i_before_A.beta,
-                            &m->standing.e_V.alpha,
-                            &m->standing.e_V.beta,
+                            &m->vector.reference.weakened_Wb,
+                            &m->vector.reference.economy_Wb,
+                            &m->vector.reference.below_Wb,
+                            &m->vector.reference.rate_Wb_per_s,
+                            &m->vector.reference.i_q_less_A,
+                            &m->flying_current.i_before_A.alpha,
+                            &m->flying_current.i_before_A.beta,
+                            &m->flying_current.e_V.alpha,
+                            &m->flying_current.e_V.beta,
                             &m->volts.off_axis.alpha,
                             &m->volts.off_axis.beta,
                             &m->volts.omega_rad_s,
                             &m->volts.boost_V,
-                            &m->mains.i_q_A,
-                            &m->brake_i_ref_A.alpha,
-                            &m->brake_i_ref_A.beta,
-                            &m->brake_omega_rad_s};
+                            &m->vector.mains.i_q_A,
+                            &m->brake.current.i_before_A.alpha,
+                            &m->brake.current.i_before_A.beta,
+                            &m->brake.current.e_V.alpha,
+                            &m->brake.current.e_V.beta,
+                            &m->brake.i_ref_A.alpha,
+                            &m->brake.i_ref_A.beta,
+                            &m->brake.omega_rad_s};
     assert_each_is_seen(value, sizeof value / sizeof value[0], false);
 }
 

@@ -88,7 +88,8 @@ static void test_speed_reference_is_mechanical(void)
     (void)periods(0u, 0.0f, 60);
     (void)periods(SEQUENCE_CMD_RUN, 10.0f, 110);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
-    TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.modes.vector.speed.omega_ref_rad_s); /* 2 pole pairs */
+    TEST_ASSERT_EQUAL_FLOAT(20.0f,
+                            unit.drive.modes.vector.speed.omega_ref_rad_s); /* 2 pole pairs */
 }
 
 /* To RUN, with the number of a command that stands from then on. */
@@ -140,7 +141,8 @@ static void test_a_direction_forbidden_makes_zero_of_the_reference(void)
         for (int n = 0; n < 3; n++) {
             params.direction = direction;
             run_up(way * given[n][0]);
-            TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1], unit.drive.modes.vector.speed.omega_ref_rad_s);
+            TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1],
+                                    unit.drive.modes.vector.speed.omega_ref_rad_s);
         }
     }
 }
@@ -418,7 +420,8 @@ static void test_live_change_is_taken_or_refused_as_a_whole(void)
     const float before_A = unit.config.drive.modes.vector.flux.i_d_A;
     params.i_d_A = 3.0f;
     TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params));
-    TEST_ASSERT_EQUAL_FLOAT(before_A, unit.config.drive.modes.vector.flux.i_d_A); /* not before the period */
+    TEST_ASSERT_EQUAL_FLOAT(before_A,
+                            unit.config.drive.modes.vector.flux.i_d_A); /* not before the period */
     /* A set that is refused leaves the one that waits, and that is taken whole. */
     params.i_d_A = 4.0f;
     params.speed_J_kg_m2 = 0.0f;
@@ -429,7 +432,8 @@ static void test_live_change_is_taken_or_refused_as_a_whole(void)
     const drive_config_t before = unit.config.drive;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
     (void)periods(0u, 0.0f, 1);
-    TEST_ASSERT_EQUAL_MEMORY(&before.speed, &unit.config.drive.modes.vector.speed, sizeof(before.speed));
+    TEST_ASSERT_EQUAL_MEMORY(&before.modes.vector.speed, &unit.config.drive.modes.vector.speed,
+                             sizeof(before.modes.vector.speed));
     TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
     unit.configured = false;
     params.i_d_A = 3.5f;
@@ -450,7 +454,8 @@ static void test_eps1_units_reach_the_law_converted(void)
     for (uint32_t reading = 0u; reading < 3u; reading++) {
         params.eps1_unit = reading;
         TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-        TEST_ASSERT_EQUAL_FLOAT(expected[reading], unit.config.drive.estimator.adaptation.p.leak_per_s_Wb_A);
+        TEST_ASSERT_EQUAL_FLOAT(expected[reading],
+                                unit.config.drive.estimator.adaptation.p.leak_per_s_Wb_A);
     }
 }
 
@@ -459,10 +464,10 @@ static void test_telemetry_says_what_the_period_did(void)
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
     unit.drive.estimator.estimate.omega_e_rad_s = 20.0f;
     unit.drive.estimator.estimate.omega_s_rad_s = 6.2831853f;
-    unit.drive.estimator.observer.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
+    unit.drive.estimator.estimate.lambda_r_hat_Wb = (ab_t){0.0f, 0.5f};
     unit.last.i_A = (dq_t){1.0f, 2.0f};
     unit.last.i_ref_A = (dq_t){1.5f, 2.5f};
-    unit.drive.estimator.observer.e1_A = (ab_t){0.1f, 0.2f};
+    unit.drive.estimator.estimate.i_residual_A = (ab_t){0.1f, 0.2f};
     unit.drive.estimator.gain.l1_re_per_s = -7.0f;
     const unit_telemetry_t t = telemetry();
     TEST_ASSERT_EQUAL_FLOAT(10.0f, t.omega_m_hat_rad_s);

@@ -231,9 +231,11 @@ static void test_refuses_a_parameter_for_the_right_reason(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, set("Rs_ohm", 1.0f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, set("eps1_off_Hz", 0.5f)); /* below eps1_on_Hz */
     TEST_ASSERT_EQUAL_MEMORY(&before, &unit()->params, sizeof before);
-    TEST_ASSERT_EQUAL_FLOAT(drive.flux.i_d_A, unit()->config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(drive.modes.vector.flux.i_d_A,
+                            unit()->config.drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_EQUAL_FLOAT(drive.motor.Rs_ohm, unit()->config.drive.motor.Rs_ohm);
-    TEST_ASSERT_EQUAL_MEMORY(&drive.modes.vector.speed.pi, &unit()->config.drive.modes.vector.speed.pi,
+    TEST_ASSERT_EQUAL_MEMORY(&drive.modes.vector.speed.pi,
+                             &unit()->config.drive.modes.vector.speed.pi,
                              sizeof drive.modes.vector.speed.pi);
 }
 
