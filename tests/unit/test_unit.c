@@ -328,7 +328,7 @@ static void test_a_duty_beyond_its_range_never_leaves(void)
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
     (void)periods(0u, 0.0f, 60);
     TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 10).gates_on);
-    unit.config.drive.voltage.svpwm.inside_pu = 1e9f;
+    unit.config[unit.in_force].drive.voltage.svpwm.inside_pu = 1e9f;
     unit.drive.voltage.current.d.x = 1e4f;
     const hal_output_t out = periods(SEQUENCE_CMD_RUN, 0.0f, 1);
     TEST_ASSERT_TRUE(unit.last.duty.u > 1.0f);
@@ -417,24 +417,25 @@ static void test_one_period_that_misses_two_crests_opens_the_gates(void)
 static void test_live_change_is_taken_or_refused_as_a_whole(void)
 {
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-    const float before_A = unit.config.drive.modes.vector.flux.i_d_A;
+    const float before_A = unit_config(&unit)->drive.modes.vector.flux.i_d_A;
     params.i_d_A = 3.0f;
     TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params));
-    TEST_ASSERT_EQUAL_FLOAT(before_A,
-                            unit.config.drive.modes.vector.flux.i_d_A); /* not before the period */
+    TEST_ASSERT_EQUAL_FLOAT(
+        before_A, unit_config(&unit)->drive.modes.vector.flux.i_d_A); /* not before the period */
     /* A set that is refused leaves the one that waits, and that is taken whole. */
     params.i_d_A = 4.0f;
     params.speed_J_kg_m2 = 0.0f;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
     (void)periods(0u, 0.0f, 1);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit_config(&unit)->drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.params.i_d_A);
-    const drive_config_t before = unit.config.drive;
+    const drive_config_t before = unit_config(&unit)->drive;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
     (void)periods(0u, 0.0f, 1);
-    TEST_ASSERT_EQUAL_MEMORY(&before.modes.vector.speed, &unit.config.drive.modes.vector.speed,
+    TEST_ASSERT_EQUAL_MEMORY(&before.modes.vector.speed,
+                             &unit_config(&unit)->drive.modes.vector.speed,
                              sizeof(before.modes.vector.speed));
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit_config(&unit)->drive.modes.vector.flux.i_d_A);
     unit.configured = false;
     params.i_d_A = 3.5f;
     TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
@@ -442,7 +443,7 @@ static void test_live_change_is_taken_or_refused_as_a_whole(void)
     TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params)); /* to be saved: for the next start */
     (void)periods(0u, 0.0f, 1);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, unit.params.i_d_A);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit.config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, unit_config(&unit)->drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_FALSE(unit.configured);
 }
 
@@ -455,7 +456,7 @@ static void test_eps1_units_reach_the_law_converted(void)
         params.eps1_unit = reading;
         TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
         TEST_ASSERT_EQUAL_FLOAT(expected[reading],
-                                unit.config.drive.estimator.adaptation.p.leak_per_s_Wb_A);
+                                unit_config(&unit)->drive.estimator.adaptation.p.leak_per_s_Wb_A);
     }
 }
 

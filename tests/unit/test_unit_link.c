@@ -217,13 +217,13 @@ static void test_a_parameter_that_was_set_is_read_back_and_in_the_control_law(vo
     TEST_ASSERT_EQUAL_FLOAT(3.25f, command_take_float(&body));
     TEST_ASSERT_EQUAL_FLOAT(14.0f, command_take_float(&body));
     TEST_ASSERT_TRUE(command_all_taken(&body));
-    TEST_ASSERT_EQUAL_FLOAT(3.25f, unit()->config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.25f, unit_config(unit())->drive.modes.vector.flux.i_d_A);
 }
 
 static void test_refuses_a_parameter_for_the_right_reason(void)
 {
     const params_t before = unit()->params; /* words only: a config made anew differs in padding */
-    const drive_config_t drive = unit()->config.drive;
+    const drive_config_t drive = unit_config(unit())->drive;
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OUT_OF_RANGE, set("i_d_A", 1e5f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_FINITE, set("i_d_A", NAN));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_WHOLE, set("eps1_mode", 0.5f));
@@ -232,10 +232,10 @@ static void test_refuses_a_parameter_for_the_right_reason(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, set("eps1_off_Hz", 0.5f)); /* below eps1_on_Hz */
     TEST_ASSERT_EQUAL_MEMORY(&before, &unit()->params, sizeof before);
     TEST_ASSERT_EQUAL_FLOAT(drive.modes.vector.flux.i_d_A,
-                            unit()->config.drive.modes.vector.flux.i_d_A);
-    TEST_ASSERT_EQUAL_FLOAT(drive.motor.Rs_ohm, unit()->config.drive.motor.Rs_ohm);
+                            unit_config(unit())->drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(drive.motor.Rs_ohm, unit_config(unit())->drive.motor.Rs_ohm);
     TEST_ASSERT_EQUAL_MEMORY(&drive.modes.vector.speed.pi,
-                             &unit()->config.drive.modes.vector.speed.pi,
+                             &unit_config(unit())->drive.modes.vector.speed.pi,
                              sizeof drive.modes.vector.speed.pi);
 }
 
@@ -408,7 +408,7 @@ static void test_a_reset_is_a_pulse_and_can_be_given_again(void)
 
 static void test_who_is_not_in_session_changes_nothing(void)
 {
-    const unit_config_t before = unit()->config;
+    const unit_config_t before = *unit_config(unit());
     const uint32_t mine = session;
     const uint32_t others[] = {0u, mine + 1u, mine ^ 0x80000000u};
     for (size_t k = 0u; k < 3u; k++) {
@@ -417,7 +417,7 @@ static void test_who_is_not_in_session_changes_nothing(void)
         TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SESSION, set("i_d_A", 1.0f));
     }
     TEST_ASSERT_EQUAL_HEX32(0u, unit_link_command(unit()).command);
-    TEST_ASSERT_EQUAL_MEMORY(&before, &unit()->config, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&before, unit_config(unit()), sizeof before);
     open_session();
     TEST_ASSERT_NOT_EQUAL_UINT32(mine, session);
     const uint32_t second = session;
@@ -454,7 +454,7 @@ static void test_a_repeated_request_is_answered_again_and_done_once(void)
 
 static void test_every_op_with_every_length_answers_and_only_the_right_one_does(void)
 {
-    const unit_config_t before = unit()->config;
+    const unit_config_t before = *unit_config(unit());
     for (uint32_t op = 0u; op < UNIT_LINK_ANSWER; op++) {
         for (uint32_t n = 0u; n <= 40u; n++) {
             command_writer_t w = ask((uint8_t)op);
@@ -466,7 +466,7 @@ static void test_every_op_with_every_length_answers_and_only_the_right_one_does(
         }
     }
     TEST_ASSERT_EQUAL_HEX32(0u, unit_link_command(unit()).command);
-    TEST_ASSERT_EQUAL_MEMORY(&before, &unit()->config, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&before, unit_config(unit()), sizeof before);
 }
 
 static void test_a_request_of_wrong_length_is_not_carried_out(void)
@@ -477,7 +477,7 @@ static void test_a_request_of_wrong_length_is_not_carried_out(void)
     command_put_float(&w, 1.0f);
     command_put_u8(&w, 0u);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_BAD_LENGTH, send_only(&w));
-    TEST_ASSERT_EQUAL_FLOAT(4.5f, unit()->config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(4.5f, unit_config(unit())->drive.modes.vector.flux.i_d_A);
     command_writer_t many = ask(UNIT_LINK_GET);
     for (uint32_t k = 0u; k < 61u; k++) {
         command_put_u16(&many, 0u); /* one more than an answer holds */
@@ -768,7 +768,7 @@ static void test_a_saved_parameter_is_there_after_power_up(void)
     TEST_ASSERT_EQUAL_UINT32(PARAM_STORE_LOADED, store_word(0u));
     TEST_ASSERT_EQUAL_UINT32(params_count(), store_word(4u));
     TEST_ASSERT_EQUAL_FLOAT(3.5f, get("i_d_A"));
-    TEST_ASSERT_EQUAL_FLOAT(3.5f, unit()->config.drive.modes.vector.flux.i_d_A);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, unit_config(unit())->drive.modes.vector.flux.i_d_A);
 }
 
 static void test_nothing_is_saved_while_the_gates_are_on(void)
