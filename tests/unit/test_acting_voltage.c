@@ -1,0 +1,113 @@
+/* The voltage of the interval that ended: from the sensors, turned ahead, or from the duties of two
+ * periods ago. */
+#include "acting_voltage.h"
+
+#include <complex.h>
+#include <math.h>
+
+#include "exact.h"
+#include "trig.h"
+
+#define FILTER_S 380e-6f
+
+static acting_voltage_config_t cfg;
+static acting_voltage_state_t st;
+
+static void configure(acting_voltage_source_t source)
+{
+    TEST_ASSERT_TRUE(acting_voltage_init(&cfg, source, FILTER_S));
+    st = (acting_voltage_state_t){0};
+}
+
+void setUp(void)
+{
+    configure(ACTING_VOLTAGE_SENSORS);
+}
+
+void tearDown(void)
+{
+}
+
+static void assert_same_ab(ab_t expected, ab_t actual)
+{
+    ASSERT_SAME_FLOAT(expected.alpha, actual.alpha);
+    ASSERT_SAME_FLOAT(expected.beta, actual.beta);
+}
+
+static void test_init_refuses_an_unknown_source_and_a_senseless_delay(void)
+{
+    TEST_ASSERT_FALSE(acting_voltage_init(&cfg, (acting_voltage_source_t)2, FILTER_S));
+    TEST_ASSERT_FALSE(acting_voltage_init(&cfg, ACTING_VOLTAGE_SENSORS, -1e-6f));
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        TEST_ASSERT_FALSE(acting_voltage_init(&cfg, ACTING_VOLTAGE_DUTY, not_finite(k)));
+    }
+    TEST_ASSERT_TRUE(acting_voltage_init(&cfg, ACTING_VOLTAGE_DUTY, 0.0f));
+}
+
+/* Duties of step k act from t_(k+1) on: they are the ended interval of step k + 2. */
+static void test_the_duties_of_two_periods_ago_have_acted(void)
+{
+    const acting_voltage_source_t sources[] = {ACTING_VOLTAGE_SENSORS, ACTING_VOLTAGE_DUTY};
+    for (int n = 0; n < 2; n++) {
+        configure(sources[n]);
+        for (int k = 0; k < 6; k++) {
+            const acting_voltage_out_t out =
+                acting_voltage_step(&cfg, &st, (ab_t){7.0f, 8.0f}, 50.0f);
+            const float of_then_V = (k < 2) ? 0.0f : (float)(k - 2 + 1);
+            assert_same_ab((ab_t){of_then_V, 2.0f * of_then_V}, out.duty_V);
+            st.pending_V = (ab_t){(float)(k + 1), 2.0f * (float)(k + 1)};
+        }
+    }
+}
+
+static void test_the_duty_source_asks_no_sensor(void)
+{
+    configure(ACTING_VOLTAGE_DUTY);
+    st = (acting_voltage_state_t){.acting_V = {3.0f, -4.0f}, .pending_V = {5.0f, 6.0f}};
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        acting_voltage_state_t next = st;
+        const acting_voltage_out_t out =
+            acting_voltage_step(&cfg, &next, (ab_t){not_finite(k), 1.0f}, not_finite(k));
+        assert_same_ab((ab_t){3.0f, -4.0f}, out.u_s_V);
+        assert_same_ab((ab_t){5.0f, 6.0f}, next.acting_V);
+    }
+}
+
+/* The filter lags by w_s times its delay; in either direction, against double precision. */
+static void test_the_sensed_voltage_is_turned_ahead_by_the_filters_angle(void)
+{
+    const float speeds[] = {0.0f, 100.0f, -100.0f, 600.0f, -600.0f};
+    const double complex u_V = 120.0 - 75.0 * I;
+    for (int n = 0; n < 5; n++) {
+        const acting_voltage_out_t out =
+            acting_voltage_step(&cfg, &st, (ab_t){120.0f, -75.0f}, speeds[n]);
+        const double complex expected_V = u_V * cexp(I * (double)speeds[n] * (double)FILTER_S);
+        ASSERT_NEAR(3e-5, creal(expected_V), out.u_s_V.alpha); /* 1e-7 of 140 V, twice */
+        ASSERT_NEAR(3e-5, cimag(expected_V), out.u_s_V.beta);
+    }
+}
+
+static void test_a_wild_speed_turns_by_an_eighth_of_a_turn_at_most(void)
+{
+    const float speeds[] = {1e5f, -1e5f, INFINITY, -INFINITY};
+    for (int n = 0; n < 4; n++) {
+        const acting_voltage_out_t out =
+            acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f}, speeds[n]);
+        const double angle_rad = copysign((double)TRIG_SMALL_MAX_RAD, (double)speeds[n]);
+        ASSERT_NEAR(3e-5, 100.0 * cos(angle_rad), out.u_s_V.alpha);
+        ASSERT_NEAR(3e-5, 100.0 * sin(angle_rad), out.u_s_V.beta);
+    }
+    const acting_voltage_out_t out = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f}, NAN);
+    TEST_ASSERT_TRUE(ab_finite(out.u_s_V));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_an_unknown_source_and_a_senseless_delay);
+    RUN_TEST(test_the_duties_of_two_periods_ago_have_acted);
+    RUN_TEST(test_the_duty_source_asks_no_sensor);
+    RUN_TEST(test_the_sensed_voltage_is_turned_ahead_by_the_filters_angle);
+    RUN_TEST(test_a_wild_speed_turns_by_an_eighth_of_a_turn_at_most);
+    return UNITY_END();
+}
