@@ -1,0 +1,305 @@
+/* Each question of the guard: its slot, its conditions, and what it is told. */
+#include "guard.h"
+
+#include <math.h>
+
+#include "exact.h"
+
+#define VOLTAGE_SLOT   3u
+#define PHASES_SLOT    7u
+#define ESTIMATE_SLOT  10u
+#define SLOTS          16u
+#define VOLTAGE_TURNS  8
+#define PHASES_TURNS   6
+#define ESTIMATE_TURNS 60
+
+static guard_config_t cfg;
+static guard_state_t st;
+static guard_in_t in;
+static measured_t meas;
+static estimate_t estimate;
+static monitor_config_t monitor;
+static plausibility_params_t plausibility;
+
+static void configure(void)
+{
+    cfg = (guard_config_t){.i_q_max2_A2 = 144.0f, .i_max2_A2 = 225.0f, .kr = 0.9f};
+    TEST_ASSERT_TRUE(guard_init(&cfg, &monitor, &plausibility, 3.2e-3f));
+    st = (guard_state_t){0};
+}
+
+/* All well: 4 A along alpha, magnetising 0.4 Wb; every question is put. */
+void setUp(void)
+{
+    monitor = (monitor_config_t){.i_trip_A = 20.0f,
+                                 .u_dc_max_V = 700.0f,
+                                 .u_dc_min_V = 100.0f,
+                                 .omega_max_rad_s = 700.0f,
+                                 .plausibility_periods = 50u};
+    plausibility = (plausibility_params_t){.u_V = 30.0f,
+                                           .open_A = 1.2f,
+                                           .e1_A = 0.5f,
+                                           .rate_rad_s2 = 1e4f,
+                                           .power_W = 150.0f,
+                                           .stall_s = 0.032f};
+    configure();
+    meas = (measured_t){.i_A = {3.266f, -1.633f, -1.633f}, .i_s_A = {4.0f, 0.0f}, .u_dc_V = 540.0f};
+    estimate = (estimate_t){.lambda_r_hat_Wb = {0.4f, 0.0f}, .lambda_Wb = 0.4f};
+    in = (guard_in_t){.meas = &meas,
+                      .estimate = &estimate,
+                      .duty = {0.5f, 0.5f, 0.5f},
+                      .sensed = true,
+                      .oriented = true,
+                      .u_duty_V = {6.0f, 0.0f},
+                      .u_s_V = {6.0f, 0.0f},
+                      .axis = {1.0f, 0.0f},
+                      .i_ref_A = {4.0f, 0.0f},
+                      .lambda_ref_Wb = 0.4f,
+                      .Rs_ohm = 1.5f};
+}
+
+void tearDown(void)
+{
+}
+
+/* Turns of all slots; the faults of the last one. *slots gets those in which a bit came. */
+static uint32_t turns(int count, uint32_t *slots)
+{
+    uint32_t faults = 0u;
+    for (int n = 0; n < count; n++) {
+        faults = 0u;
+        *slots = 0u;
+        for (in.slot = 0u; in.slot < SLOTS; in.slot++) {
+            const uint32_t now = guard_step(&cfg, &st, &in);
+            faults |= now;
+            *slots |= (now != 0u) ? (1u << in.slot) : 0u;
+        }
+    }
+    return faults;
+}
+
+/* The bit comes in its slot, after so many turns and not before. */
+static void assert_comes(uint32_t bit, uint32_t slot, int after)
+{
+    uint32_t slots;
+    TEST_ASSERT_EQUAL_HEX32(0u, turns(after - 1, &slots));
+    TEST_ASSERT_EQUAL_HEX32(bit, turns(1, &slots));
+    TEST_ASSERT_EQUAL_HEX32(1u << slot, slots);
+}
+
+static void assert_never_comes(void)
+{
+    uint32_t slots;
+    for (int n = 0; n < 2 * ESTIMATE_TURNS; n++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, turns(1, &slots));
+    }
+}
+
+static void test_init_refuses_what_a_part_refuses(void)
+{
+    monitor.i_trip_A = 0.0f;
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, 3.2e-3f));
+    setUp();
+    plausibility.e1_A = NAN;
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, 3.2e-3f));
+    setUp();
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, 0.0f));
+}
+
+static void test_nothing_is_said_of_a_healthy_drive(void)
+{
+    in.standing = true;
+    assert_never_comes();
+}
+
+/* Limits are judged in every period, whatever the slot and the mode. */
+static void test_limits_are_judged_in_every_slot_of_every_mode(void)
+{
+    for (in.slot = 0u; in.slot < SLOTS; in.slot++) {
+        in.sensed = (in.slot % 2u) == 0u;
+        in.oriented = in.sensed;
+        meas.i_A.u = 20.1f;
+        TEST_ASSERT_EQUAL_HEX32(FAULT_OVER_CURRENT, guard_step(&cfg, &st, &in));
+        meas.i_A.u = 3.266f;
+        estimate.omega_e_rad_s = -701.0f;
+        TEST_ASSERT_EQUAL_HEX32(FAULT_OVER_SPEED, guard_step(&cfg, &st, &in) & FAULT_OVER_SPEED);
+        estimate.omega_e_rad_s = 0.0f;
+        in.state_sum = NAN;
+        TEST_ASSERT_EQUAL_HEX32(FAULT_NON_FINITE, guard_step(&cfg, &st, &in));
+        in.state_sum = 0.0f;
+        in.duty.v = 1.1f;
+        TEST_ASSERT_EQUAL_HEX32(FAULT_NON_FINITE, guard_step(&cfg, &st, &in));
+        in.duty.v = 0.5f;
+    }
+}
+
+static void test_a_voltage_that_the_duties_do_not_explain(void)
+{
+    in.oriented = false;
+    in.u_s_V.beta = 40.0f;
+    assert_comes(FAULT_VOLTAGE_SENSOR, VOLTAGE_SLOT, VOLTAGE_TURNS);
+    setUp();
+    in.u_s_V.beta = 40.0f;
+    in.sensed = false; /* nothing was sensed */
+    in.oriented = false;
+    assert_never_comes();
+}
+
+/* Phase u carries all of it, as asked; what flows is told by the phases' own sensors. */
+static void test_a_phase_without_the_current_that_is_asked_for(void)
+{
+    meas.i_A.u = 0.29f;
+    assert_comes(FAULT_OPEN_PHASE, PHASES_SLOT, PHASES_TURNS);
+    setUp();
+    meas.i_A.u = 0.31f;
+    assert_never_comes();
+}
+
+/* The request is one of its frame: along beta nothing is asked of u. */
+static void test_the_current_asked_for_is_turned_into_the_phases(void)
+{
+    meas.i_A.u = 0.0f;
+    in.axis = (ab_t){0.0f, 1.0f};
+    assert_never_comes();
+    in.i_ref_A = (dq_t){0.0f, -4.0f}; /* along alpha again */
+    in.oriented = false;              /* or it would be a stall as well */
+    assert_comes(FAULT_OPEN_PHASE, PHASES_SLOT, PHASES_TURNS);
+}
+
+static void test_a_residual_that_no_current_explains(void)
+{
+    estimate.i_residual_A = (ab_t){0.4f, -0.4f};
+    assert_comes(FAULT_OBSERVER, ESTIMATE_SLOT, ESTIMATE_TURNS);
+    setUp();
+    estimate.i_residual_A = (ab_t){0.4f, -0.4f};
+    in.oriented = false;
+    assert_never_comes();
+}
+
+static void test_a_flux_far_below_its_reference(void)
+{
+    estimate.lambda_Wb = 0.099f;
+    assert_comes(FAULT_OBSERVER, ESTIMATE_SLOT, ESTIMATE_TURNS);
+    setUp();
+    estimate.lambda_Wb = 0.099f;
+    in.lambda_ref_Wb = 0.39f; /* steered or weakened */
+    assert_never_comes();
+}
+
+/* (u - Rs i) . i against (M/Lr) lambda x i w_s: 1.2 A across .4 Wb at 400 rad/s are 172.8 W. */
+static void test_power_that_the_torque_does_not_explain(void)
+{
+    meas.i_s_A = (ab_t){4.0f, 1.2f};
+    in.u_s_V = (ab_t){1.5f * 4.0f, 1.5f * 1.2f}; /* heat alone */
+    in.u_duty_V = in.u_s_V;
+    estimate.omega_s_rad_s = 400.0f;
+    assert_comes(FAULT_OBSERVER, ESTIMATE_SLOT, ESTIMATE_TURNS);
+    in.u_s_V.beta += 172.8f / 1.2f; /* and there it is */
+    in.u_duty_V = in.u_s_V;
+    st = (guard_state_t){0};
+    assert_never_comes();
+    in.u_s_V.beta -= 172.8f / 1.2f;
+    in.u_duty_V = in.u_s_V;
+    in.Rs_ohm = 1.5f - 172.8f / (16.0f + 1.44f); /* or as heat that is none */
+    assert_never_comes();
+}
+
+/* A speed that jumps from turn to turn; one jump is forgotten. */
+static void test_a_speed_that_no_shaft_follows(void)
+{
+    uint32_t slots;
+    uint32_t faults = 0u;
+    for (int n = 1; n <= ESTIMATE_TURNS; n++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, faults);
+        estimate.omega_e_rad_s = (n % 2 == 0) ? 20.0f : -20.0f; /* 32 rad/s per turn allowed */
+        faults = turns(1, &slots);
+        if (n == 1) {
+            TEST_ASSERT_EQUAL_UINT32(0u, st.plausibility.estimate);
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, faults); /* the first was within */
+    estimate.omega_e_rad_s = -estimate.omega_e_rad_s;
+    TEST_ASSERT_EQUAL_HEX32(FAULT_OBSERVER, turns(1, &slots));
+}
+
+/* .95 of the limit, a speed wanted, none there. The limit is i_q's own, or what i_d leaves. */
+static void test_all_torque_without_speed(void)
+{
+    plausibility.open_A = 0.0f;
+    configure();
+    in.omega_ref_rad_s = -100.0f;
+    in.i_ref_A = (dq_t){4.0f, -11.4f}; /* of 12 */
+    assert_comes(FAULT_STALL, ESTIMATE_SLOT, 10);
+    const dq_t within_A[] = {{4.0f, 11.3f}, {12.0f, 8.4f}};
+    for (int n = 0; n < 2; n++) {
+        st = (guard_state_t){0};
+        in.i_ref_A = within_A[n];
+        assert_never_comes();
+    }
+    in.i_ref_A = (dq_t){12.0f, 8.6f}; /* of 9 */
+    assert_comes(FAULT_STALL, ESTIMATE_SLOT, 10);
+    st = (guard_state_t){0};
+    in.omega_ref_rad_s = 0.0f;
+    assert_never_comes();
+    in.omega_ref_rad_s = 100.0f;
+    estimate.omega_e_rad_s = 20.0f;
+    assert_never_comes();
+    estimate.omega_e_rad_s = 0.0f;
+    in.oriented = false;
+    assert_never_comes();
+}
+
+/* v and w exchanged: the conjugate of the estimate, longer than the trip. */
+static void test_exchanged_sensors_are_told_in_every_slot_while_it_stands(void)
+{
+    meas.i_s_A = (ab_t){8.0f, -19.5f};
+    estimate.i_residual_A = (ab_t){0.0f, 39.0f};
+    in.oriented = false;
+    in.standing = true;
+    for (int k = 1; k <= 6; k++) {
+        TEST_ASSERT_EQUAL_HEX32((k < 5) ? 0u : FAULT_CURRENT_SENSOR, guard_step(&cfg, &st, &in));
+    }
+    meas.i_s_A = (ab_t){8.0f, -18.0f}; /* 19.7 A: below the trip */
+    estimate.i_residual_A = (ab_t){0.0f, 36.0f};
+    TEST_ASSERT_EQUAL_HEX32(0u, guard_step(&cfg, &st, &in));
+    in.standing = false;
+    meas.i_s_A = (ab_t){8.0f, -19.5f};
+    estimate.i_residual_A = (ab_t){0.0f, 39.0f};
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_step(&cfg, &st, &in));
+    }
+}
+
+static void test_at_rest_the_limits_go_on_counting(void)
+{
+    meas.flags = MEASUREMENT_CURRENT_SUM;
+    meas.i_A.u = 0.0f;
+    in.u_s_V.beta = 40.0f;
+    uint32_t slots;
+    (void)turns(1, &slots);
+    TEST_ASSERT_TRUE(st.plausibility.voltage > 0u);
+    const guard_state_t rested = guard_at_rest(&st);
+    const plausibility_state_t none = {0};
+    TEST_ASSERT_EQUAL_MEMORY(&st.monitor, &rested.monitor, sizeof rested.monitor);
+    TEST_ASSERT_TRUE(rested.monitor.sum_periods > 0u);
+    TEST_ASSERT_EQUAL_MEMORY(&none, &rested.plausibility, sizeof none);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_what_a_part_refuses);
+    RUN_TEST(test_nothing_is_said_of_a_healthy_drive);
+    RUN_TEST(test_limits_are_judged_in_every_slot_of_every_mode);
+    RUN_TEST(test_a_voltage_that_the_duties_do_not_explain);
+    RUN_TEST(test_a_phase_without_the_current_that_is_asked_for);
+    RUN_TEST(test_the_current_asked_for_is_turned_into_the_phases);
+    RUN_TEST(test_a_residual_that_no_current_explains);
+    RUN_TEST(test_a_flux_far_below_its_reference);
+    RUN_TEST(test_power_that_the_torque_does_not_explain);
+    RUN_TEST(test_a_speed_that_no_shaft_follows);
+    RUN_TEST(test_all_torque_without_speed);
+    RUN_TEST(test_exchanged_sensors_are_told_in_every_slot_while_it_stands);
+    RUN_TEST(test_at_rest_the_limits_go_on_counting);
+    return UNITY_END();
+}

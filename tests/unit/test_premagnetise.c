@@ -1,0 +1,134 @@
+/* What direct current tells of the stator before torque, and what becomes of it. */
+#include "premagnetise.h"
+
+#include "exact.h"
+#include "fault.h"
+
+#define LEVEL_PERIODS 4u /* the last two are averaged */
+#define RS_OHM        1.5f
+#define U_DC_V        540.0f
+
+static premagnetise_config_t cfg;
+static premagnetise_state_t st;
+static uint32_t faults;
+static float i_ref_A;
+
+static void configure(bool enable, bool identify)
+{
+    const rs_measurement_params_t params = {.enable = enable,
+                                            .high_A = 8.0f,
+                                            .low_A = 5.0f,
+                                            .level_s = 800e-6f,
+                                            .average_s = 400e-6f,
+                                            .bias = 1.25f,
+                                            .ratio_max = 2.0f};
+    cfg = (premagnetise_config_t){.Rs_ohm = RS_OHM, .identify_leg_loss = identify};
+    TEST_ASSERT_TRUE(rs_measurement_init(&cfg.measurement, &params, RS_OHM, 200e-6f));
+    st = (premagnetise_state_t){0};
+    faults = 0u;
+}
+
+void setUp(void)
+{
+    configure(true, true);
+}
+
+void tearDown(void)
+{
+}
+
+/* One period at a current, with Rs of the motor and what the duties give beyond it. */
+static bool step(float i_A, float Rs_ohm, float lost_V)
+{
+    const mode_in_t in = {.i_s_A = {i_A, 77.0f},
+                          .u_s_V = {Rs_ohm * i_A, 77.0f},
+                          .u_duty_V = {Rs_ohm * i_A + lost_V, 77.0f},
+                          .u_dc_V = U_DC_V};
+    return premagnetise_measure(&cfg, &st, &in, &i_ref_A, &faults);
+}
+
+static void both_levels(float Rs_ohm, float lost_V)
+{
+    for (uint32_t k = 0u; k < 2u * LEVEL_PERIODS; k++) {
+        const float level_A = (k < LEVEL_PERIODS) ? 8.0f : 5.0f;
+        TEST_ASSERT_TRUE(step(level_A, Rs_ohm, lost_V));
+        ASSERT_SAME_FLOAT(level_A, i_ref_A);
+        ASSERT_SAME_FLOAT(0.0f, st.Rs_delta_ohm);
+        TEST_ASSERT_FALSE(st.leg_loss_found);
+        TEST_ASSERT_EQUAL_HEX32(0u, faults);
+    }
+}
+
+static void test_not_wanted_it_asks_for_nothing(void)
+{
+    configure(false, true);
+    i_ref_A = 3.0f;
+    TEST_ASSERT_FALSE(step(8.0f, 1.2f, 6.0f));
+    ASSERT_SAME_FLOAT(0.0f, i_ref_A);
+    ASSERT_SAME_FLOAT(0.0f, st.Rs_delta_ohm);
+    TEST_ASSERT_FALSE(st.leg_loss_found);
+    TEST_ASSERT_EQUAL_HEX32(0u, faults);
+}
+
+/* Rs times its bias less the parameter, and the voltage of a leg over the dc link. */
+static void test_resistance_and_loss_are_kept(void)
+{
+    both_levels(1.2f, 6.0f);
+    TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
+    ASSERT_NEAR(1e-6, 1.25 * 1.2 - 1.5, st.Rs_delta_ohm);
+    TEST_ASSERT_TRUE(st.leg_loss_found);
+    /* 6 V along u is a leg's loss times 2 sqrt(2/3). */
+    ASSERT_NEAR(1e-7, 6.0 / (2.0 * sqrt(2.0 / 3.0)) / (double)U_DC_V, st.leg_loss_pu);
+    TEST_ASSERT_EQUAL_HEX32(0u, faults);
+    /* Done: the next periods change nothing. */
+    const premagnetise_state_t found = st;
+    TEST_ASSERT_FALSE(step(4.0f, 9.0f, 60.0f));
+    TEST_ASSERT_EQUAL_MEMORY(&found, &st, sizeof found);
+}
+
+static void test_the_loss_is_kept_only_where_it_is_asked_for(void)
+{
+    configure(true, false);
+    both_levels(1.4f, 6.0f);
+    TEST_ASSERT_FALSE(step(5.0f, 1.4f, 6.0f));
+    ASSERT_NEAR(1e-6, 1.25 * 1.4 - 1.5, st.Rs_delta_ohm);
+    TEST_ASSERT_FALSE(st.leg_loss_found);
+    ASSERT_SAME_FLOAT(0.0f, st.leg_loss_pu);
+}
+
+/* Four times the nameplate: a fault in every period that asks, and no other resistance. */
+static void test_a_refusal_is_a_fault_while_it_is_asked_for(void)
+{
+    both_levels(6.0f, 6.0f);
+    for (int k = 0; k < 3; k++) {
+        faults = FAULT_OVER_CURRENT; /* of somebody else */
+        TEST_ASSERT_FALSE(step(5.0f, 6.0f, 6.0f));
+        TEST_ASSERT_EQUAL_HEX32(FAULT_OVER_CURRENT | FAULT_STATOR_RESISTANCE, faults);
+        ASSERT_SAME_FLOAT(0.0f, st.Rs_delta_ohm);
+        TEST_ASSERT_FALSE(st.leg_loss_found);
+    }
+}
+
+static void test_what_is_no_number_is_refused(void)
+{
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        configure(true, true);
+        for (uint32_t n = 0u; n < 2u * LEVEL_PERIODS; n++) {
+            TEST_ASSERT_TRUE(step(8.0f, (n == 3u) ? not_finite(k) : 1.2f, 6.0f));
+        }
+        TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
+        TEST_ASSERT_EQUAL_HEX32(FAULT_STATOR_RESISTANCE, faults);
+        ASSERT_SAME_FLOAT(0.0f, st.Rs_delta_ohm);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_not_wanted_it_asks_for_nothing);
+    RUN_TEST(test_resistance_and_loss_are_kept);
+    RUN_TEST(test_the_loss_is_kept_only_where_it_is_asked_for);
+    RUN_TEST(test_a_refusal_is_a_fault_while_it_is_asked_for);
+    RUN_TEST(test_what_is_no_number_is_refused);
+    return UNITY_END();
+}
