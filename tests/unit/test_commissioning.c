@@ -217,6 +217,56 @@ static void test_a_winding_without_a_rotor_is_refused(void)
     assert_refused(COMMISSIONING_ROTOR);
 }
 
+/* The last period of a stage, brought about by hand: what it is refused for. */
+static void assert_last_period_refuses(commissioning_refusal_t why)
+{
+    const commissioning_in_t in = {.i_A = {0.0f, 0.0f}, .u_coming_V = 0.0f};
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_BUSY, commissioning_step(&cfg, &st, &in).status);
+    TEST_ASSERT_EQUAL_INT(why, st.refusal);
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_REFUSED, commissioning_step(&cfg, &st, &in).status);
+}
+
+static void test_a_current_that_stops_following_is_refused_on_the_curve_too(void)
+{
+    st.stage = COMMISSIONING_STAGE_CURVE;
+    st.periods = cfg.level_periods - 1u;
+    st.result.Rs_ohm = 1.5f;
+    assert_last_period_refuses(COMMISSIONING_NO_CURRENT);
+}
+
+/* A tone as it ends: impedance u/i, over the current of its sums. */
+static void end_of_tone(commissioning_stage_t stage, const tone_config_t *tone, ab_t impedance_ohm)
+{
+    setUp();
+    st.stage = stage;
+    st.result.Rs_ohm = 1.0f;
+    st.result.sigma_Ls_H = 0.01f;
+    st.result.flux_Wb[0] = 0.1f;
+    st.result.level_A[0] = 1.0f;
+    st.tone = (tone_state_t){.periods = tone->periods - 1u,
+                             .in_turn = 1u,
+                             .unit = {1.0f, 0.0f},
+                             .i_A = {1.0f, 0.0f},
+                             .u_V = impedance_ohm};
+}
+
+/* Real part: as much above Rs as below; imaginary part: a capacitor. */
+static void test_impedances_that_no_motor_has_are_refused(void)
+{
+    end_of_tone(COMMISSIONING_STAGE_FAST, &cfg.fast, (ab_t){1.0f, -5.0f});
+    assert_last_period_refuses(COMMISSIONING_LEAKAGE);
+    const float leakage_ohm = 0.01f * cfg.slow.omega_rad_s;
+    end_of_tone(COMMISSIONING_STAGE_SLOW, &cfg.slow, (ab_t){0.5f, leakage_ohm + 1.0f});
+    assert_last_period_refuses(COMMISSIONING_ROTOR); /* Rr < 0 */
+    end_of_tone(COMMISSIONING_STAGE_SLOW, &cfg.slow, (ab_t){1.5f, leakage_ohm - 1.0f});
+    assert_last_period_refuses(COMMISSIONING_ROTOR); /* M < 0 */
+    end_of_tone(COMMISSIONING_STAGE_SLOW, &cfg.slow, (ab_t){12.0f, leakage_ohm + 1.0f});
+    assert_last_period_refuses(COMMISSIONING_ROTOR); /* Rr over 10 Rs */
+    /* Rr 3 ohm; M 9.25/(.5 w) = .49 H, more than twice the first level's .1 H. */
+    end_of_tone(COMMISSIONING_STAGE_SLOW, &cfg.slow, (ab_t){4.0f, leakage_ohm + 0.5f});
+    assert_last_period_refuses(COMMISSIONING_ROTOR); /* M too large */
+}
+
 static void test_init_refuses_what_cannot_be(void)
 {
     for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
@@ -235,6 +285,10 @@ static void test_init_refuses_what_cannot_be(void)
     p.level_s = 100.0f; /* the average is what floats can add up */
     TEST_ASSERT_TRUE(commissioning_init(&cfg, &p));
     TEST_ASSERT_EQUAL_UINT32(8192u, cfg.average_periods);
+    /* A period whose sixteenth of a frequency is no number any more. */
+    p.period_s = 1e-40f;
+    p.level_s = 1e-37f;
+    TEST_ASSERT_FALSE(commissioning_init(&cfg, &p));
 }
 
 int main(void)
@@ -249,6 +303,8 @@ int main(void)
     RUN_TEST(test_flux_against_the_current_is_refused);
     RUN_TEST(test_a_filter_in_the_line_is_no_leakage);
     RUN_TEST(test_a_winding_without_a_rotor_is_refused);
+    RUN_TEST(test_a_current_that_stops_following_is_refused_on_the_curve_too);
+    RUN_TEST(test_impedances_that_no_motor_has_are_refused);
     RUN_TEST(test_init_refuses_what_cannot_be);
     return UNITY_END();
 }
