@@ -162,7 +162,7 @@ public:
         while (plant_.time_s() < p.at_s) {
             (void)period();
         }
-        CHECK(unit().mode == p.mode && unit().machine.faults == 0);
+        CHECK(unit().asked.mode == p.mode && unit().machine.faults == 0);
         std::memcpy(kept_app_.data(), &unit(), sizeof(unit_t));
         kept_plant_ = std::make_unique<Plant>(plant_);
         kept_timer_ = timer_;

@@ -5,6 +5,7 @@
 
 #include "drive_fixture.h"
 #include "exact.h"
+#include "mode_fixture.h"
 
 #define PERIOD_S 200e-6f
 
@@ -12,8 +13,6 @@ static dc_brake_config_t cfg;
 static dc_brake_params_t params;
 static dc_brake_state_t st;
 static dc_current_config_t current;
-static estimate_t estimate;
-static mode_in_t in;
 
 void setUp(void)
 {
@@ -23,17 +22,17 @@ void setUp(void)
     TEST_ASSERT_TRUE(dc_brake_init(&cfg, &params, PERIOD_S));
     TEST_ASSERT_TRUE(dc_current_init(&current, 400.0f, &motor, PERIOD_S));
     st = (dc_brake_state_t){0};
-    estimate = (estimate_t){0};
-    in = (mode_in_t){.estimate = &estimate, .running = true, .Rs_ohm = 1.2f};
+    mode_fixture_start();
+    in.Rs_ohm = 1.2f;
 }
 
 void tearDown(void)
 {
 }
 
-static bool wanted(bool acting)
+static bool wanted(bool acts)
 {
-    return dc_brake_wanted(&cfg, &st, acting, &in);
+    return dc_brake_wanted(&cfg, &st, acts, &in);
 }
 
 static void test_init_refuses_what_is_no_brake(void)
@@ -69,26 +68,26 @@ static void test_it_begins_where_zero_is_asked_for_at_low_speed(void)
 {
     for (int sign = -1; sign <= 1; sign += 2) {
         estimate.omega_e_rad_s = (float)sign * 5.0f;
-        in.omega_e_ref_rad_s = (float)sign * 1e-3f;
+        asked.omega_e_ref_rad_s = (float)sign * 1e-3f;
         TEST_ASSERT_TRUE(wanted(false));
-        in.omega_e_ref_rad_s = (float)sign * 1.1e-3f;
+        asked.omega_e_ref_rad_s = (float)sign * 1.1e-3f;
         TEST_ASSERT_FALSE(wanted(false));
-        in.omega_e_ref_rad_s = 0.0f;
+        asked.omega_e_ref_rad_s = 0.0f;
         estimate.omega_e_rad_s = (float)sign * 5.1f;
         TEST_ASSERT_FALSE(wanted(false));
     }
     estimate.omega_e_rad_s = 0.0f;
-    in.aim = DRIVE_AIM_STOP;
+    asked.aim = DRIVE_AIM_STOP;
     TEST_ASSERT_TRUE(wanted(false));
-    in.aim = DRIVE_AIM_TORQUE; /* whose speed reference of zero says nothing */
+    asked.aim = DRIVE_AIM_TORQUE; /* whose speed reference of zero says nothing */
     TEST_ASSERT_FALSE(wanted(false));
 }
 
 static void test_what_is_no_number_brakes_nothing(void)
 {
-    in.omega_e_ref_rad_s = NAN;
+    asked.omega_e_ref_rad_s = NAN;
     TEST_ASSERT_FALSE(wanted(false));
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     estimate.omega_e_rad_s = NAN;
     TEST_ASSERT_FALSE(wanted(false));
 }
@@ -96,14 +95,14 @@ static void test_what_is_no_number_brakes_nothing(void)
 /* Five periods at least, whatever is asked for; then as long as zero is, whatever the speed. */
 static void test_once_begun_it_lasts_its_time(void)
 {
-    in.omega_e_ref_rad_s = 50.0f;
+    asked.omega_e_ref_rad_s = 50.0f;
     for (uint32_t k = 0u; k < 5u; k++) {
         TEST_ASSERT_TRUE(wanted(true));
         (void)dc_brake_step(&cfg, &current, &st, &in);
         TEST_ASSERT_EQUAL_UINT32(k + 1u, st.periods);
     }
     TEST_ASSERT_FALSE(wanted(true));
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     estimate.omega_e_rad_s = 100.0f;
     TEST_ASSERT_TRUE(wanted(true));
     (void)dc_brake_step(&cfg, &current, &st, &in);
@@ -138,13 +137,13 @@ static void test_its_voltage_is_that_of_a_standing_current(void)
 {
     dc_brake_start(&st, (ab_t){8.0f, 0.0f}, 200.0f);
     estimate.omega_e_rad_s = 3.0f; /* what a mode says, and nobody measures */
-    in.i_s_A = (ab_t){7.5f, 0.25f};
-    in.u_duty_V = (ab_t){11.0f, -4.0f};
+    meas.i_s_A = (ab_t){7.5f, 0.25f};
+    acting.ended_V = (ab_t){11.0f, -4.0f};
     in.u_s_V = (ab_t){99.0f, 99.0f};
     dc_current_state_t expected = {.i_before_A = {8.0f, 0.0f}};
     const dc_current_in_t current_in = {.i_ref_A = {8.0f, 0.0f},
-                                        .i_A = in.i_s_A,
-                                        .u_V = in.u_duty_V,
+                                        .i_A = meas.i_s_A,
+                                        .u_V = acting.ended_V,
                                         .Rs_ohm = 1.2f,
                                         .omega_rad_s = 200.0f};
     const ab_t expected_V = dc_current_step(&current, &expected, &current_in);

@@ -453,8 +453,17 @@ static void test_every_field_of_the_output_is_written_in_every_mode(void)
             memset(&out[k], (k == 0) ? 0x11 : 0xEE, sizeof out[k]);
             drive_step(&cfg, &st, &in, &out[k]);
         }
-        /* The last member is a bool: what follows it is padding. */
-        TEST_ASSERT_EQUAL_MEMORY(&out[0], &out[1], offsetof(drive_out_t, premagnetising) + 1u);
+        TEST_ASSERT_EQUAL_MEMORY(&out[0], &out[1], offsetof(drive_out_t, mode));
+        /* Of a request, what belongs to its kind. */
+        const mode_out_t *a = &out[0].mode, *b = &out[1].mode;
+        TEST_ASSERT_EQUAL(a->request.kind, b->request.kind);
+        TEST_ASSERT_EQUAL(REQUEST_CURRENT, a->request.kind);
+        TEST_ASSERT_EQUAL_MEMORY(&a->request.axis, &b->request.axis, sizeof a->request.axis);
+        TEST_ASSERT_EQUAL_MEMORY(&a->request.i_ref_A, &b->request.i_ref_A,
+                                 sizeof a->request.i_ref_A);
+        TEST_ASSERT_EQUAL_UINT32(a->faults, b->faults);
+        TEST_ASSERT_EQUAL(a->busy, b->busy);
+        TEST_ASSERT_EQUAL_MEMORY(&a->omega_e_rad_s, &b->omega_e_rad_s, sizeof a->omega_e_rad_s);
     }
 }
 
@@ -486,7 +495,7 @@ static drive_out_t measure(const drive_config_t *cfg, const drive_params_t *p, d
                                .mode = DRIVE_PREMAGNETISE};
         duty_V[k / 4] += ((k % 4) >= 2) ? 0.5 * (double)st->acting.acting_V.alpha : 0.0;
         drive_step(cfg, st, &in, &out);
-        TEST_ASSERT_TRUE(out.premagnetising);
+        TEST_ASSERT_TRUE(out.mode.busy);
         TEST_ASSERT_EQUAL_FLOAT((k < 4) ? 8.0f : 5.0f, out.i_ref_A.d);
         TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
         TEST_ASSERT_EQUAL_FLOAT(0.0f, st->modes.premagnetise.Rs_delta_ohm);
@@ -507,7 +516,7 @@ static void test_the_measured_resistance_is_used_after_both_levels(void)
         TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
         TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
         const drive_out_t out = measure(&cfg, &p, &st, 8.0, duty_V);
-        TEST_ASSERT_FALSE(out.premagnetising);
+        TEST_ASSERT_FALSE(out.mode.busy);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
         TEST_ASSERT_EQUAL_FLOAT(4.0f, out.i_ref_A.d); /* on to the flux */
         /* 1 LSB of .1 V and of 3 mA in the differences of 3.6 V and 3 A. */
@@ -517,7 +526,7 @@ static void test_the_measured_resistance_is_used_after_both_levels(void)
         const drive_in_t in = {.sample = along_alpha(&p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
         drive_out_t next;
         drive_step(&cfg, &st, &in, &next);
-        TEST_ASSERT_FALSE(next.premagnetising);
+        TEST_ASSERT_FALSE(next.mode.busy);
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.25 * 1.2, (double)drive_rs_ohm(&cfg, &st));
     }
 }
@@ -553,7 +562,7 @@ static void test_the_resistance_is_that_of_the_duties_when_the_observer_uses_the
     const drive_out_t out = measure(&cfg, &p, &st, 7.0, duty_V);
     const double Rs_ohm = (duty_V[0] - duty_V[1]) / 2.0;
     TEST_ASSERT_TRUE(Rs_ohm > 0.1);
-    TEST_ASSERT_FALSE(out.premagnetising);
+    TEST_ASSERT_FALSE(out.mode.busy);
     TEST_ASSERT_DOUBLE_WITHIN(5e-3 * Rs_ohm, 1.25 * Rs_ohm, (double)drive_rs_ohm(&cfg, &st));
 }
 
@@ -568,7 +577,7 @@ static void test_a_refused_resistance_is_a_fault_while_it_is_asked_for(void)
     drive_out_t out = measure(&cfg, &p, &st, 8.0, duty_V);
     drive_in_t in = {.sample = along_alpha(&p, 5.0, 9.0), .mode = DRIVE_PREMAGNETISE};
     for (int k = 0; k < 3; k++) {
-        TEST_ASSERT_FALSE(out.premagnetising);
+        TEST_ASSERT_FALSE(out.mode.busy);
         TEST_ASSERT_EQUAL_UINT32(FAULT_STATOR_RESISTANCE, out.faults);
         TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
         TEST_ASSERT_FALSE(st.modes.premagnetise.leg_loss_found);
@@ -577,11 +586,11 @@ static void test_a_refused_resistance_is_a_fault_while_it_is_asked_for(void)
     in.mode = DRIVE_OFF;
     drive_step(&cfg, &st, &in, &out);
     TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
-    TEST_ASSERT_FALSE(out.premagnetising);
+    TEST_ASSERT_FALSE(out.mode.busy);
     /* The next start measures anew. */
     in.mode = DRIVE_PREMAGNETISE;
     drive_step(&cfg, &st, &in, &out);
-    TEST_ASSERT_TRUE(out.premagnetising);
+    TEST_ASSERT_TRUE(out.mode.busy);
 }
 
 /* What the legs lose is looked for: the compensation must not hide it. */

@@ -92,7 +92,7 @@ static void test_commissioning_gives_the_current_that_is_asked(void)
     step();
     ASSERT_SAME_FLOAT(2.5f, out.i_ref_A.d);
     ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
-    TEST_ASSERT_TRUE(out.premagnetising);
+    TEST_ASSERT_TRUE(out.mode.busy);
 }
 
 /* Reference and estimate, in both directions; of impressed current, what is imposed. */

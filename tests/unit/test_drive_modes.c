@@ -132,7 +132,7 @@ static void test_all_off_asks_nothing(void)
     TEST_ASSERT_TRUE(cfg.modes.vector_only);
     run(0.01);
     TEST_ASSERT_EQUAL(MODE_PREMAGNETISE, st.mode);
-    TEST_ASSERT_FALSE(out.premagnetising);
+    TEST_ASSERT_FALSE(out.mode.busy);
 }
 
 /* Both directions, residual flux and none: caught, oriented, and torque at once. */
@@ -147,12 +147,12 @@ static void test_a_turning_motor_is_caught(void)
         in.omega_e_ref_rad_s = (float)speeds[n % 4];
         TEST_ASSERT_EQUAL_HEX32(0u, run(0.1));
         TEST_ASSERT_EQUAL(MODE_FLYING_START, st.mode);
-        TEST_ASSERT_TRUE(out.premagnetising);
+        TEST_ASSERT_TRUE(out.mode.busy);
         TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
         TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.modes.flying.phase);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.speed.pi.x); /* no torque yet */
         TEST_ASSERT_EQUAL(MODE_REMAGNETISE, st.mode);
-        TEST_ASSERT_FALSE(out.premagnetising);
+        TEST_ASSERT_FALSE(out.mode.busy);
         ASSERT_NEAR(2.0, speeds[n % 4], st.estimator.estimate.omega_e_rad_s);
         /* 2nd order leaves w^3 T^2/6 of angle, the ADC an LSB in volts over w: 7 % of .41 Wb. */
         ASSERT_NEAR(0.03, 0.0, flux_error());
@@ -289,10 +289,12 @@ static void test_a_brake_begins_with_the_current_of_then(void)
 {
     p.modes.brake.current_A = 8.0f;
     start();
+    const drive_in_t run_asked = {.mode = DRIVE_RUN};
+    const measured_t meas = {.i_s_A = {1.0f, 2.0f}};
     const mode_in_t begins = {
-        .estimate = &st.estimator.estimate, .running = true, .i_s_A = {1.0f, 2.0f}};
+        .asked = &run_asked, .meas = &meas, .estimate = &st.estimator.estimate};
     st.modes.brake.periods = 7u;
-    transition_choose(&cfg, &st, DRIVE_RUN, &begins);
+    transition_choose(&cfg, &st, &begins);
     TEST_ASSERT_EQUAL(MODE_DC_BRAKE, st.mode);
     TEST_ASSERT_EQUAL_UINT32(0u, st.modes.brake.periods);
     ASSERT_SAME_FLOAT(1.0f, st.modes.brake.i_ref_A.alpha);

@@ -4,33 +4,26 @@
 #include "drive_fixture.h"
 #include "exact.h"
 #include "fault.h"
+#include "mode_fixture.h"
 
 static drive_params_t p;
 static drive_config_t drive;
 static modes_config_t *cfg;
 static modes_state_t st;
-static torque_limits_state_t limits;
-static estimate_t estimate;
-static mode_in_t in;
 
 static void configure(void)
 {
     TEST_ASSERT_TRUE(drive_init(&drive, &p, NULL));
     cfg = &drive.modes;
     st = (modes_state_t){0};
-    limits = (torque_limits_state_t){0};
+    mode_fixture_start();
     estimate =
         (estimate_t){.lambda_r_hat_Wb = {0.0f, 0.5f}, .lambda_Wb = 0.5f, .omega_e_rad_s = 100.0f};
-    in = (mode_in_t){.estimate = &estimate,
-                     .limits = &limits,
-                     .i_s_A = {3.0f, 1.0f},
-                     .u_dc_V = 540.0f,
-                     .u_duty_V = {20.0f, -5.0f},
-                     .u_s_V = {21.0f, -6.0f},
-                     .Rs_ohm = 1.5f,
-                     .omega_e_ref_rad_s = 50.0f,
-                     .i_d_ref_A = 2.5f,
-                     .running = true};
+    meas.i_s_A = (ab_t){3.0f, 1.0f};
+    acting.ended_V = (ab_t){20.0f, -5.0f};
+    in.u_s_V = (ab_t){21.0f, -6.0f};
+    asked.omega_e_ref_rad_s = 50.0f;
+    asked.i_d_ref_A = 2.5f;
 }
 
 /* Everything is configured; the control is what a case makes it. */
@@ -66,18 +59,20 @@ static void use_control(modes_control_t control)
     configure();
 }
 
-static mode_id_t selected(drive_mode_t asked, mode_id_t before)
+static mode_id_t selected(drive_mode_t mode, mode_id_t before)
 {
-    in.running = asked == DRIVE_RUN;
-    return modes_selected(cfg, &st, asked, before, &in);
+    asked.mode = mode;
+    return modes_selected(cfg, &st, before, &in);
 }
 
-static modes_out_t step(mode_id_t mode)
+static mode_out_t step(mode_id_t mode)
 {
-    return modes_step(cfg, &drive.limits, &st, mode, &in);
+    mode_out_t out = {.faults = 0xFFFFFFFFu, .busy = true, .omega_e_rad_s = 99.0f};
+    modes_step(cfg, &drive.limits, &st, mode, &in, &out);
+    return out;
 }
 
-static void assert_request(request_kind_t kind, ab_t axis, dq_t i_ref_A, const modes_out_t *out)
+static void assert_request(request_kind_t kind, ab_t axis, dq_t i_ref_A, const mode_out_t *out)
 {
     TEST_ASSERT_EQUAL(kind, out->request.kind);
     ASSERT_SAME_FLOAT(axis.alpha, out->request.axis.alpha);
@@ -101,7 +96,7 @@ static void test_the_control_configured_acts_in_run(void)
 static void test_a_current_that_holds_the_load_goes_on(void)
 {
     st.i_f.active = true;
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     estimate.omega_e_rad_s = 0.0f;
     TEST_ASSERT_EQUAL(MODE_TAKE_OVER, selected(DRIVE_RUN, MODE_TAKE_OVER));
     TEST_ASSERT_EQUAL(MODE_TAKE_OVER, selected(DRIVE_RUN, MODE_DC_BRAKE));
@@ -116,21 +111,21 @@ static void test_a_current_that_holds_the_load_goes_on(void)
 /* From 5 rad/s downward; once it acts, until another speed is wanted and its time is over. */
 static void test_the_brake_acts_in_vector_control_where_zero_is_wanted(void)
 {
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     TEST_ASSERT_EQUAL(MODE_VECTOR, selected(DRIVE_RUN, MODE_VECTOR));
     TEST_ASSERT_EQUAL(MODE_DC_BRAKE, selected(DRIVE_RUN, MODE_DC_BRAKE));
     estimate.omega_e_rad_s = -4.0f;
     TEST_ASSERT_EQUAL(MODE_DC_BRAKE, selected(DRIVE_RUN, MODE_VECTOR));
-    in.omega_e_ref_rad_s = 50.0f;
+    asked.omega_e_ref_rad_s = 50.0f;
     TEST_ASSERT_EQUAL(MODE_VECTOR, selected(DRIVE_RUN, MODE_VECTOR));
     TEST_ASSERT_EQUAL(MODE_DC_BRAKE, selected(DRIVE_RUN, MODE_DC_BRAKE));
     st.brake.periods = cfg->brake.least_periods;
     TEST_ASSERT_EQUAL(MODE_VECTOR, selected(DRIVE_RUN, MODE_DC_BRAKE));
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     for (int control = MODES_CONTROL_VOLTS_PER_HERTZ; control <= MODES_CONTROL_I_F; control++) {
         use_control((modes_control_t)control);
         estimate.omega_e_rad_s = 0.0f;
-        in.omega_e_ref_rad_s = 0.0f;
+        asked.omega_e_ref_rad_s = 0.0f;
         TEST_ASSERT_NOT_EQUAL(MODE_DC_BRAKE, selected(DRIVE_RUN, MODE_DC_BRAKE));
     }
 }
@@ -154,7 +149,7 @@ static void test_before_run_the_search_says_how_flux_is_built_up(void)
 /* Direct current along phase u; the flux controller's, or the one of the measurement. */
 static void test_premagnetisation_asks_for_current_along_u(void)
 {
-    const modes_out_t out = step(MODE_PREMAGNETISE);
+    const mode_out_t out = step(MODE_PREMAGNETISE);
     assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){4.0f, 0.0f}, &out);
     TEST_ASSERT_FALSE(out.busy);
     TEST_ASSERT_EQUAL_HEX32(0u, out.faults);
@@ -167,13 +162,13 @@ static void test_premagnetisation_asks_for_current_along_u(void)
                                                  .ratio_max = 2.0f};
     configure();
     for (int k = 0; k < 4; k++) {
-        const modes_out_t measuring = step(MODE_PREMAGNETISE);
+        const mode_out_t measuring = step(MODE_PREMAGNETISE);
         assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){(k < 2) ? 7.0f : 5.0f, 0.0f},
                        &measuring);
         TEST_ASSERT_TRUE(measuring.busy);
     }
     /* The current never changed: no resistance, a fault, and on with the flux. */
-    const modes_out_t refused = step(MODE_PREMAGNETISE);
+    const mode_out_t refused = step(MODE_PREMAGNETISE);
     assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){4.0f, 0.0f}, &refused);
     TEST_ASSERT_FALSE(refused.busy);
     TEST_ASSERT_EQUAL_HEX32(FAULT_STATOR_RESISTANCE, refused.faults);
@@ -187,14 +182,14 @@ static void test_premagnetisation_controls_the_flux(void)
     flux_control_state_t expected = {0};
     const flux_control_in_t flux_in = {.lambda_hat_Wb = 0.5f};
     const float i_d_A = flux_control_step(&cfg->vector.flux, &expected, &flux_in);
-    const modes_out_t out = step(MODE_PREMAGNETISE);
+    const mode_out_t out = step(MODE_PREMAGNETISE);
     ASSERT_SAME_FLOAT(i_d_A, out.request.i_ref_A.d);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st.vector.flux, sizeof expected);
 }
 
 static void test_commissioning_asks_for_the_current_it_is_given(void)
 {
-    const modes_out_t out = step(MODE_COMMISSIONING);
+    const mode_out_t out = step(MODE_COMMISSIONING);
     assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){2.5f, 0.0f}, &out);
     TEST_ASSERT_TRUE(out.busy); /* RUN has to wait, the legs are not compensated */
 }
@@ -206,12 +201,12 @@ static void test_the_search_asks_for_the_voltage_of_a_standing_current(void)
     st.flying.rough_rad_s = 90.0f;
     dc_current_state_t expected = {0};
     const dc_current_in_t current_in = {.i_ref_A = {1.5f, 0.0f},
-                                        .i_A = in.i_s_A,
-                                        .u_V = in.u_duty_V,
+                                        .i_A = meas.i_s_A,
+                                        .u_V = acting.ended_V,
                                         .Rs_ohm = 1.5f,
                                         .omega_rad_s = 90.0f};
     const ab_t u_V = dc_current_step(&cfg->dc_current, &expected, &current_in);
-    const modes_out_t out = step(MODE_FLYING_START);
+    const mode_out_t out = step(MODE_FLYING_START);
     assert_request(REQUEST_VOLTAGE, (ab_t){1.0f, 0.0f}, (dq_t){0.0f, 0.0f}, &out);
     ASSERT_SAME_FLOAT(u_V.alpha, out.request.u_ref_V.alpha);
     ASSERT_SAME_FLOAT(u_V.beta, out.request.u_ref_V.beta);
@@ -223,19 +218,19 @@ static void test_the_search_asks_for_the_voltage_of_a_standing_current(void)
 /* At its end it is busy no more; a refusal is a fault. */
 static void test_the_search_ends_with_an_answer_or_a_fault(void)
 {
-    in.i_s_A = (ab_t){4.0f, 0.0f};
-    in.u_duty_V = (ab_t){6.0f, 0.0f}; /* Rs i: nothing turns */
+    meas.i_s_A = (ab_t){4.0f, 0.0f};
+    acting.ended_V = (ab_t){6.0f, 0.0f}; /* Rs i: nothing turns */
     st.flying = (flying_start_state_t){
         .current_on = true, .current_A = 4.0f, .periods = 700u, .count = 20.0f, .square_V2 = 1.0f};
-    st.flying_current.i_before_A = in.i_s_A;
-    modes_out_t out = {.busy = true};
+    st.flying_current.i_before_A = meas.i_s_A;
+    mode_out_t out = {.busy = true};
     for (int k = 0; (k < 4) && out.busy; k++) {
         out = step(MODE_FLYING_START);
     }
     TEST_ASSERT_FALSE(out.busy);
     TEST_ASSERT_EQUAL(FLYING_START_STANDS, st.flying.phase);
     TEST_ASSERT_EQUAL_HEX32(0u, out.faults);
-    in.i_s_A.alpha = 0.0f; /* no current flows */
+    meas.i_s_A.alpha = 0.0f; /* no current flows */
     st.flying = (flying_start_state_t){.current_on = true, .current_A = 4.0f, .periods = 703u};
     out = step(MODE_FLYING_START);
     TEST_ASSERT_FALSE(out.busy);
@@ -248,12 +243,13 @@ static void test_oriented_modes_are_vector_control(void)
     const mode_id_t modes[] = {MODE_VECTOR, MODE_REMAGNETISE};
     for (int n = 0; n < 2; n++) {
         configure();
-        in.running = n == 0;
+        asked.mode = (n == 0) ? DRIVE_RUN : DRIVE_PREMAGNETISE;
         st.vector.speed.pi.x = 3.0f;
         vector_state_t expected = st.vector;
-        uint32_t faults = 0u;
-        const request_t r = vector_step(&cfg->vector, &drive.limits, &expected, &in, &faults);
-        const modes_out_t out = step(modes[n]);
+        mode_out_t vector = {0};
+        vector_step(&cfg->vector, &drive.limits, &expected, &in, &vector);
+        const request_t r = vector.request;
+        const mode_out_t out = step(modes[n]);
         assert_request(REQUEST_CURRENT, r.axis, r.i_ref_A, &out);
         TEST_ASSERT_EQUAL_MEMORY(&expected, &st.vector, sizeof expected);
         TEST_ASSERT_FALSE(out.busy);
@@ -270,7 +266,7 @@ static void test_a_dip_of_vector_control_is_told(void)
                                           .lambda_Wb = 0.6888f,
                                           .i_q_max_A = 12.0f};
     configure();
-    in.u_dc_V = 390.0f;
+    meas.u_dc_V = 390.0f;
     st.vector.mains.active = true;
     estimate.omega_e_rad_s = 10.0f;
     TEST_ASSERT_EQUAL_HEX32(FAULT_MAINS_LOST, step(MODE_VECTOR).faults);
@@ -284,7 +280,7 @@ static void test_a_turning_current_asks_for_its_vector(void)
         st.i_f = (i_f_state_t){
             .active = true, .axis = {0.6f, -0.8f}, .current_A = 5.5f, .omega_rad_s = -40.0f};
         const i_f_state_t before = st.i_f;
-        const modes_out_t out = step(modes[n]);
+        const mode_out_t out = step(modes[n]);
         assert_request(REQUEST_CURRENT, (ab_t){0.6f, -0.8f}, (dq_t){5.5f, 0.0f}, &out);
         ASSERT_SAME_FLOAT(-40.0f, out.omega_e_rad_s);
         TEST_ASSERT_FALSE(out.busy);
@@ -299,13 +295,13 @@ static void test_volts_per_hertz_asks_for_its_voltage(void)
     const drive_aim_t aims[] = {DRIVE_AIM_SPEED, DRIVE_AIM_TORQUE, DRIVE_AIM_STOP};
     const float reference_rad_s[] = {50.0f, 100.0f, 50.0f};
     for (int n = 0; n < 3; n++) {
-        in.aim = aims[n];
+        asked.aim = aims[n];
         ASSERT_SAME_FLOAT(reference_rad_s[n], modes_open_reference_rad_s(&in));
         st.volts = (volts_per_hertz_state_t){.omega_rad_s = 70.0f, .boost_V = 2.0f};
         volts_per_hertz_state_t expected = st.volts;
-        const ab_t u_V =
-            volts_per_hertz_step(&cfg->volts, &expected, reference_rad_s[n], in.i_s_A, in.u_dc_V);
-        const modes_out_t out = step(MODE_VOLTS_PER_HERTZ);
+        const ab_t u_V = volts_per_hertz_step(&cfg->volts, &expected, reference_rad_s[n],
+                                              meas.i_s_A, meas.u_dc_V);
+        const mode_out_t out = step(MODE_VOLTS_PER_HERTZ);
         assert_request(REQUEST_VOLTAGE, (ab_t){1.0f, 0.0f}, (dq_t){0.0f, 0.0f}, &out);
         ASSERT_SAME_FLOAT(u_V.alpha, out.request.u_ref_V.alpha);
         ASSERT_SAME_FLOAT(u_V.beta, out.request.u_ref_V.beta);
@@ -315,10 +311,10 @@ static void test_volts_per_hertz_asks_for_its_voltage(void)
 
 static void test_the_brake_asks_for_its_voltage(void)
 {
-    dc_brake_start(&st.brake, in.i_s_A, 3.0f);
+    dc_brake_start(&st.brake, meas.i_s_A, 3.0f);
     dc_brake_state_t expected = st.brake;
     const ab_t u_V = dc_brake_step(&cfg->brake, &cfg->dc_current, &expected, &in);
-    const modes_out_t out = step(MODE_DC_BRAKE);
+    const mode_out_t out = step(MODE_DC_BRAKE);
     assert_request(REQUEST_VOLTAGE, (ab_t){1.0f, 0.0f}, (dq_t){0.0f, 0.0f}, &out);
     ASSERT_SAME_FLOAT(u_V.alpha, out.request.u_ref_V.alpha);
     ASSERT_SAME_FLOAT(u_V.beta, out.request.u_ref_V.beta);
@@ -326,16 +322,17 @@ static void test_the_brake_asks_for_its_voltage(void)
     ASSERT_SAME_FLOAT(0.0f, out.omega_e_rad_s);
 }
 
-/* Off, or no mode at all: no current, and no state moves. */
-static void test_no_mode_asks_for_no_current(void)
+/* Off, or no mode at all: nothing is asked, and no state moves. */
+static void test_no_mode_asks_for_nothing(void)
 {
     const mode_id_t none[] = {MODE_OFF, (mode_id_t)10};
     const modes_state_t before = st;
     for (int n = 0; n < 2; n++) {
-        const modes_out_t out = step(none[n]);
+        const mode_out_t out = step(none[n]);
         assert_request(REQUEST_CURRENT, (ab_t){0.0f, 0.0f}, (dq_t){0.0f, 0.0f}, &out);
         TEST_ASSERT_FALSE(out.busy);
         TEST_ASSERT_EQUAL_HEX32(0u, out.faults);
+        ASSERT_SAME_FLOAT(0.0f, out.omega_e_rad_s);
         TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof before);
     }
 }
@@ -385,7 +382,7 @@ int main(void)
     RUN_TEST(test_a_turning_current_asks_for_its_vector);
     RUN_TEST(test_volts_per_hertz_asks_for_its_voltage);
     RUN_TEST(test_the_brake_asks_for_its_voltage);
-    RUN_TEST(test_no_mode_asks_for_no_current);
+    RUN_TEST(test_no_mode_asks_for_nothing);
     RUN_TEST(test_each_mode_has_its_kind_and_number);
     return UNITY_END();
 }

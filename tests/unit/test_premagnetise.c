@@ -3,10 +3,11 @@
 
 #include "exact.h"
 #include "fault.h"
+#include "mode_fixture.h"
 
 #define LEVEL_PERIODS 4u /* the last two are averaged */
 #define RS_OHM        1.5f
-#define U_DC_V        540.0f
+#define U_DC_V        540.0f /* of the fixture */
 
 static premagnetise_config_t cfg;
 static premagnetise_state_t st;
@@ -40,10 +41,10 @@ void tearDown(void)
 /* One period at a current, with Rs of the motor and what the duties give beyond it. */
 static bool step(float i_A, float Rs_ohm, float lost_V)
 {
-    const mode_in_t in = {.i_s_A = {i_A, 77.0f},
-                          .u_s_V = {Rs_ohm * i_A, 77.0f},
-                          .u_duty_V = {Rs_ohm * i_A + lost_V, 77.0f},
-                          .u_dc_V = U_DC_V};
+    mode_fixture_start();
+    meas.i_s_A = (ab_t){i_A, 77.0f};
+    acting.ended_V = (ab_t){Rs_ohm * i_A + lost_V, 77.0f};
+    in.u_s_V = (ab_t){Rs_ohm * i_A, 77.0f};
     return premagnetise_measure(&cfg, &st, &in, &i_ref_A, &faults);
 }
 

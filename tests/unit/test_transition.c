@@ -7,12 +7,12 @@
 #include "drive_fixture.h"
 #include "exact.h"
 #include "fault.h"
+#include "mode_fixture.h"
 
 static drive_params_t p;
 static drive_config_t cfg;
 static drive_state_t st;
-static mode_in_t in;
-static modes_out_t out;
+static mode_out_t out;
 
 static void configure(modes_control_t control)
 {
@@ -25,12 +25,11 @@ static void configure(modes_control_t control)
                                    .omega_e_rad_s = 60.0f,
                                    .omega_s_rad_s = 62.0f}},
         .modes.vector.speed = {.omega_ref_rad_s = 55.0f, .omega_filtered_rad_s = 60.0f}};
-    in = (mode_in_t){.estimate = &st.estimator.estimate,
-                     .i_s_A = {3.0f, 4.0f},
-                     .u_dc_V = 540.0f,
-                     .omega_e_ref_rad_s = 50.0f,
-                     .running = true};
-    out = (modes_out_t){.omega_e_rad_s = -20.0f, .request.axis = {1.0f, 0.0f}};
+    mode_fixture_start();
+    in.estimate = &st.estimator.estimate;
+    meas.i_s_A = (ab_t){3.0f, 4.0f};
+    asked.omega_e_ref_rad_s = 50.0f;
+    out = (mode_out_t){.omega_e_rad_s = -20.0f, .request.axis = {1.0f, 0.0f}};
 }
 
 void setUp(void)
@@ -56,7 +55,7 @@ void tearDown(void)
 
 static void choose(void)
 {
-    transition_choose(&cfg, &st, DRIVE_RUN, &in);
+    transition_choose(&cfg, &st, &in);
 }
 
 static void assert_at_rest_with_flux_along_alpha(float i_A)
@@ -85,7 +84,7 @@ static void test_into_vector_control_nothing_changes_but_the_mode(void)
 
 static void test_a_mode_that_goes_on_is_not_begun_again(void)
 {
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     st.mode = MODE_DC_BRAKE;
     st.modes.brake.periods = 7u;
     const drive_state_t before = st;
@@ -95,13 +94,13 @@ static void test_a_mode_that_goes_on_is_not_begun_again(void)
 
 static void test_a_brake_begins_with_current_and_speed_of_then(void)
 {
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.omega_e_ref_rad_s = 0.0f;
     st.mode = MODE_VECTOR;
     st.modes.brake.periods = 7u;
     drive_state_t expected = st;
     choose();
     expected.mode = MODE_DC_BRAKE;
-    dc_brake_start(&expected.modes.brake, in.i_s_A, 60.0f);
+    dc_brake_start(&expected.modes.brake, meas.i_s_A, 60.0f);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st, sizeof st);
 }
 
@@ -159,7 +158,7 @@ static void after(mode_id_t mode)
 static void assert_nothing_estimated(float omega_rad_s)
 {
     estimator_state_t expected = {0};
-    estimator_off(&expected, in.i_s_A, omega_rad_s);
+    estimator_off(&expected, meas.i_s_A, omega_rad_s);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st.estimator, sizeof expected);
 }
 
@@ -177,7 +176,7 @@ static void test_after_i_f_the_vector_moves_on(void)
     const float reference_rad_s[] = {50.0f, -20.0f};
     for (int n = 0; n < 2; n++) {
         configure(MODES_CONTROL_I_F);
-        in.aim = aims[n];
+        asked.aim = aims[n];
         st.modes.i_f = (i_f_state_t){
             .active = true, .axis = {0.6f, 0.8f}, .current_A = 5.0f, .omega_rad_s = -20.0f};
         i_f_state_t expected = st.modes.i_f;
@@ -233,7 +232,7 @@ static void test_other_modes_do_not_look_at_the_search(void)
 /* Flux and speed of the search; the frame turns with the flux from this period on. */
 static void test_a_motor_that_turns_is_caught(void)
 {
-    in.running = false;
+    asked.mode = DRIVE_PREMAGNETISE;
     st.modes.flying = (flying_start_state_t){
         .phase = FLYING_START_CAUGHT, .omega_rad_s = 200.0f, .lambda_Wb = {-0.03f, 0.04f}};
     after(MODE_FLYING_START);
@@ -243,7 +242,7 @@ static void test_a_motor_that_turns_is_caught(void)
     ASSERT_SAME_FLOAT(200.0f, e->omega_e_rad_s);
     ASSERT_SAME_FLOAT(200.0f, e->omega_s_rad_s);
     ASSERT_SAME_FLOAT(200.0f, st.estimator.adaptation.x_rad_s);
-    TEST_ASSERT_EQUAL_MEMORY(&in.i_s_A, &st.estimator.observer.i_s_hat_A, sizeof in.i_s_A);
+    TEST_ASSERT_EQUAL_MEMORY(&meas.i_s_A, &st.estimator.observer.i_s_hat_A, sizeof meas.i_s_A);
     ASSERT_NEAR(1e-6, -0.6, out.request.axis.alpha);
     ASSERT_NEAR(1e-6, 0.8, out.request.axis.beta);
 }
@@ -271,7 +270,7 @@ static void test_caught_without_flux_the_frame_stands(void)
 {
     st.modes.flying = (flying_start_state_t){
         .phase = FLYING_START_CAUGHT, .omega_rad_s = 200.0f, .lambda_Wb = {0.0f, 1e-5f}};
-    in.running = false;
+    asked.mode = DRIVE_PREMAGNETISE;
     after(MODE_FLYING_START);
     ASSERT_SAME_FLOAT(1.0f, out.request.axis.alpha);
     ASSERT_SAME_FLOAT(0.0f, out.request.axis.beta);

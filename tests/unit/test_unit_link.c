@@ -244,7 +244,7 @@ static void test_a_ready_parameter_waits_for_the_gates_to_be_off(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("swap_vw", 0.0f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 0u));
     rounds(3u);
-    TEST_ASSERT_TRUE(unit()->mode != DRIVE_OFF);
+    TEST_ASSERT_TRUE(unit()->asked.mode != DRIVE_OFF);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, set("swap_vw", 1.0f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("i_d_A", 4.0f)); /* RUN: live */
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(0u, 0.0f, 0u));
@@ -258,7 +258,7 @@ static void test_a_standing_run_command_counts_as_gates_on(void)
     const unit_command_t run = {.command = SEQUENCE_CMD_RUN};
     TEST_ASSERT_TRUE(unit_at_rest(unit()));
     unit_post_command(unit(), &run);
-    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->mode);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->asked.mode);
     TEST_ASSERT_FALSE(unit_at_rest(unit()));
 }
 
@@ -286,7 +286,7 @@ static void test_a_torque_may_come_with_the_command(void)
     TEST_ASSERT_EQUAL_FLOAT(-1.25f, c.torque_ref_Nm);
     TEST_ASSERT_EQUAL_UINT32(before + 1u, c.count);
     rounds(200u);
-    TEST_ASSERT_EQUAL(DRIVE_AIM_TORQUE, unit()->aim);
+    TEST_ASSERT_EQUAL(DRIVE_AIM_TORQUE, unit()->asked.aim);
     /* One that says nothing of it asks for none. */
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 3.5f, 0u));
     TEST_ASSERT_EQUAL_FLOAT(0.0f, unit_link_command(unit()).torque_ref_Nm);
@@ -313,16 +313,16 @@ static void test_a_silent_host_stops_the_drive_when_it_said_so(void)
 {
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 20u)); /* 100 periods */
     rounds(85u);
-    TEST_ASSERT_TRUE(unit()->mode != DRIVE_OFF);
+    TEST_ASSERT_TRUE(unit()->asked.mode != DRIVE_OFF);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 20u));
     rounds(85u);
-    TEST_ASSERT_TRUE(unit()->mode != DRIVE_OFF); /* the repetition counts */
+    TEST_ASSERT_TRUE(unit()->asked.mode != DRIVE_OFF); /* the repetition counts */
     rounds(30u);
-    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->mode);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->asked.mode);
     TEST_ASSERT_TRUE(unit()->link.expired);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 0u));
     rounds(10000u);
-    TEST_ASSERT_TRUE(unit()->mode != DRIVE_OFF); /* 0: without end */
+    TEST_ASSERT_TRUE(unit()->asked.mode != DRIVE_OFF); /* 0: without end */
 }
 
 static uint8_t ask_commissioning(uint32_t word[4], float value[6u + 3u * COMMISSIONING_LEVELS])
@@ -389,7 +389,7 @@ static void test_a_silent_host_ends_a_commissioning_too(void)
     rounds(85u); /* of 100 */
     TEST_ASSERT_EQUAL(SEQUENCE_COMMISSIONING, unit()->machine.id);
     rounds(30u);
-    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->mode);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->asked.mode);
     TEST_ASSERT_TRUE(unit()->link.expired);
 }
 
@@ -781,7 +781,7 @@ static void test_nothing_is_saved_while_the_gates_are_on(void)
     const uint32_t at_command = flash_memory.changes;
     TEST_ASSERT_GREATER_THAN_UINT32(before, at_command);
     wait_s(0.1f);
-    TEST_ASSERT_NOT_EQUAL(DRIVE_OFF, unit()->mode);
+    TEST_ASSERT_NOT_EQUAL(DRIVE_OFF, unit()->asked.mode);
     TEST_ASSERT_UINT32_WITHIN(2u, at_command, flash_memory.changes);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, act_only(UNIT_LINK_SAVE));
     TEST_ASSERT_EQUAL_UINT32(1u, store_word(1u));
@@ -843,7 +843,7 @@ static void refuses_until_saved_with_the_key(void)
     wait_s(2.0f * params.offset_calibration_s + 0.01f);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 1.0f, 0u));
     wait_s(0.01f);
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_OFF, unit()->mode);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_OFF, unit()->asked.mode);
     TEST_ASSERT_EQUAL_UINT32(FAULT_STORE, unit()->machine.faults);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(0u, 0.0f, 0u));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, act_only(UNIT_LINK_SAVE));

@@ -6,15 +6,13 @@
 #include "drive_fixture.h"
 #include "exact.h"
 #include "fault.h"
+#include "mode_fixture.h"
 
 static drive_params_t p;
 static drive_config_t drive; /* its parts go together: what is looked at is `cfg` */
 static vector_config_t *cfg;
 static vector_state_t st;
-static torque_limits_state_t limits;
-static estimate_t estimate;
-static mode_in_t in;
-static uint32_t faults;
+static mode_out_t out;
 
 /* At 100 rad/s, as wanted, with nominal flux 30 degrees from alpha. */
 static void configure(void)
@@ -22,20 +20,16 @@ static void configure(void)
     TEST_ASSERT_TRUE(drive_init(&drive, &p, NULL));
     cfg = &drive.modes.vector;
     const float lambda_Wb = cfg->flux.lambda_ref_Wb;
-    limits = (torque_limits_state_t){0};
-    faults = 0u;
+    out = (mode_out_t){0};
+    mode_fixture_start();
     estimate = (estimate_t){.lambda_r_hat_Wb = {0.8660254f * lambda_Wb, 0.5f * lambda_Wb},
                             .lambda_Wb = lambda_Wb,
                             .omega_e_rad_s = 100.0f,
                             .omega_s_rad_s = 103.0f};
     st = (vector_state_t){
         .speed = {.omega_ref_rad_s = 100.0f, .omega_filtered_rad_s = 100.0f, .pi = {2.0f}}};
-    in = (mode_in_t){.estimate = &estimate,
-                     .limits = &limits,
-                     .i_s_A = {3.0f, 4.0f},
-                     .u_dc_V = 540.0f,
-                     .omega_e_ref_rad_s = 100.0f,
-                     .running = true};
+    meas.i_s_A = (ab_t){3.0f, 4.0f};
+    asked.omega_e_ref_rad_s = 100.0f;
 }
 
 static void use_machine(int machine)
@@ -56,7 +50,8 @@ void tearDown(void)
 
 static request_t step(void)
 {
-    return vector_step(cfg, &drive.limits, &st, &in, &faults);
+    vector_step(cfg, &drive.limits, &st, &in, &out);
+    return out.request;
 }
 
 static void weaken(void)
@@ -91,7 +86,7 @@ static void test_the_frame_is_that_of_the_flux(void)
     TEST_ASSERT_EQUAL(REQUEST_CURRENT, r.kind);
     ASSERT_NEAR(1e-6, cos(0.5235987756), r.axis.alpha);
     ASSERT_NEAR(1e-6, sin(0.5235987756), r.axis.beta);
-    TEST_ASSERT_EQUAL_HEX32(0u, faults);
+    TEST_ASSERT_EQUAL_HEX32(0u, out.faults);
 }
 
 /* Fixed where no flux says where; caught in turning a hundredth of that says enough. */
@@ -103,7 +98,7 @@ static void test_without_flux_the_frame_stands(void)
     for (int k = 0; k < 4; k++) {
         const bool running = k < 2;
         const bool enough = (k % 2) == 1;
-        in.running = running;
+        asked.mode = running ? DRIVE_RUN : DRIVE_PREMAGNETISE;
         estimate.lambda_Wb = vector_lambda_min_Wb(cfg, running) * (enough ? 1.001f : 0.999f);
         estimate.lambda_r_hat_Wb = (ab_t){0.0f, estimate.lambda_Wb};
         const request_t r = step();
@@ -122,7 +117,7 @@ static void test_a_speed_is_wanted_of_flux_and_speed_control(void)
         speed_control_state_t speed = st.speed;
         flux_control_state_t flux = st.flux;
         for (int k = 0; k < 40; k++) {
-            in.omega_e_ref_rad_s = 120.0f;
+            asked.omega_e_ref_rad_s = 120.0f;
             estimate.omega_e_rad_s = 100.0f + 0.25f * (float)k;
             const flux_control_in_t flux_in = {.lambda_hat_Wb = estimate.lambda_Wb};
             const float i_d_A = flux_control_step(&cfg->flux, &flux, &flux_in);
@@ -144,9 +139,9 @@ static void test_a_torque_is_wanted_as_its_current(void)
 {
     st.speed.pi.x = 0.0f;
     st.ramp.steps = 9.0f;
-    in.aim = DRIVE_AIM_TORQUE;
-    in.torque_ref_Nm = 3.0f;
-    in.omega_e_ref_rad_s = NAN; /* not looked at */
+    asked.aim = DRIVE_AIM_TORQUE;
+    asked.torque_ref_Nm = 3.0f;
+    asked.omega_e_ref_rad_s = NAN; /* not looked at */
     for (int k = 0; k < 100; k++) {
         (void)step();
     }
@@ -158,18 +153,18 @@ static void test_a_torque_is_wanted_as_its_current(void)
 
 static void test_a_stop_takes_its_own_ramp(void)
 {
-    in.aim = DRIVE_AIM_STOP;
-    in.omega_e_ref_rad_s = 0.0f;
+    asked.aim = DRIVE_AIM_STOP;
+    asked.omega_e_ref_rad_s = 0.0f;
     (void)step();
     ASSERT_NEAR(1e-5, 100.0 - 500.0 * 200e-6, st.speed.omega_ref_rad_s);
-    in.aim = DRIVE_AIM_SPEED; /* no jerk limit: the slew limit alone */
+    asked.aim = DRIVE_AIM_SPEED; /* no jerk limit: the slew limit alone */
     (void)step();
     ASSERT_NEAR(1e-5, 99.9 - 4000.0 * 200e-6, st.speed.omega_ref_rad_s);
 }
 
 static void test_not_running_there_is_flux_without_torque(void)
 {
-    in.running = false;
+    asked.mode = DRIVE_PREMAGNETISE;
     st.speed.i_q_A = 5.0f;
     for (int k = 0; k < 3; k++) {
         const request_t r = step();
@@ -218,7 +213,7 @@ static void test_less_flux_takes_more_current_for_the_torque(void)
 static void test_the_voltage_limit_lowers_the_flux_in_its_slot(void)
 {
     weaken();
-    in.u_pending_V = (ab_t){300.0f, 330.0f};
+    acting.pending_V = (ab_t){300.0f, 330.0f};
     const ab_t axis = {1.0f, 0.0f};
     for (uint32_t slot = 0u; slot < VECTOR_SLOW_PERIODS; slot++) {
         st.slow_period = slot;
@@ -267,10 +262,10 @@ static void test_steering_has_a_slot_of_its_own(void)
     flux_steering_state_t expected = {0};
     st.steering = expected;
     st.slow_period = VECTOR_SLOW_STEERING;
-    const flux_steering_out_t out = flux_steering_step(
+    const flux_steering_out_t steer_out = flux_steering_step(
         &cfg->steering, &expected, -3.0f, motor_torque_Nm(&cfg->motor, estimate.lambda_Wb, 4.0f));
     vector_slow(cfg, &st, &in, axis);
-    ASSERT_SAME_FLOAT(out.below_Wb, st.flux_reduction_Wb);
+    ASSERT_SAME_FLOAT(steer_out.below_Wb, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
 }
 
@@ -350,10 +345,10 @@ static void lose_mains(void)
 static void test_in_a_dip_the_shaft_holds_the_link(void)
 {
     lose_mains();
-    in.u_dc_V = 401.0f; /* not lost yet */
+    meas.u_dc_V = 401.0f; /* not lost yet */
     ASSERT_NEAR(0.01, 2.0, step().i_ref_A.q);
     TEST_ASSERT_FALSE(st.mains.active);
-    in.u_dc_V = 390.0f;
+    meas.u_dc_V = 390.0f;
     const request_t r = step();
     TEST_ASSERT_TRUE(st.mains.active);
     const double kr = (double)p.motor.M_H / (double)p.motor.Lr_H;
@@ -362,8 +357,8 @@ static void test_in_a_dip_the_shaft_holds_the_link(void)
     ASSERT_NEAR(1e-4, i_q_A, st.speed.pi.x);
     ASSERT_NEAR(1e-4, i_q_A, st.speed.i_q_A);
     ASSERT_SAME_FLOAT(st.speed.omega_filtered_rad_s, st.speed.omega_ref_rad_s);
-    TEST_ASSERT_EQUAL_HEX32(0u, faults);
-    in.u_dc_V = 461.0f; /* back at once: the controller is where the shaft was */
+    TEST_ASSERT_EQUAL_HEX32(0u, out.faults);
+    meas.u_dc_V = 461.0f; /* back at once: the controller is where the shaft was */
     (void)step();
     TEST_ASSERT_FALSE(st.mains.active);
 }
@@ -372,23 +367,23 @@ static void test_in_a_dip_the_shaft_holds_the_link(void)
 static void test_in_a_dip_the_limit_of_the_current_holds(void)
 {
     lose_mains();
-    in.u_dc_V = 390.0f;
+    meas.u_dc_V = 390.0f;
     st.torque_gain_extra_pu = 0.25f;
     const float i_q_A = step().i_ref_A.q;
     ASSERT_NEAR(1e-4, 1.25 * (double)st.mains.i_q_A, i_q_A);
-    in.u_dc_V = 300.0f;
+    meas.u_dc_V = 300.0f;
     ASSERT_SAME_FLOAT(-12.0f, step().i_ref_A.q);
 }
 
 static void test_a_shaft_too_slow_to_feed_is_a_fault(void)
 {
     lose_mains();
-    in.u_dc_V = 390.0f;
+    meas.u_dc_V = 390.0f;
     (void)step();
     estimate.omega_e_rad_s = 14.0f;
-    faults = FAULT_DERATED; /* of somebody else */
+    out.faults = FAULT_DERATED; /* of somebody else */
     TEST_ASSERT_EQUAL_FLOAT(0.0f, step().i_ref_A.q);
-    TEST_ASSERT_EQUAL_HEX32(FAULT_DERATED | FAULT_MAINS_LOST, faults);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_DERATED | FAULT_MAINS_LOST, out.faults);
 }
 
 /* Too slow from the start: it goes on with what the capacitors hold, and the torque that it was. */
@@ -398,21 +393,21 @@ static void test_a_slow_shaft_changes_nothing_in_a_dip(void)
     estimate.omega_e_rad_s = 14.0f;
     st.speed.omega_filtered_rad_s = 100.0f;
     vector_state_t usual = st;
-    in.u_dc_V = 390.0f;
+    meas.u_dc_V = 390.0f;
     const float i_q_A = step().i_ref_A.q;
-    in.u_dc_V = 540.0f;
+    meas.u_dc_V = 540.0f;
     const vector_state_t dipped = st;
     st = usual;
     ASSERT_SAME_FLOAT(step().i_ref_A.q, i_q_A);
     TEST_ASSERT_EQUAL_MEMORY(&st.speed, &dipped.speed, sizeof st.speed);
-    TEST_ASSERT_EQUAL_HEX32(0u, faults);
+    TEST_ASSERT_EQUAL_HEX32(0u, out.faults);
 }
 
 static void test_no_dip_is_ridden_through_without_torque(void)
 {
     lose_mains();
-    in.running = false;
-    in.u_dc_V = 390.0f;
+    asked.mode = DRIVE_PREMAGNETISE;
+    meas.u_dc_V = 390.0f;
     ASSERT_SAME_FLOAT(0.0f, step().i_ref_A.q);
     TEST_ASSERT_FALSE(st.mains.active);
 }
