@@ -121,12 +121,14 @@ class MutationBench:
         database = build / "compile_commands.json"
         if not database.is_file():
             raise UserError(f"{database}: missing; run cmake --preset host")
+        # The C of the gain tables is made by the build.
+        ours = (*FOLDERS, str((build / "gain_tables").relative_to(ROOT)))
         units = {}
         for entry in json.loads(database.read_text()):
             source = Path(entry["file"])
             is_unity = source.name == "unity.c"
             relative = str(source.relative_to(ROOT)) if source.is_relative_to(ROOT) else ""
-            if source.suffix != ".c" or not (is_unity or relative.startswith(FOLDERS)):
+            if source.suffix != ".c" or not (is_unity or relative.startswith(ours)):
                 continue
             flags = _flags(entry["command"])
             name = relative or str(source)
