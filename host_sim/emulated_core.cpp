@@ -24,7 +24,7 @@ constexpr auto patience = 20s;
 constexpr int patience_ms = 20000;
 
 // The counter of the schedule.
-constexpr auto slot_signal = PIL_SIGNAL_slow_period;
+constexpr auto slot_signal = PIL_SIGNAL_slot;
 
 constexpr const char *signal_names[] = {
 #define SIGNAL_F(name, value, text) #name,

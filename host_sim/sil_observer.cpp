@@ -35,8 +35,7 @@ void step(zh_observer &o, ab_t u_s_V, ab_t i_s_A)
                             .i_s_A = i_s_A,
                             .prior_rad_s = 0.0F,
                             .frame_imposed = false,
-                            .omega_frame_rad_s = 0.0F,
-                            .lambda_min_Wb = o.cfg.modes.vector.lambda_min_Wb};
+                            .omega_frame_rad_s = 0.0F};
     estimator_step(&o.cfg.estimator, &o.st, &in);
 }
 

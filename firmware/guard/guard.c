@@ -35,41 +35,32 @@ static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_lo
                                 in->estimate->omega_e_rad_s, in->omega_ref_rad_s);
 }
 
-static uint32_t slow_faults(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
+uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
     plausibility_state_t *p = &st->plausibility;
     uint32_t faults = 0u;
-    if ((in->slot == GUARD_SLOT_VOLTAGE) && in->sensed &&
+    if ((in->slot == SLOT_GUARD_VOLTAGE) && in->controlled && in->sensed &&
         plausibility_voltage_wrong(&cfg->plausibility, p, in->u_s_V, in->u_duty_V)) {
         faults |= FAULT_VOLTAGE_SENSOR;
     }
-    if ((in->slot == GUARD_SLOT_PHASES) &&
+    if ((in->slot == SLOT_GUARD_PHASES) && in->controlled &&
         plausibility_phase_open(&cfg->plausibility, p, in->meas->i_A,
                                 ab_from_dq(in->i_ref_A, in->axis))) {
         faults |= FAULT_OPEN_PHASE;
     }
-    if ((in->slot == GUARD_SLOT_ESTIMATE) && in->oriented) {
+    if ((in->slot == SLOT_GUARD_ESTIMATE) && in->oriented) {
         faults |= estimate_wrong(cfg, st, in) ? FAULT_OBSERVER : 0u;
         faults |= stalled(cfg, st, in) ? FAULT_STALL : 0u;
     }
     return faults;
 }
 
-/* Two current sensors exchanged. A vector as long as the trip: its largest phase is at .7 to .8. */
-static bool mirrored(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
+/* A vector as long as the trip: its largest phase is at .7 to .8 of it. */
+uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t i_residual_A)
 {
-    const ab_t i_A = in->meas->i_s_A;
-    return plausibility_current_mirrored(
-        &st->plausibility, i_A, ab_add(i_A, in->estimate->i_residual_A), cfg->monitor.i_trip_A);
-}
-
-uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
-{
-    uint32_t faults = slow_faults(cfg, st, in);
-    if (in->standing && mirrored(cfg, st, in)) {
-        faults |= FAULT_CURRENT_SENSOR;
-    }
-    return faults;
+    const bool mirrored = plausibility_current_mirrored(
+        &st->plausibility, i_s_A, ab_add(i_s_A, i_residual_A), cfg->monitor.i_trip_A);
+    return mirrored ? FAULT_CURRENT_SENSOR : 0u;
 }
 
 guard_state_t guard_at_rest(const guard_state_t *st)

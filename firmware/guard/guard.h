@@ -10,6 +10,7 @@
 #include "estimate.h"
 #include "monitor.h"
 #include "plausibility.h"
+#include "slots.h"
 
 typedef struct {
     monitor_config_t monitor;
@@ -31,28 +32,23 @@ typedef monitor_in_t guard_in_t;
 typedef struct {
     const measured_t *meas;
     const estimate_t *estimate;
-    uint32_t slot; /* of the slow judgements; 0: none of them applies */
-    bool standing; /* direct current: exchanged sensors can be told */
-    bool sensed;   /* u_s_V comes from sensors and can be compared with u_duty_V */
-    bool oriented; /* the estimate and the request are those of vector control */
-    ab_t u_duty_V; /* of the interval that ended, by the duties */
-    ab_t u_s_V;    /* likewise, as the estimator got it */
-    ab_t axis;     /* of the request */
+    uint32_t slot;
+    bool controlled; /* RUN with an estimate, or I-f in its place: currents follow a reference */
+    bool sensed;     /* u_s_V comes from sensors and can be compared with u_duty_V */
+    bool oriented;   /* the estimate and the request are those of vector control */
+    ab_t u_duty_V;   /* of the interval that ended, by the duties */
+    ab_t u_s_V;      /* likewise, as the estimator got it */
+    ab_t axis;       /* of the request */
     dq_t i_ref_A;
     float omega_ref_rad_s;
     float lambda_ref_Wb;
     float Rs_ohm;
 } guard_look_t;
 
-/* Slots of the slow judgements. */
-#define GUARD_SLOT_VOLTAGE  3u
-#define GUARD_SLOT_PHASES   7u
-#define GUARD_SLOT_ESTIMATE 10u
-
 static inline bool guard_look_is_due(uint32_t slot)
 {
-    return (slot == GUARD_SLOT_VOLTAGE) || (slot == GUARD_SLOT_PHASES) ||
-           (slot == GUARD_SLOT_ESTIMATE);
+    return (slot == SLOT_GUARD_VOLTAGE) || (slot == SLOT_GUARD_PHASES) ||
+           (slot == SLOT_GUARD_ESTIMATE);
 }
 
 /* False for what one of the parts refuses. */
@@ -65,6 +61,11 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
 {
     return monitor_step(&cfg->monitor, &st->monitor, in);
 }
+
+/* In every period of direct current: FAULT_CURRENT_SENSOR when two current sensors are exchanged.
+ */
+COLD uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
+                             ab_t i_residual_A);
 
 /* Fault bits of the slow judgements. */
 COLD uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);

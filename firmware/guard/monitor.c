@@ -40,16 +40,6 @@ static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in
            (above_min ? 0u : FAULT_DC_UNDER_VOLTAGE) | (speed ? 0u : FAULT_OVER_SPEED);
 }
 
-/* Values that enter and stay are numbers, and a duty is one the timer can do. */
-static bool all_finite(const monitor_in_t *in)
-{
-    const float measured = in->meas->i_s_A.alpha + in->meas->i_s_A.beta + in->meas->u_line_V.alpha +
-                           in->meas->u_line_V.beta + in->meas->u_dc_V;
-    const bool duties = is_duty(in->duty.u) && is_duty(in->duty.v) && is_duty(in->duty.w);
-
-    return is_finite(measured + in->state_sum + in->omega_e_hat_rad_s) && duties;
-}
-
 /* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */
 COLD static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t *st,
                                     const measured_t *meas)
@@ -73,7 +63,7 @@ uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const mo
     const uint32_t flags = in->meas->flags;
     uint32_t faults = limit_faults(cfg, in);
 
-    if (!all_finite(in)) {
+    if (!is_finite(in->state_sum)) {
         faults |= FAULT_NON_FINITE;
     }
     /* Nothing odd now nor before: nothing to count. */

@@ -25,8 +25,7 @@ typedef struct {
 
 typedef struct {
     const measured_t *meas;
-    uvw_t duty;
-    float state_sum; /* of all that is remembered: a number if all of it is (state_sum.h) */
+    float state_sum; /* of what is remembered, in a period in which it was taken; else 0 */
     float omega_e_hat_rad_s;
 } monitor_in_t;
 

@@ -21,56 +21,68 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
            (absf(st->estimator.estimate.omega_e_rad_s) <= omega_e_max_rad_s);
 }
 
-/* The mode of this period. With nothing but vector control configured there is little to choose. */
-static inline void choose_mode(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+/* How far filter and delay turn at the speed of the flux. */
+COLD static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
 {
-    if (cfg->modes.vector_only && mode_running(in)) {
-        st->mode = st->modes.i_f.active ? MODE_TAKE_OVER : MODE_VECTOR;
-    } else {
-        transition_choose(cfg, st, in);
+    const float omega_s_rad_s = st->estimator.estimate.omega_s_rad_s;
+    acting_voltage_angle(&cfg->acting, &st->acting, omega_s_rad_s);
+    voltage_angle(&cfg->voltage, &st->voltage, omega_s_rad_s);
+}
+
+/* One period of vector control: estimator, slow work when it is due, speed controller. */
+static inline request_t vector_control(const drive_config_t *cfg, drive_state_t *st,
+                                       const drive_in_t *asked, drive_out_t *out)
+{
+    const vector_config_t *vector = &cfg->modes.vector;
+    const estimate_t *e = &st->estimator.estimate;
+    const estimator_in_t in = stage_estimator_in(st, out);
+    estimator_step(&cfg->estimator, &st->estimator, &in);
+    supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
+    if (stage_slow_is_due(st)) {
+        stage_slow(cfg, st, asked, out);
+    }
+    dq_t i_ref_A = vector_step(vector, &st->modes.vector, e->omega_e_rad_s);
+    if (vector_rides_through(vector, &st->modes.vector, out->meas.u_dc_V)) {
+        const mode_in_t view = stage_view(cfg, st, asked, out);
+        i_ref_A.q = vector_ride_through(vector, &st->modes.vector, &view, i_ref_A.q, &out->faults);
+    }
+    return (request_t){.kind = REQUEST_CURRENT,
+                       .axis = mode_flux_axis(e, vector->lambda_min_Wb),
+                       .i_ref_A = i_ref_A};
+}
+
+COLD static void other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                            drive_out_t *out)
+{
+    const bool taken_over = st->mode == MODE_TAKE_OVER;
+    const request_t request = stage_other_mode(cfg, st, asked, out);
+    stage_apply(cfg, st, &request, out);
+    if (taken_over) {
+        supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
+        stage_judge(cfg, st, asked, out);
     }
 }
 
-/* Slow work of flux orientation: a turn of sixteen periods that stands still in other modes. */
-static inline void slow_estimate(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
-{
-    vector_state_t *vector = &st->modes.vector;
-    vector->slow_period = (vector->slow_period + 1u) % DRIVE_SLOW_PERIODS;
-    if ((vector->slow_period == VECTOR_SLOW_TRACKING) && rs_tracking_on(&cfg->rs_tracking)) {
-        stage_track_rs(cfg, st, in);
-    }
-}
-
-/* The gates are on: acting voltage, estimator, mode, voltage, judgement. */
+/* The gates are on: acting voltage, mode with its estimator, voltage, judgement. */
 static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                        drive_out_t *out)
 {
-    mode_in_t in = {.asked = asked,
-                    .meas = &out->meas,
-                    .estimate = &st->estimator.estimate,
-                    .limits = &st->limits,
-                    .acting = &st->acting,
-                    .Rs_ohm = drive_rs_ohm(cfg, st)};
-    in.u_s_V = acting_voltage_step(&cfg->acting, &st->acting, out->meas.u_line_V,
-                                   st->estimator.estimate.omega_s_rad_s);
-    choose_mode(cfg, st, &in);
-    const bool open_loop = modes_open_loop(st->mode);
-    if (open_loop) {
-        in.u_s_V = st->acting.ended_V; /* whatever the source: nothing is estimated */
+    if ((asked->mode != st->asked) || !cfg->modes.fixed) {
+        transition_choose(cfg, st, asked, out);
+    }
+    if (slot_is_quarter(st->slot, SLOT_QUARTER_ANGLES)) {
+        turn_angles(cfg, st);
+    }
+    out->u_s_V = acting_voltage_step(&cfg->acting, &st->acting, out->meas.u_line_V);
+    if (st->mode == MODE_VECTOR) {
+        const request_t request = vector_control(cfg, st, asked, out);
+        stage_apply(cfg, st, &request, out);
+        if (supervisor_is_due(st->slot)) {
+            stage_judge(cfg, st, asked, out);
+        }
     } else {
-        stage_estimate(cfg, st, &in);
+        other_mode(cfg, st, asked, out);
     }
-    if (modes_oriented(st->mode)) {
-        slow_estimate(cfg, st, &in);
-    }
-    modes_step(&cfg->modes, &cfg->limits, &st->modes, st->mode, &in, &out->mode);
-    if (open_loop) {
-        transition_after_open_loop(cfg, st, &in, &out->mode);
-    }
-    out->u_s_V = in.u_s_V;
-    out->faults |= out->mode.faults;
-    stage_apply(cfg, st, out);
-    stage_judge(cfg, st, &in, out);
 }
 
 /* Gates off: nothing to estimate or control; limits and guard go on. */
@@ -78,52 +90,66 @@ COLD static void rest(drive_state_t *st, drive_out_t *out)
 {
     const torque_limits_state_t limits = st->limits;
     const guard_state_t guard = guard_at_rest(&st->guard);
-    const uint32_t idle_periods = st->idle_periods;
+    const uint32_t slot = st->slot;
     drive_reset(st);
     st->limits = limits;
     st->guard = guard;
-    st->idle_periods = idle_periods;
+    st->slot = slot;
     const measured_t meas = out->meas;
     *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = meas};
 }
 
-/* Outside RUN motor and inverter cool, or are magnetised. */
-COLD static void idle(const drive_config_t *cfg, drive_state_t *st, drive_mode_t mode,
-                      drive_out_t *out)
+/* A number that stands for all that is remembered, as the period finds it: NaN if one of them is.
+ */
+static inline float remembered(const drive_state_t *st)
 {
-    st->idle_periods = (st->idle_periods + 1u) % DRIVE_SLOW_PERIODS;
-    if (st->idle_periods == 0u) {
-        stage_heat(cfg, st, mode, out);
+    float sum = 0.0f;
+    if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE)) {
+        sum = state_sum_fast(st);
+    } else if (st->slot == SLOT_WHOLE_STATE) {
+        sum = state_sum_slow(st);
+    } else {
+        /* its turn comes */
     }
+    return sum;
 }
 
-/* Of the state, once per turn of whatever counts now. */
-static inline bool state_is_due(const drive_state_t *st, drive_mode_t asked)
+/* Limits in every period, second looks in their slots. */
+static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
+                               const drive_in_t *asked, const drive_out_t *out, float state_sum)
 {
-    const uint32_t turn = (asked != DRIVE_RUN)        ? st->idle_periods
-                          : modes_open_loop(st->mode) ? st->modes.vector.slow_period
-                                                      : st->supervisor.periods;
-    return turn == DRIVE_STATE_PERIOD;
+    const guard_in_t in = {.meas = &out->meas,
+                           .state_sum = state_sum,
+                           .omega_e_hat_rad_s = st->estimator.estimate.omega_e_rad_s};
+    uint32_t faults = guard_step(&cfg->guard, &st->guard, &in);
+    if (guard_look_is_due(st->slot)) {
+        faults |= stage_guard_look(cfg, st, asked, out);
+    }
+    if ((st->mode == MODE_PREMAGNETISE) || (st->mode == MODE_COMMISSIONING)) {
+        faults |= guard_standing(&cfg->guard, &st->guard, out->meas.i_s_A,
+                                 st->estimator.estimate.i_residual_A);
+    }
+    return faults;
 }
 
-HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
-                    drive_out_t *out)
+HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurement_in_t *sample,
+                    const drive_in_t *in, drive_out_t *out)
 {
-    float state_sum = state_sum_fast(st);
-    measurement_step(&cfg->measurement, &st->measurement, &in->sample, &out->meas);
+    st->slot = slot_next(st->slot);
+    const float state_sum = remembered(st);
+    measurement_step(&cfg->measurement, &st->measurement, sample, &out->meas);
     link_limit_step(&cfg->limits.link, &st->limits.link, out->meas.u_dc_V);
     out->faults = 0u;
-    if (in->mode == DRIVE_OFF) {
+    if (in->mode != DRIVE_OFF) {
+        act(cfg, st, in, out);
+    } else if ((st->asked != DRIVE_OFF) || (st->slot == SLOT_REST)) {
         rest(st, out);
     } else {
-        act(cfg, st, in, out);
+        /* at rest already */
     }
-    if (in->mode != DRIVE_RUN) {
-        idle(cfg, st, in->mode, out);
-    }
-    if (state_is_due(st, in->mode)) {
-        state_sum += state_sum_slow(st);
+    if (st->slot == SLOT_HEAT) {
+        stage_heat(cfg, st, in->mode, out);
     }
     out->faults |= torque_limits_warnings(&st->limits, in->mode == DRIVE_RUN) |
-                   stage_guard(cfg, st, in, out, state_sum);
+                   guarded(cfg, st, in, out, state_sum);
 }

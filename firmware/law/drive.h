@@ -26,11 +26,6 @@
 #include "torque_limits.h"
 #include "voltage.h"
 
-/* Slow work has its turn every so many periods, each kind in a period of its own, so that the worst
- * period stays near the mean. */
-#define DRIVE_SLOW_PERIODS 16u
-#define DRIVE_STATE_PERIOD 5u /* of these: the whole state is a number */
-
 /* When the supervisor finds the orientation lost. */
 typedef enum {
     DRIVE_LOST_TELL = 0,   /* telemetry only, as the paper would */
@@ -54,6 +49,7 @@ typedef struct {
 
 typedef struct {
     mode_id_t mode;
+    drive_mode_t asked; /* that this mode was chosen for */
     measurement_state_t measurement;
     acting_voltage_state_t acting;
     estimator_state_t estimator;
@@ -63,7 +59,7 @@ typedef struct {
     supervisor_state_t supervisor;
     rs_tracking_state_t rs_tracking;
     float omega_ref_before_rad_s; /* at the last step of Rs tracking */
-    uint32_t idle_periods;        /* of the slow work while not in RUN */
+    uint32_t slot;                /* slots.h */
     modes_state_t modes;          /* last: what every period needs stays within a load's reach */
 } drive_state_t;
 
@@ -76,7 +72,8 @@ typedef struct {
     ab_t u_s_V; /* mean voltage over the interval that ended */
     dq_t i_ref_A;
     dq_t i_A;
-    mode_out_t mode;
+    ab_t axis;           /* of the request */
+    bool premagnetising; /* measures or searches: RUN has to wait */
 } drive_out_t;
 
 /* Parameters of all parts; drive_params.c makes them a configuration. */
@@ -86,8 +83,8 @@ typedef struct drive_params drive_params_t;
 CHECKED bool drive_init(drive_config_t *cfg, const drive_params_t *params,
                         const gain_table_t *table);
 
-void drive_step(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *in,
-                drive_out_t *out);
+void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurement_in_t *sample,
+                const drive_in_t *in, drive_out_t *out);
 
 /* Everything but the sensors' offsets back to rest. */
 void drive_reset(drive_state_t *st);

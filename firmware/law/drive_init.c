@@ -3,10 +3,16 @@
 /* Below this share of the flux reference the estimate does not say where the flux is. */
 #define DRIVE_LAMBDA_MIN_PU 0.05f
 
+static float lambda_min_Wb(const drive_params_t *p)
+{
+    return DRIVE_LAMBDA_MIN_PU * p->motor.M_H * p->flux.i_d_A;
+}
+
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const gain_table_t *table)
 {
     const estimator_params_t estimator = {.period_s = p->period_s,
                                           .i_max_A = 2.0f * p->measurement.current_full_scale_A,
+                                          .lambda_min_Wb = lambda_min_Wb(p),
                                           .lambda_max_Wb = p->lambda_max_Wb,
                                           .method = p->observer_method,
                                           .adaptation = p->adaptation,
@@ -16,8 +22,7 @@ static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const g
            acting_voltage_init(&cfg->acting, p->voltage_source, p->voltage_filter_comp_s) &&
            estimator_init(&cfg->estimator, &estimator, &cfg->motor, table) &&
            supervisor_init(&cfg->supervisor, &p->supervisor, &cfg->motor, p->period_s) &&
-           rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking,
-                            (float)DRIVE_SLOW_PERIODS * p->period_s);
+           rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, (float)SLOT_COUNT * p->period_s);
 }
 
 static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
@@ -25,12 +30,13 @@ static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const mot
     const float lambda_Wb = p->motor.M_H * p->flux.i_d_A;
     cfg->motor = *motor;
     cfg->inv_lambda_ref_per_Wb = 1.0f / lambda_Wb;
-    cfg->lambda_min_Wb = DRIVE_LAMBDA_MIN_PU * p->motor.M_H * p->flux.i_d_A;
+    cfg->lambda_min_Wb = lambda_min_Wb(p);
     cfg->ride_through = p->modes.mains.u_lost_V > 0.0f;
-    const float turn_s = (float)DRIVE_SLOW_PERIODS * p->period_s;
+    const float turn_s = (float)SLOT_COUNT * p->period_s;
+    const float quarter_s = (float)SLOT_QUARTERS * p->period_s;
     return speed_control_init(&cfg->speed, &p->speed, motor, p->period_s) &&
-           speed_ramp_init(&cfg->ramp, &p->ramp, p->period_s) &&
-           flux_control_init(&cfg->flux, &p->flux, motor, p->period_s) &&
+           speed_ramp_init(&cfg->ramp, &p->ramp, quarter_s) &&
+           flux_control_init(&cfg->flux, &p->flux, motor, quarter_s) &&
            flux_steering_init(&cfg->steering, &p->steering, motor, turn_s) &&
            flux_reference_init(&cfg->reference, &p->modes.level, motor, turn_s) &&
            mains_loss_init(&cfg->mains, &p->modes.mains, motor, p->period_s);
@@ -45,7 +51,8 @@ static bool init_modes(modes_config_t *cfg, const drive_params_t *p, const motor
         return false;
     }
     cfg->control = modes->control;
-    cfg->vector_only = (modes->control == MODES_CONTROL_VECTOR) && !(modes->brake.current_A > 0.0f);
+    cfg->fixed = (modes->control == MODES_CONTROL_VECTOR) && !modes->flying.enable &&
+                 !(modes->brake.current_A > 0.0f);
     cfg->premagnetise.Rs_ohm = motor->Rs_ohm;
     cfg->premagnetise.identify_leg_loss = p->dead_time_identify;
     const bool volts = modes->control == MODES_CONTROL_VOLTS_PER_HERTZ;
@@ -72,7 +79,7 @@ static bool init_voltage(voltage_config_t *cfg, const drive_params_t *p, const m
 
 static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
 {
-    const float turn_s = (float)DRIVE_SLOW_PERIODS * p->period_s;
+    const float turn_s = (float)SLOT_COUNT * p->period_s;
     cfg->guard.i_q_max2_A2 = cfg->modes.vector.speed.i_q_max2_A2;
     cfg->guard.i_max2_A2 = cfg->modes.vector.speed.i_max2_A2;
     cfg->guard.kr = cfg->motor.kr;

@@ -12,26 +12,29 @@ static float leg_loss_V(const drive_config_t *cfg, const drive_state_t *st, floa
                                  : inverter_error_lost_V(&cfg->voltage.error, u_dc_V);
 }
 
-void stage_apply(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
+void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *request,
+                 drive_out_t *out)
 {
-    const request_t *request = &out->mode.request;
     const estimate_t *e = &st->estimator.estimate;
+    const dq_t i_A = dq_from_ab(out->meas.i_s_A, request->axis);
     const bool follow = request->kind == REQUEST_VOLTAGE;
-    out->i_A = dq_from_ab(out->meas.i_s_A, request->axis);
-    out->i_ref_A = follow ? out->i_A : request->i_ref_A; /* no error: the controllers only follow */
-    const voltage_in_t voltage_in = {.follow = follow,
-                                     .axis = request->axis,
-                                     .u_ref_V = request->u_ref_V,
-                                     .i_ref_A = out->i_ref_A,
-                                     .i_A = out->i_A,
-                                     .i_s_A = out->meas.i_s_A,
-                                     .omega_s_rad_s = e->omega_s_rad_s,
-                                     .omega_e_rad_s = e->omega_e_rad_s,
-                                     .lambda_Wb = e->lambda_Wb,
-                                     .leg_loss_V =
-                                         leg_loss_V(cfg, st, out->meas.u_dc_V, out->mode.busy),
-                                     .u_dc_V = out->meas.u_dc_V};
+    const voltage_in_t voltage_in = {
+        .follow = follow,
+        .axis = request->axis,
+        .u_ref_V = request->u_ref_V,
+        .i_ref_A = {follow ? i_A.d : request->i_ref_A.d, follow ? i_A.q : request->i_ref_A.q},
+        .i_A = i_A,
+        .i_s_A = out->meas.i_s_A,
+        .omega_s_rad_s = e->omega_s_rad_s,
+        .omega_e_rad_s = e->omega_e_rad_s,
+        .lambda_Wb = e->lambda_Wb,
+        .leg_loss_V = leg_loss_V(cfg, st, out->meas.u_dc_V, request->busy),
+        .u_dc_V = out->meas.u_dc_V};
     const voltage_out_t voltage = voltage_step(&cfg->voltage, &st->voltage, &voltage_in);
     out->duty = voltage.duty;
+    out->axis = request->axis;
+    out->i_A = i_A;
+    out->i_ref_A = voltage_in.i_ref_A; /* of a voltage: no error, the controllers only follow */
+    out->premagnetising = request->busy;
     st->acting.pending_V = voltage.u_V;
 }

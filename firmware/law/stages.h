@@ -1,25 +1,56 @@
-/* The stages of a control period between measurement and duty. drive.c calls them, in its order. */
+/* What drive.c calls beside its main path: modes that are not flux-oriented, and slow work. */
 #ifndef STAGES_H
 #define STAGES_H
 
 #include "drive.h"
 
-/* What the drive believes after this sample: the estimator runs, or holds what is imposed. */
-void stage_estimate(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in);
+/* What a mode sees in this period. */
+static inline mode_in_t stage_view(const drive_config_t *cfg, const drive_state_t *st,
+                                   const drive_in_t *asked, const drive_out_t *out)
+{
+    return (mode_in_t){.asked = asked,
+                       .meas = &out->meas,
+                       .estimate = &st->estimator.estimate,
+                       .limits = &st->limits,
+                       .acting = &st->acting,
+                       .u_s_V = out->u_s_V,
+                       .Rs_ohm = drive_rs_ohm(cfg, st),
+                       .slot = st->slot};
+}
 
-/* Stator resistance from the residual along the flux: slow work, before the mode. */
-void stage_track_rs(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in);
+/* What the estimator is given; a mode that imposes the frame says so on top. */
+static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const drive_out_t *out)
+{
+    const float Rs_extra_ohm = st->modes.premagnetise.Rs_delta_ohm + st->rs_tracking.delta_ohm;
+    return (estimator_in_t){.u_s_V = ab_sub(out->u_s_V, ab_scale(out->meas.i_s_A, Rs_extra_ohm)),
+                            .i_s_A = out->meas.i_s_A,
+                            .prior_rad_s = st->modes.vector.speed.omega_ref_rad_s};
+}
+
+/* One period of a mode other than vector control: estimator and request. */
+COLD request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st,
+                                const drive_in_t *asked, drive_out_t *out);
+
+/* Slow work of flux orientation, before the speed controller. */
+COLD void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                     const drive_out_t *out);
+
+static inline bool stage_slow_is_due(const drive_state_t *st)
+{
+    return vector_slow_is_due(&st->modes.vector, st->slot) || (st->slot == SLOT_RS_TRACKING);
+}
 
 /* Request -> duty. */
-void stage_apply(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out);
-
-/* How far the estimate is to be believed, and what follows; temperatures. */
-void stage_judge(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
+void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *request,
                  drive_out_t *out);
 
-/* Fault bits of the guard; state_sum: a number if all that is remembered is one. */
-uint32_t stage_guard(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                     const drive_out_t *out, float state_sum);
+/* How far the estimate is to be believed, and what follows. */
+COLD void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                      drive_out_t *out);
+
+/* Fault bits of the guard's second looks. */
+COLD uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st,
+                               const drive_in_t *asked, const drive_out_t *out);
 
 /* Heats or cools motor and inverter: slow work. */
 COLD void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,

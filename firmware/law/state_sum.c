@@ -7,7 +7,9 @@ static float of_control(const vector_state_t *v)
            v->i_d_reduction_A + v->torque_gain_extra_pu + v->steering.torque_Nm +
            v->steering.below_Wb + v->steer.below_Wb + v->steer.rate_Wb_per_s +
            v->reference.weakened_Wb + v->reference.economy_Wb + v->reference.below_Wb +
-           v->reference.rate_Wb_per_s + v->reference.i_q_less_A + v->mains.i_q_A;
+           v->reference.rate_Wb_per_s + v->reference.i_q_less_A + v->mains.i_q_A + v->speed.low_A +
+           v->speed.high_A + v->plan.omega_ref_rad_s + v->plan.i_d_ref_A + v->plan.flux_pu +
+           v->plan.inv_flux_pu + v->plan.torque_ref_Nm;
 }
 
 static float of_resistance(const drive_state_t *st)
@@ -27,7 +29,8 @@ static float of_protection(const drive_state_t *st)
     return l->link.braking_pu + l->link.motoring_pu + l->overload.image_pu[OVERLOAD_MOTOR] +
            l->overload.image_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + state_sum_ab(s->s_Wb) +
            s->found.residual_pu + s->found.lambda_Wb + s->found.i_s_A + s->found.excess_pu +
-           s->omega_s_rad_s + s->flux_error_bound_pu + s->omega_bound_rad_s +
+           s->omega_s_rad_s + state_sum_ab(s->emf_sum_V) + state_sum_ab(s->d_Wb) +
+           s->flux_error_bound_pu + s->omega_bound_rad_s +
            st->guard.plausibility.omega_before_rad_s;
 }
 

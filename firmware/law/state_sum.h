@@ -24,8 +24,11 @@ static inline float state_sum_fast(const drive_state_t *st)
                            e->estimate.omega_e_rad_s + e->estimate.omega_s_rad_s;
     const float acting = st->voltage.current.d.x + st->voltage.current.q.x +
                          st->modes.vector.speed.pi.x + state_sum_ab(st->acting.acting_V) +
-                         state_sum_ab(st->acting.pending_V);
-    return believed + acting;
+                         state_sum_ab(st->acting.pending_V) + state_sum_ab(st->acting.lag) +
+                         state_sum_ab(st->voltage.ahead);
+    const measurement_state_t *m = &st->measurement;
+    const float offsets = m->offset_A.u + m->offset_A.v + m->offset_A.w + state_sum_ab(m->offset_V);
+    return believed + acting + offsets;
 }
 
 COLD float state_sum_slow(const drive_state_t *st);

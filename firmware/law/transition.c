@@ -1,6 +1,7 @@
 #include "transition.h"
 
 #include "fault.h"
+#include "stages.h"
 
 /* The direct current along alpha goes on as magnetising current; all else starts from rest. */
 static void stand_still(const drive_config_t *cfg, drive_state_t *st, float i_A)
@@ -8,7 +9,7 @@ static void stand_still(const drive_config_t *cfg, drive_state_t *st, float i_A)
     const estimator_seed_t seed = {.i_s_A = {i_A, 0.0f},
                                    .lambda_r_Wb = {cfg->motor.M_H * i_A, 0.0f}};
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
-    st->modes.vector.speed = (speed_control_state_t){0};
+    vector_rest(&st->modes.vector);
 }
 
 /* I-f begins at the speed a flying start has found. */
@@ -20,13 +21,9 @@ static void begin_i_f(const drive_config_t *cfg, drive_state_t *st, const mode_i
                              e->lambda_Wb);
 }
 
-void transition_choose(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+static void begin(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
+                  mode_id_t before)
 {
-    const mode_id_t before = st->mode;
-    st->mode = modes_selected(&cfg->modes, &st->modes, before, in);
-    if (st->mode == before) {
-        return;
-    }
     const estimate_t *e = in->estimate;
     if (before == MODE_DC_BRAKE) {
         stand_still(cfg, st, in->meas->i_s_A.alpha);
@@ -41,6 +38,24 @@ void transition_choose(const drive_config_t *cfg, drive_state_t *st, const mode_
                               e->omega_e_rad_s);
     } else {
         /* begins from rest, or goes on */
+    }
+    if ((st->mode != MODE_VECTOR) && (st->mode != MODE_TAKE_OVER)) {
+        st->supervisor = (supervisor_state_t){0};
+    }
+}
+
+void transition_choose(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                       const drive_out_t *out)
+{
+    const mode_in_t in = stage_view(cfg, st, asked, out);
+    const mode_id_t before = st->mode;
+    if (!mode_running(&in)) {
+        st->modes.i_f = (i_f_state_t){0};
+    }
+    st->asked = asked->mode;
+    st->mode = modes_selected(&cfg->modes, &st->modes, before, &in);
+    if (st->mode != before) {
+        begin(cfg, st, &in, before);
     }
 }
 
@@ -59,9 +74,9 @@ static void catch_motor(const drive_config_t *cfg, drive_state_t *st, const mode
 }
 
 void transition_after_open_loop(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
-                                mode_out_t *out)
+                                request_t *request)
 {
-    estimator_off(&st->estimator, in->meas->i_s_A, out->omega_e_rad_s);
+    estimator_off(&st->estimator, in->meas->i_s_A, request->omega_e_rad_s);
     if (st->mode == MODE_I_F) {
         const i_f_in_t i_f_in = {.omega_ref_rad_s = modes_open_reference_rad_s(in),
                                  .u_dc_V = in->meas->u_dc_V};
@@ -70,14 +85,14 @@ void transition_after_open_loop(const drive_config_t *cfg, drive_state_t *st, co
     }
     st->modes.vector.speed.omega_ref_rad_s =
         (st->mode == MODE_DC_BRAKE) ? dc_brake_reference_rad_s(&cfg->modes.brake, &st->modes.brake)
-                                    : out->omega_e_rad_s;
+                                    : request->omega_e_rad_s;
     if (st->mode != MODE_FLYING_START) {
         return;
     }
     if (st->modes.flying.phase == FLYING_START_STANDS) {
         stand_still(cfg, st, st->modes.flying.current_A);
     } else if (st->modes.flying.phase == FLYING_START_CAUGHT) {
-        catch_motor(cfg, st, in, &out->request);
+        catch_motor(cfg, st, in, request);
     } else {
         /* goes on, or was refused */
     }
@@ -96,6 +111,7 @@ COLD static void take_over(const drive_config_t *cfg, drive_state_t *st, const m
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
     st->rs_tracking = (rs_tracking_state_t){0}; /* what a lost angle made of it */
     vector_stop_steering(&cfg->modes.vector, &st->modes.vector);
+    st->mode = MODE_TAKE_OVER;
 }
 
 /* Back to flux orientation with the torque that acts; the current controllers' integrators turn
@@ -111,9 +127,8 @@ COLD static void hand_back(const drive_config_t *cfg, drive_state_t *st, const m
     const float i_q_A =
         dq_from_ab(in->meas->i_s_A, axis).q * vector->inv_lambda_ref_per_Wb / inv_Wb;
     vector_seed(vector, &st->modes.vector, i_q_A, st->modes.i_f.omega_rad_s, e->omega_e_rad_s);
-    st->modes.vector.slow_period =
-        st->supervisor.periods; /* it stood still: no part meets another */
     st->modes.i_f = (i_f_state_t){0};
+    st->mode = MODE_VECTOR;
 }
 
 /* I-f holds the load: until the estimate is back, or there is no hope. */
@@ -135,18 +150,20 @@ COLD static void hold_load(const drive_config_t *cfg, drive_state_t *st, const m
     }
 }
 
-void transition_by_confidence(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
-                              uint32_t *faults)
+void transition_by_confidence(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                              drive_out_t *out)
 {
     const bool lost = st->supervisor.confidence == SUPERVISOR_IMPRESSED;
+    if (!lost && (st->mode != MODE_TAKE_OVER)) {
+        return;
+    }
+    const mode_in_t in = stage_view(cfg, st, asked, out);
     if (st->mode == MODE_TAKE_OVER) {
-        hold_load(cfg, st, in, lost, faults);
-    } else if (!lost) {
-        /* oriented */
+        hold_load(cfg, st, &in, lost, &out->faults);
     } else if (cfg->lost_action == DRIVE_LOST_IMPRESS) {
-        take_over(cfg, st, in);
+        take_over(cfg, st, &in);
     } else if (cfg->lost_action == DRIVE_LOST_STOP) {
-        *faults |= FAULT_ORIENTATION_LOST;
+        out->faults |= FAULT_ORIENTATION_LOST;
     } else {
         /* told only */
     }

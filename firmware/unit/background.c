@@ -21,7 +21,8 @@ bool unit_at_rest(const unit_t *unit)
 void unit_post_command(unit_t *unit, const unit_command_t *command)
 {
     const volatile unit_command_t *now = &unit->mailbox.slot[unit->mailbox.published & 1u];
-    if ((command->command == now->command) && (command->count == now->count) &&
+    unit->mailbox.alive = command->count;
+    if ((command->command == now->command) &&
         (float_bits(command->omega_m_ref_rad_s) == float_bits(now->omega_m_ref_rad_s)) &&
         (float_bits(command->torque_ref_Nm) == float_bits(now->torque_ref_Nm))) {
         return; /* nothing new: the period need not look */

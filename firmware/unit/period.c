@@ -31,8 +31,9 @@ static inline uint32_t late_faults(unit_t *unit, uint16_t late_periods)
 /* Whoever commands has to be alive while the gates are on. */
 COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
 {
-    if ((unit->command.count != unit->command_count) || (unit->asked.mode == DRIVE_OFF)) {
-        unit->command_count = unit->command.count;
+    const uint32_t alive = unit->mailbox.alive;
+    if ((alive != unit->command_count) || (unit->asked.mode == DRIVE_OFF)) {
+        unit->command_count = alive;
         unit->silent_periods = 0u;
     } else if (unit->silent_periods < timeout_periods) {
         unit->silent_periods++;
@@ -68,11 +69,12 @@ COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
                             uint32_t faults)
 {
+    const measured_t *meas = &unit->last.meas;
     const sequence_in_t in = {.command = command,
                               .faults = faults,
-                              .i_raw_A = unit->last.meas.i_raw_A,
-                              .u_raw_V = unit->last.meas.u_raw_V,
-                              .premagnetising = unit->last.mode.busy,
+                              .i_raw_A = measurement_raw_A(&unit->drive.measurement, meas->i_A),
+                              .u_raw_V = ab_add(meas->u_line_V, unit->drive.measurement.offset_V),
+                              .premagnetising = unit->last.premagnetising,
                               .standing = drive_standing(&unit->drive, cfg->stop_speed_rad_s),
                               .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
     const sequence_out_t out = sequence_step(&cfg->state, &unit->machine, &in);
@@ -118,10 +120,9 @@ COLD static uint32_t substituted(unit_t *unit, const unit_config_t *cfg, uint32_
 /* The control law with what is asked of it; its faults and those of the command. */
 static inline uint32_t run_law(unit_t *unit, const unit_config_t *cfg, const hal_sample_t *sample)
 {
-    unit->asked.sample =
-        (measurement_in_t){sample->i_u_counts,  sample->i_v_counts,  sample->i_w_counts,
-                           sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts};
-    drive_step(&cfg->drive, &unit->drive, &unit->asked, &unit->last);
+    const measurement_in_t words = {sample->i_u_counts,  sample->i_v_counts,  sample->i_w_counts,
+                                    sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts};
+    drive_step(&cfg->drive, &unit->drive, &words, &unit->asked, &unit->last);
     uint32_t faults = unit->last.faults | unit->command_faults;
     if (cfg->command_timeout_periods > 0u) {
         faults |= silence_faults(unit, cfg->command_timeout_periods);

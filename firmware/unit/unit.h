@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
     volatile unit_command_t slot[2];
     volatile uint32_t faults;    /* found by the background */
+    volatile uint32_t alive;     /* count of the last command posted */
     volatile uint32_t published; /* counts the posts; its last bit is the slot to read */
 } unit_mailbox_t;
 

@@ -12,10 +12,8 @@
 #define MEASUREMENT_CURRENT_SUM  4u /* i_u + i_v + i_w beyond current_sum_max_A */
 
 typedef struct {
-    uvw_t i_raw_A; /* before offset removal, motor phase order: input of the offset averaging */
     uvw_t i_A;
     ab_t i_s_A;
-    ab_t u_raw_V;  /* before offset removal */
     ab_t u_line_V; /* stationary-frame voltage from the filtered line-voltage sensors */
     float u_dc_V;
     uint32_t flags;

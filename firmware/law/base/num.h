@@ -35,9 +35,10 @@
 #define INLINE
 #endif
 
-/* The control period: everything it calls is inlined, but for what is COLD. */
+/* The control law of a period: everything it calls is inlined, but for what is COLD. A function of
+ * its own, so that state and configuration are each within a load's reach (1 KiB) of a register. */
 #if (defined(__GNUC__) && !defined(__clang__)) && defined(__OPTIMIZE__)
-#define HOT __attribute__((flatten))
+#define HOT __attribute__((flatten, noinline))
 #else
 #define HOT
 #endif

@@ -2,11 +2,6 @@
 
 #include <math.h>
 
-/* Judgements are slow work: one every 3.2 ms at 200 us keeps the mean of a period low and 50 ms of
- * delay far away. */
-#define SUPERVISOR_TURN_PERIODS 16u
-#define SUPERVISOR_PARTS        4u
-
 /* Filter of w_s per turn: 11 ms, the noise of w_hat is faster. */
 #define SUPERVISOR_OMEGA_S_GAIN 0.25f
 
@@ -43,18 +38,18 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         !positivef(motor->eps_H) || !positivef(motor->tau_per_s) || !positivef(motor->M_H)) {
         return false;
     }
-    const float turn_s = (float)SUPERVISOR_TURN_PERIODS * period_s;
+    const float turn_s = (float)SLOT_COUNT * period_s;
     const float confirm = params->confirm_s / turn_s;
     const float back = params->return_s / turn_s;
-    if (!(params->corner_rad_s * period_s < 1.0f) || !(confirm < SUPERVISOR_MAX_TURNS) ||
-        !(back < SUPERVISOR_MAX_TURNS)) {
+    if (!(params->corner_rad_s * (float)SLOT_QUARTERS * period_s < 1.0f) ||
+        !(confirm < SUPERVISOR_MAX_TURNS) || !(back < SUPERVISOR_MAX_TURNS)) {
         return false;
     }
     *cfg = (supervisor_config_t){
         .p = *params,
         .kr_inv = 1.0f / motor->kr,
         .kT_s = period_s / motor->kr,
-        .share = params->corner_rad_s * period_s,
+        .share = params->corner_rad_s * (float)SLOT_QUARTERS * period_s,
         .eps_H = motor->eps_H,
         .tau_per_s = motor->tau_per_s,
         .m_tau_ohm = motor->M_H * motor->tau_per_s,
@@ -122,7 +117,7 @@ static void decide(const supervisor_config_t *cfg, supervisor_state_t *st)
     }
 }
 
-/* j d w lambda = (tau + j w_slip) d lambda - (M tau + l2) e1, from the flux row of eq. (3) at rest
+/* j d w lambda = (tau + j w_slip) d lambda - M tau e1 - l2 e1, from the flux row of eq. (3) at rest
  * in the turning frame: what error of speed an error of flux may hide. None is stated once the
  * angle itself is in doubt. */
 static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_t *st,
@@ -133,8 +128,8 @@ static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_
     }
     const float slip_rad_s = st->omega_s_rad_s - in->omega_e_hat_rad_s;
     const float pole_per_s = sqrtf(cfg->tau_per_s * cfg->tau_per_s + slip_rad_s * slip_rad_s);
-    const ab_t pull_ohm = {cfg->m_tau_ohm + in->l2_ohm.alpha, in->l2_ohm.beta};
-    const float pull_rad_s = sqrtf(ab_norm2(pull_ohm) * ab_norm2(in->e1_A)) / lambda_Wb;
+    const ab_t pull_V = ab_add(ab_scale(in->e1_A, cfg->m_tau_ohm), in->correction_V);
+    const float pull_rad_s = sqrtf(ab_norm2(pull_V)) / lambda_Wb;
     /* The true flux may be that much shorter than the estimate; CLOSED: by a quarter at most. */
     const float estimate_rad_s =
         (pole_per_s * st->flux_error_bound_pu + pull_rad_s) / (1.0f - st->flux_error_bound_pu);
@@ -176,41 +171,53 @@ static void weigh(const supervisor_config_t *cfg, supervisor_state_t *st, const 
     st->found.excess_pu = told ? (st->found.residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
 }
 
-/* The turn's last periods: a part of the judgement each. */
 static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in,
-                  ab_t d_Wb)
+                  uint32_t slot)
 {
-    switch (SUPERVISOR_TURN_PERIODS - st->periods) {
-    case 3u:
-        measure(cfg, st, in, d_Wb);
+    switch (slot) {
+    case SLOT_SUPERVISOR_MEASURE:
+        measure(cfg, st, in, st->d_Wb);
         break;
-    case 2u:
+    case SLOT_SUPERVISOR_WEIGH:
         weigh(cfg, st, in);
         break;
-    case 1u:
+    case SLOT_SUPERVISOR_DECIDE:
         st->reasons = find_reasons(cfg, st, st->found.excess_pu, st->found.flux_high);
         decide(cfg, st);
         break;
-    default:
+    case SLOT_SUPERVISOR_BOUND:
         st->omega_bound_rad_s = speed_bound(cfg, st, in, st->found.lambda_Wb);
-        st->periods = 0u;
+        break;
+    default:
+        /* nothing to judge */
         break;
     }
 }
 
-void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
-                     const supervisor_in_t *in)
+/* s goes on with the EMF since the last time, and is drawn to what it should be: lambda_hat + eps
+ * i.
+ */
+static void tie(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in)
 {
-    /* lambda_hat + eps i is what s should be. */
     const ab_t target_Wb = ab_add(in->lambda_r_hat_Wb, ab_scale(in->i_s_A, cfg->eps_H));
-    const ab_t emf_V = ab_sub(in->u_s_V, ab_scale(in->i_s_A, in->Rs_ohm));
-    const ab_t s_Wb = st->started ? ab_add(st->s_Wb, ab_scale(emf_V, cfg->kT_s)) : target_Wb;
+    const ab_t s_Wb =
+        st->started ? ab_add(st->s_Wb, ab_scale(st->emf_sum_V, cfg->kT_s)) : target_Wb;
     st->started = true;
-    const ab_t d_Wb = ab_sub(target_Wb, s_Wb);
-    st->s_Wb = ab_add(s_Wb, ab_scale(d_Wb, cfg->share));
+    st->emf_sum_V = (ab_t){0.0f, 0.0f};
+    st->d_Wb = ab_sub(target_Wb, s_Wb);
+    st->s_Wb = ab_add(s_Wb, ab_scale(st->d_Wb, cfg->share));
+}
 
-    st->periods++;
-    if (st->periods > SUPERVISOR_TURN_PERIODS - SUPERVISOR_PARTS) {
-        judge(cfg, st, in, d_Wb);
+void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
+                     const supervisor_in_t *in, uint32_t slot)
+{
+    if (slot_is_quarter(slot, SLOT_QUARTER_SUPERVISOR)) {
+        tie(cfg, st, in);
+    }
+    if (!st->judged && (slot == SLOT_SUPERVISOR_MEASURE)) {
+        st->judged = true; /* from here on the parts follow one another */
+    }
+    if (st->judged) {
+        judge(cfg, st, in, slot);
     }
 }

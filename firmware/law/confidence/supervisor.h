@@ -14,6 +14,7 @@
 
 #include "frames.h"
 #include "motor.h"
+#include "slots.h"
 
 typedef enum {
     SUPERVISOR_CLOSED = 0,   /* oriented, as far as anyone can know */
@@ -67,8 +68,10 @@ typedef struct {
 
 typedef struct {
     ab_t s_Wb;
-    bool started;
-    uint32_t periods; /* since the last judgement */
+    bool started;   /* s is tied to the estimate */
+    bool judged;    /* a judgement has begun */
+    ab_t emf_sum_V; /* of the periods since s was tied to the estimate */
+    ab_t d_Wb;      /* as it was then */
     supervisor_findings_t found;
     float omega_s_rad_s;    /* low-passed */
     uint32_t suspect_turns; /* RESIDUAL or FLUX on end */
@@ -80,12 +83,11 @@ typedef struct {
 } supervisor_state_t;
 
 typedef struct {
-    ab_t u_s_V;           /* mean over the ended interval, as the observer got it */
     ab_t i_s_A;           /* sampled now */
     ab_t lambda_r_hat_Wb; /* of this sample */
     ab_t e1_A;
-    ab_t l2_ohm;  /* flux row of the gain in use */
-    float Rs_ohm; /* in use */
+    ab_t correction_V; /* what the estimator's correction adds to its flux row */
+    float Rs_ohm;      /* in use */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;
 } supervisor_in_t;
@@ -95,9 +97,23 @@ typedef struct {
 CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                              const motor_model_t *motor, float period_s);
 
-/* One period of RUN; at any other time the state is zeroed. Judges every 16th period, in four parts
- * of a period each. What is not a number never passes as CLOSED. */
-void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
-                     const supervisor_in_t *in);
+/* One period of RUN; at any other time the state is zeroed. */
+static inline void supervisor_add(supervisor_state_t *st, ab_t u_s_V, ab_t i_s_A, float Rs_ohm)
+{
+    st->emf_sum_V = ab_add(st->emf_sum_V, ab_sub(u_s_V, ab_scale(i_s_A, Rs_ohm)));
+}
+
+/* After that, in a slot in which it is due: ties its flux to the estimate in every fourth, and
+ * judges in one of sixteen each: measure, weigh, decide, bound. What is not a number never passes
+ * as CLOSED.
+ */
+COLD void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
+                          const supervisor_in_t *in, uint32_t slot);
+
+static inline bool supervisor_is_due(uint32_t slot)
+{
+    return slot_is_quarter(slot, SLOT_QUARTER_SUPERVISOR) || (slot == SLOT_SUPERVISOR_WEIGH) ||
+           (slot == SLOT_SUPERVISOR_DECIDE) || (slot == SLOT_SUPERVISOR_BOUND);
+}
 
 #endif

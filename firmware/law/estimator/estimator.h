@@ -25,7 +25,6 @@ typedef struct {
     float prior_rad_s;  /* best guess of the speed beside the estimate */
     bool frame_imposed; /* the stator frequency is known: a mode turns the frame */
     float omega_frame_rad_s;
-    float lambda_min_Wb; /* flux below which its frequency is not measured by itself */
 } estimator_in_t;
 
 /* Start from a known state. */

@@ -1,7 +1,5 @@
 #include "acting_voltage.h"
 
-#include "trig.h"
-
 bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t source,
                          float filter_comp_s)
 {
@@ -14,12 +12,12 @@ bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t s
 }
 
 ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
-                         ab_t u_line_V, float omega_s_rad_s)
+                         ab_t u_line_V)
 {
     st->ended_V = st->acting_V;
     st->acting_V = st->pending_V;
     if (cfg->source == ACTING_VOLTAGE_DUTY) {
         return st->ended_V;
     }
-    return ab_mul(trig_ahead(omega_s_rad_s, cfg->filter_comp_s), u_line_V);
+    return ab_add(u_line_V, ab_mul(st->lag, u_line_V));
 }

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 
 #include "frames.h"
+#include "trig.h"
 
 typedef enum {
     ACTING_VOLTAGE_SENSORS = 0, /* filtered line-voltage sensors */
@@ -26,15 +27,23 @@ typedef struct {
     ab_t ended_V;   /* of the interval that ended at this sample */
     ab_t acting_V;  /* from now to the next sample */
     ab_t pending_V; /* after that: of the duties of the last step */
+    ab_t lag;       /* the filter's angle as a unit vector, less (1, 0) */
 } acting_voltage_state_t;
 
 /* False for an unknown source, or a delay that is negative or not finite. */
 CHECKED bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t source,
                                  float filter_comp_s);
 
-/* One period: the voltage of the ended interval, by the source in use. u_line_V: sensed now;
- * omega_s_rad_s: speed of the flux, for the filter's angle. */
+/* The filter's angle at this speed of the flux; need not be called every period. */
+static inline void acting_voltage_angle(const acting_voltage_config_t *cfg,
+                                        acting_voltage_state_t *st, float omega_s_rad_s)
+{
+    const ab_t unit = trig_ahead(omega_s_rad_s, cfg->filter_comp_s);
+    st->lag = (ab_t){unit.alpha - 1.0f, unit.beta};
+}
+
+/* One period: the voltage of the ended interval, by the source in use. u_line_V: sensed now. */
 ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
-                         ab_t u_line_V, float omega_s_rad_s);
+                         ab_t u_line_V);
 
 #endif

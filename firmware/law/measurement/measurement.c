@@ -74,11 +74,9 @@ void measurement_step(const measurement_config_t *cfg, const measurement_state_t
     }
     const uvw_t i_A = {raw_A.u - st->offset_A.u, raw_A.v - st->offset_A.v,
                        raw_A.w - st->offset_A.w};
-    out->i_raw_A = raw_A;
     out->i_A = i_A;
     out->i_s_A = ab_from_uvw(i_A);
-    out->u_raw_V = ab_from_line(uv_V, vw_V);
-    out->u_line_V = ab_sub(out->u_raw_V, st->offset_V);
+    out->u_line_V = ab_sub(ab_from_line(uv_V, vw_V), st->offset_V);
     out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
     /* Written so that a NaN, from an offset, is flagged as well. */
     const bool sum = !(absf(i_A.u + i_A.v + i_A.w) <= cfg->current_sum_max_A);

@@ -48,6 +48,12 @@ typedef struct {
 /* False unless 8..16 bits, full scales of 1e-3..1e6 and a positive current sum limit. */
 CHECKED bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params);
 
+/* Before offset removal, motor phase order: input of the offset averaging. */
+static inline uvw_t measurement_raw_A(const measurement_state_t *st, uvw_t i_A)
+{
+    return (uvw_t){i_A.u + st->offset_A.u, i_A.v + st->offset_A.v, i_A.w + st->offset_A.w};
+}
+
 /* What the sensors show at zero, found with the gates off. */
 static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset_A, ab_t offset_V)
 {

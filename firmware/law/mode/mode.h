@@ -10,6 +10,7 @@
 #include "acting_voltage.h"
 #include "estimate.h"
 #include "measurement.h"
+#include "slots.h"
 #include "torque_limits.h"
 
 /* What the sequence asks for. */
@@ -49,12 +50,13 @@ typedef struct {
     request_kind_t kind;
     ab_t axis; /* d axis of the frame */
     dq_t i_ref_A;
-    ab_t u_ref_V; /* stationary, for when the duties act */
+    ab_t u_ref_V;        /* stationary, for when the duties act */
+    bool busy;           /* measures or searches: RUN has to wait, the legs are not compensated */
+    float omega_e_rad_s; /* imposed by a mode that turns the frame or needs no speed */
 } request_t;
 
-/* One period: the sample, and what is asked of the drive. */
+/* What is asked of the drive. */
 typedef struct {
-    measurement_in_t sample;
     drive_mode_t mode;
     drive_aim_t aim;
     float omega_e_ref_rad_s; /* 0 with DRIVE_AIM_STOP */
@@ -71,14 +73,8 @@ typedef struct {
     const acting_voltage_state_t *acting;
     ab_t u_s_V;   /* of the interval that ended, by the voltage source in use */
     float Rs_ohm; /* in use */
+    uint32_t slot;
 } mode_in_t;
-
-typedef struct {
-    request_t request;
-    uint32_t faults;
-    bool busy;           /* measures or searches: RUN has to wait, the legs are not compensated */
-    float omega_e_rad_s; /* imposed by a mode that turns the frame or needs no speed */
-} mode_out_t;
 
 static inline bool mode_running(const mode_in_t *in)
 {

@@ -43,92 +43,83 @@ static request_t voltage(ab_t u_ref_V)
     return (request_t){.kind = REQUEST_VOLTAGE, .axis = {1.0f, 0.0f}, .u_ref_V = u_ref_V};
 }
 
-COLD static request_t i_f_request(const i_f_state_t *st)
+static request_t i_f(const i_f_state_t *st)
 {
-    return (request_t){.kind = REQUEST_CURRENT, .axis = st->axis, .i_ref_A = {st->current_A, 0.0f}};
+    return (request_t){.kind = REQUEST_CURRENT,
+                       .axis = st->axis,
+                       .i_ref_A = {st->current_A, 0.0f},
+                       .omega_e_rad_s = st->omega_rad_s};
 }
 
-COLD static void premagnetise(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
-                              mode_out_t *out)
+static request_t premagnetise(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
+                              uint32_t *faults)
 {
     float i_d_A;
-    out->busy =
-        premagnetise_measure(&cfg->premagnetise, &st->premagnetise, in, &i_d_A, &out->faults);
-    if (!out->busy) {
+    const bool busy =
+        premagnetise_measure(&cfg->premagnetise, &st->premagnetise, in, &i_d_A, faults);
+    if (!busy) {
         const flux_control_in_t flux_in = {.lambda_hat_Wb = in->estimate->lambda_Wb};
         i_d_A = flux_control_step(&cfg->vector.flux, &st->vector.flux, &flux_in);
     }
-    out->request = current_along_u(i_d_A);
+    request_t request = current_along_u(i_d_A);
+    request.busy = busy;
+    return request;
 }
 
-COLD static void search(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
-                        mode_out_t *out)
+static request_t commissioning(const mode_in_t *in)
+{
+    request_t request = current_along_u(in->asked->i_d_ref_A);
+    request.busy = true;
+    return request;
+}
+
+static request_t search(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
+                        uint32_t *faults)
 {
     const dc_current_in_t current_in = {.i_ref_A = {st->flying.current_A, 0.0f},
                                         .i_A = in->meas->i_s_A,
                                         .u_V = in->acting->ended_V,
                                         .Rs_ohm = in->Rs_ohm,
                                         .omega_rad_s = st->flying.rough_rad_s};
-    out->request = voltage(dc_current_step(&cfg->dc_current, &st->flying_current, &current_in));
+    request_t request =
+        voltage(dc_current_step(&cfg->dc_current, &st->flying_current, &current_in));
     flying_start_step(&cfg->flying, &st->flying, st->flying_current.e_V, in->meas->i_s_A);
-    out->busy = st->flying.phase == FLYING_START_SEARCH;
+    request.busy = st->flying.phase == FLYING_START_SEARCH;
     if (st->flying.phase == FLYING_START_REFUSED) {
-        out->faults |= FAULT_FLYING_START;
+        *faults |= FAULT_FLYING_START;
     }
+    return request;
 }
 
-COLD static void volts_per_hertz(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in,
-                                 mode_out_t *out)
+static request_t volts_per_hertz(const modes_config_t *cfg, modes_state_t *st, const mode_in_t *in)
 {
-    out->request =
+    request_t request =
         voltage(volts_per_hertz_step(&cfg->volts, &st->volts, modes_open_reference_rad_s(in),
                                      in->meas->i_s_A, in->meas->u_dc_V));
-    out->omega_e_rad_s = st->volts.omega_rad_s;
+    request.omega_e_rad_s = st->volts.omega_rad_s;
+    return request;
 }
 
-COLD static void other_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
-                            const mode_in_t *in, mode_out_t *out)
+request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
+                     const mode_in_t *in, uint32_t *faults)
 {
     switch (mode) {
-    case MODE_PREMAGNETISE:
-        premagnetise(cfg, st, in, out);
-        break;
     case MODE_COMMISSIONING:
-        out->busy = true;
-        out->request = current_along_u(in->asked->i_d_ref_A);
-        break;
+        return commissioning(in);
     case MODE_FLYING_START:
-        search(cfg, st, in, out);
-        break;
+        return search(cfg, st, in, faults);
     case MODE_TAKE_OVER:
     case MODE_I_F:
-        out->request = i_f_request(&st->i_f);
-        out->omega_e_rad_s = st->i_f.omega_rad_s;
-        break;
+        return i_f(&st->i_f);
     case MODE_VOLTS_PER_HERTZ:
-        volts_per_hertz(cfg, st, in, out);
-        break;
+        return volts_per_hertz(cfg, st, in);
     case MODE_DC_BRAKE:
-        out->request = voltage(dc_brake_step(&cfg->brake, &cfg->dc_current, &st->brake, in));
-        break;
+        return voltage(dc_brake_step(&cfg->brake, &cfg->dc_current, &st->brake, in));
     case MODE_OFF:
+    case MODE_PREMAGNETISE:
     case MODE_VECTOR:
     case MODE_REMAGNETISE:
     default:
-        /* not here */
-        break;
-    }
-}
-
-void modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits, modes_state_t *st,
-                mode_id_t mode, const mode_in_t *in, mode_out_t *out)
-{
-    out->faults = 0u;
-    out->busy = false;
-    out->omega_e_rad_s = 0.0f;
-    if (modes_oriented(mode)) {
-        vector_step(&cfg->vector, limits, &st->vector, in, out);
-    } else {
-        other_step(cfg, st, mode, in, out);
+        return premagnetise(cfg, st, in, faults);
     }
 }

@@ -19,7 +19,7 @@ typedef enum {
 
 typedef struct {
     modes_control_t control;
-    bool vector_only; /* no other mode is configured for RUN: nothing to choose */
+    bool fixed; /* the mode follows from what is asked alone: vector control, no search, no brake */
     premagnetise_config_t premagnetise;
     vector_config_t vector;
     i_f_config_t i_f;
@@ -43,9 +43,9 @@ typedef struct {
 COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st, mode_id_t before,
                               const mode_in_t *in);
 
-/* One period of the mode. */
-void modes_step(const modes_config_t *cfg, const torque_limits_config_t *limits, modes_state_t *st,
-                mode_id_t mode, const mode_in_t *in, mode_out_t *out);
+/* One period of a mode that is not flux-oriented; FAULT_STATOR_RESISTANCE, FAULT_FLYING_START. */
+COLD request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
+                          const mode_in_t *in, uint32_t *faults);
 
 /* The mode works without an estimator. */
 static inline bool modes_open_loop(mode_id_t mode)

@@ -48,24 +48,6 @@ static void steer_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     }
 }
 
-void vector_slow(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in, ab_t axis)
-{
-    switch (st->slow_period) {
-    case VECTOR_SLOW_FLUX:
-        limit_flux(cfg, st, in, axis);
-        break;
-    case VECTOR_SLOW_STEERING:
-        steer_flux(cfg, st, in, axis);
-        break;
-    case VECTOR_SLOW_SCHEDULE:
-        speed_control_schedule(&cfg->speed, &st->speed);
-        break;
-    default:
-        /* nothing this time */
-        break;
-    }
-}
-
 /* Usually the target itself: jerk limit and stop are what makes a difference. */
 static float next_reference(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in)
 {
@@ -77,9 +59,9 @@ static float next_reference(const vector_config_t *cfg, vector_state_t *st, cons
                            in->asked->omega_e_ref_rad_s, stop);
 }
 
-/* Flux control and speed control: the current that is wanted. */
-static dq_t wanted_current(const vector_config_t *cfg, const torque_limits_config_t *limits,
-                           vector_state_t *st, const mode_in_t *in)
+/* Flux control, limits and target of the next four periods. */
+static void plan(const vector_config_t *cfg, const torque_limits_config_t *limits,
+                 vector_state_t *st, const mode_in_t *in)
 {
     const flux_control_in_t flux_in = {.lambda_hat_Wb = in->estimate->lambda_Wb,
                                        .below_Wb = st->flux_reduction_Wb,
@@ -95,26 +77,45 @@ static dq_t wanted_current(const vector_config_t *cfg, const torque_limits_confi
     if (torque) {
         st->ramp = (speed_ramp_state_t){0}; /* speed mode will begin without acceleration */
     }
-    const speed_control_in_t speed_in = {
-        .omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
-        .omega_hat_rad_s = in->estimate->omega_e_rad_s,
-        .i_d_ref_A = i_d_A,
-        .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
-        .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
-        .torque = torque,
-        .torque_ref_Nm = in->asked->torque_ref_Nm,
-        .window = limited ? &window : NULL};
-    return (dq_t){i_d_A, speed_control_step(&cfg->speed, &st->speed, &speed_in)};
+    st->plan =
+        (speed_control_in_t){.omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
+                             .i_d_ref_A = i_d_A,
+                             .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
+                             .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
+                             .torque = torque,
+                             .torque_ref_Nm = in->asked->torque_ref_Nm,
+                             .window = limited ? &window : NULL};
+    speed_control_limit(&cfg->speed, &st->speed, &st->plan);
+    st->plan.window = NULL;
+    st->planned = true;
 }
 
-/* No mains: the speed controller follows, and is there with torque and speed of then. i_q: what it
- * wants, and gets while the shaft need not or cannot feed the link. */
-COLD static float ride_through(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
-                               float i_q_A, uint32_t *faults)
+void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limits,
+                 vector_state_t *st, const mode_in_t *in)
+{
+    if ((in->slot == SLOT_FLUX_REFERENCE) || (in->slot == SLOT_FLUX_STEERING)) {
+        const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(cfg, mode_running(in)));
+        if (in->slot == SLOT_FLUX_REFERENCE) {
+            limit_flux(cfg, st, in, axis);
+        } else {
+            steer_flux(cfg, st, in, axis);
+        }
+    }
+    if (in->slot == SLOT_SPEED_SCHEDULE) {
+        speed_control_schedule(&cfg->speed, &st->speed);
+    }
+    if (slot_is_quarter(in->slot, SLOT_QUARTER_REFERENCES) || !st->planned) {
+        plan(cfg, limits, st, in);
+    }
+}
+
+/* The speed controller follows, and is there with torque and speed of then. */
+float vector_ride_through(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
+                          float i_q_A, uint32_t *faults)
 {
     mains_loss_step(&cfg->mains, &st->mains, in->meas->u_dc_V, in->estimate->omega_e_rad_s);
     if (!st->mains.active) {
-        return i_q_A;
+        return i_q_A; /* the shaft need not or cannot feed the link */
     }
     if (st->mains.over) {
         *faults |= FAULT_MAINS_LOST;
@@ -122,26 +123,6 @@ COLD static float ride_through(const vector_config_t *cfg, vector_state_t *st, c
     st->ramp = (speed_ramp_state_t){0};
     speed_control_track(&st->speed, st->mains.i_q_A);
     return limitf(st->mains.i_q_A * (1.0f + st->torque_gain_extra_pu), cfg->speed.i_q_max_A);
-}
-
-void vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
-                 vector_state_t *st, const mode_in_t *in, mode_out_t *out)
-{
-    const bool running = mode_running(in);
-    const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(cfg, running));
-    vector_slow(cfg, st, in, axis);
-    dq_t i_ref_A = wanted_current(cfg, limits, st, in);
-    if (!running) {
-        speed_control_wait(&st->speed, in->estimate->omega_e_rad_s);
-        i_ref_A.q = 0.0f;
-    } else if (cfg->ride_through && !mains_loss_idle(&cfg->mains, &st->mains, in->meas->u_dc_V)) {
-        i_ref_A.q = ride_through(cfg, st, in, i_ref_A.q, &out->faults);
-    } else {
-        /* as the speed controller says */
-    }
-    out->request.kind = REQUEST_CURRENT;
-    out->request.axis = axis;
-    out->request.i_ref_A = i_ref_A;
 }
 
 void vector_catch(const vector_config_t *cfg, vector_state_t *st, float omega_rad_s, float u_dc_V)
@@ -154,6 +135,7 @@ void vector_seed(const vector_config_t *cfg, vector_state_t *st, float i_q_A, fl
                  float omega_hat_rad_s)
 {
     speed_control_seed(&cfg->speed, &st->speed, i_q_A, omega_ref_rad_s, omega_hat_rad_s);
+    st->planned = false;
     st->ramp = (speed_ramp_state_t){0};
 }
 
@@ -162,4 +144,10 @@ void vector_stop_steering(const vector_config_t *cfg, vector_state_t *st)
     st->steering = (flux_steering_state_t){0};
     st->steer = (flux_steering_out_t){0};
     choose_flux(cfg, st);
+}
+
+void vector_rest(vector_state_t *st)
+{
+    st->speed = (speed_control_state_t){0};
+    st->planned = false;
 }

@@ -42,15 +42,9 @@ typedef struct {
     float i_d_reduction_A;      /* what that takes from the magnetising current */
     float torque_gain_extra_pu; /* nominal flux over the reference, less 1 */
     bool pull_out_near;         /* the flux reference takes torque current away */
-    uint32_t slow_period;
+    bool planned;               /* the plan below is of this run */
+    speed_control_in_t plan;    /* of every fourth period */
 } vector_state_t;
-
-/* Periods of the slow work, one kind in each. */
-#define VECTOR_SLOW_PERIODS  16u
-#define VECTOR_SLOW_FLUX     2u
-#define VECTOR_SLOW_STEERING 4u
-#define VECTOR_SLOW_TRACKING 8u
-#define VECTOR_SLOW_SCHEDULE 12u
 
 /* Flux below which the estimate does not say where it points. Caught in turning without flux, it
  * says so from the first: nothing else builds it up. */
@@ -60,13 +54,42 @@ static inline float vector_lambda_min_Wb(const vector_config_t *cfg, bool runnin
     return running ? cfg->lambda_min_Wb : (VECTOR_CAUGHT_MIN_PU * cfg->lambda_min_Wb);
 }
 
-/* Slow work of this period, in the frame of the flux. */
-void vector_slow(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in, ab_t axis);
+/* Slow work of this slot: flux reference, steering, bandwidth; ramp and limits of the next periods.
+ */
+COLD void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limits,
+                      vector_state_t *st, const mode_in_t *in);
 
-/* One period: the current wanted. FAULT_MAINS_LOST while the shaft holds no dc link any more. Not
- * running: flux without torque, and a speed controller that waits. */
-void vector_step(const vector_config_t *cfg, const torque_limits_config_t *limits,
-                 vector_state_t *st, const mode_in_t *in, mode_out_t *out);
+static inline bool vector_slow_is_due(const vector_state_t *st, uint32_t slot)
+{
+    return !st->planned || slot_is_quarter(slot, SLOT_QUARTER_REFERENCES) ||
+           (slot == SLOT_FLUX_REFERENCE) || (slot == SLOT_FLUX_STEERING) ||
+           (slot == SLOT_SPEED_SCHEDULE);
+}
+
+/* No mains: what the shaft gives instead of i_q_A, the current that the speed controller wants.
+ * FAULT_MAINS_LOST once it cannot hold the dc link any more. */
+COLD float vector_ride_through(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
+                               float i_q_A, uint32_t *faults);
+
+static inline bool vector_rides_through(const vector_config_t *cfg, const vector_state_t *st,
+                                        float u_dc_V)
+{
+    return cfg->ride_through && !mains_loss_idle(&cfg->mains, &st->mains, u_dc_V);
+}
+
+/* One period: the current wanted. */
+static inline dq_t vector_step(const vector_config_t *cfg, vector_state_t *st, float omega_e_rad_s)
+{
+    return (dq_t){st->plan.i_d_ref_A,
+                  speed_control_step(&cfg->speed, &st->speed, &st->plan, omega_e_rad_s)};
+}
+
+/* Flux without torque, and a speed controller that waits. */
+static inline dq_t vector_wait(vector_state_t *st, float omega_e_rad_s)
+{
+    speed_control_wait(&st->speed, omega_e_rad_s);
+    return (dq_t){st->plan.i_d_ref_A, 0.0f};
+}
 
 /* Flux reference at once as the voltage allows it at this speed. */
 COLD void vector_catch(const vector_config_t *cfg, vector_state_t *st, float omega_rad_s,
@@ -75,6 +98,9 @@ COLD void vector_catch(const vector_config_t *cfg, vector_state_t *st, float ome
 /* Begin with the torque current i_q_A (at nominal flux) at the speed that is. */
 COLD void vector_seed(const vector_config_t *cfg, vector_state_t *st, float i_q_A,
                       float omega_ref_rad_s, float omega_hat_rad_s);
+
+/* The speed controller starts from rest. */
+COLD void vector_rest(vector_state_t *st);
 
 /* Flux steering forgets what it did. */
 COLD void vector_stop_steering(const vector_config_t *cfg, vector_state_t *st);

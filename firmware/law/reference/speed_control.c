@@ -72,27 +72,32 @@ static inline float slewed(float difference_rad_s, float slew_rad_s)
 }
 
 /* i_d first: what is left of |i_s| is for torque; none when i_d takes it all (or is NaN). */
-static inline float i_q_limit_A(const speed_control_config_t *cfg, float i_d_ref_A)
+static float i_q_limit_A(const speed_control_config_t *cfg, float i_d_ref_A)
 {
     const float room2_A2 = cfg->i_max2_A2 - i_d_ref_A * i_d_ref_A;
     return (room2_A2 >= cfg->i_q_max2_A2) ? cfg->i_q_max_A : sqrtf(maxf(room2_A2, 0.0f));
 }
 
-/* What of a current is allowed: within the limit, and within the window where there is one. */
-static inline float allowed_A(const speed_control_in_t *in, float asked_A, float limit_A)
+void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_t *st,
+                         const speed_control_in_t *in)
 {
-    float i_A = limitf(asked_A, limit_A);
+    /* At nominal flux; less flux takes more current for the same torque. */
+    const float limit_A = i_q_limit_A(cfg, in->i_d_ref_A) * in->flux_pu;
+    st->low_A = -limit_A;
+    st->high_A = limit_A;
     if (in->window != NULL) {
-        i_A = clampf(i_A, in->window->low_A * in->flux_pu, in->window->high_A * in->flux_pu);
+        st->low_A =
+            clampf(-limit_A, in->window->low_A * in->flux_pu, in->window->high_A * in->flux_pu);
+        st->high_A =
+            clampf(limit_A, in->window->low_A * in->flux_pu, in->window->high_A * in->flux_pu);
     }
-    return i_A;
 }
 
 /* Torque mode: the torque on its slew, unless the speed controller at the limit of this direction
  * wants less. That one waits at the current of now, so that it takes over where the error changes
  * its sign, and speed mode goes on from it. */
 COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st,
-                                const speed_control_in_t *in, float limit_A)
+                                float torque_ref_Nm)
 {
     const float omega_rad_s = st->omega_filtered_rad_s;
     const bool forward = omega_rad_s >= 0.0f;
@@ -100,42 +105,38 @@ COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control
     const float faster = 1.0f + st->more;
     const float faster_err_rad_s = faster * (limit_rad_s - omega_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
-    const float change_A = cfg->A_per_Nm * in->torque_ref_Nm - st->i_q_A;
-    const float torque_A = allowed_A(in, st->i_q_A + slewed(change_A, cfg->torque_step_A), limit_A);
+    const float change_A = cfg->A_per_Nm * torque_ref_Nm - st->i_q_A;
+    const float torque_A =
+        clampf(st->i_q_A + slewed(change_A, cfg->torque_step_A), st->low_A, st->high_A);
     st->omega_ref_rad_s = omega_rad_s;
     if (forward ? (torque_A <= asked_A) : (torque_A >= asked_A)) {
         st->pi.x = torque_A;
         return torque_A;
     }
-    const float i_q_A = allowed_A(in, asked_A, limit_A);
+    const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
     pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, i_q_A - asked_A);
     return i_q_A;
 }
 
-/* Speed mode. */
-static inline float speed_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st,
-                                 const speed_control_in_t *in, float limit_A)
+/* Speed mode. Usually inside the limits: two comparisons. */
+static inline float speed_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st)
 {
-    const float omega_err_rad_s = st->omega_ref_rad_s - st->omega_filtered_rad_s;
     const float faster = 1.0f + st->more;
-    const float faster_err_rad_s = faster * omega_err_rad_s;
+    const float faster_err_rad_s = faster * (st->omega_ref_rad_s - st->omega_filtered_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
-    const float i_q_A = allowed_A(in, asked_A, limit_A);
+    const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
     pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, i_q_A - asked_A);
     return i_q_A;
 }
 
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
-                         const speed_control_in_t *in)
+                         const speed_control_in_t *in, float omega_hat_rad_s)
 {
     st->omega_ref_rad_s += slewed(in->omega_ref_rad_s - st->omega_ref_rad_s, cfg->slew_step_rad_s);
-    const float behind_rad_s = in->omega_hat_rad_s - st->omega_filtered_rad_s;
+    const float behind_rad_s = omega_hat_rad_s - st->omega_filtered_rad_s;
     if (is_finite(behind_rad_s)) {
         st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
     }
-    /* At nominal flux; less flux takes more current for the same torque. */
-    const float limit_A = i_q_limit_A(cfg, in->i_d_ref_A) * in->flux_pu;
-    st->i_q_A =
-        in->torque ? torque_mode_A(cfg, st, in, limit_A) : speed_mode_A(cfg, st, in, limit_A);
+    st->i_q_A = in->torque ? torque_mode_A(cfg, st, in->torque_ref_Nm) : speed_mode_A(cfg, st);
     return st->i_q_A * in->inv_flux_pu;
 }

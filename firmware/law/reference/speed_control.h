@@ -52,6 +52,8 @@ typedef struct {
     float omega_ref_rad_s; /* after the slew limit */
     float more;            /* bandwidth over that of slow speed is 1 + this */
     float i_q_A;           /* allowed last, at nominal flux: where torque mode begins */
+    float low_A;           /* what is allowed, at nominal flux */
+    float high_A;
 } speed_control_state_t;
 
 /* Limits of the torque current beyond the configured ones, low <= high. */
@@ -60,9 +62,9 @@ typedef struct {
     float high_A;
 } torque_window_t;
 
+/* What is asked, and what limits it; need not be new every period. */
 typedef struct {
     float omega_ref_rad_s;
-    float omega_hat_rad_s;
     float i_d_ref_A;   /* has priority in the current limit */
     float flux_pu;     /* flux reference over the one the gains are meant for, > 0 */
     float inv_flux_pu; /* 1 over that: a division the caller makes seldom */
@@ -89,7 +91,11 @@ static inline void speed_control_schedule(const speed_control_config_t *cfg,
  * speed reference follows the speed, so that speed mode goes on from it. A reference or estimate
  * that is not finite leaves the last one in force. */
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
-                         const speed_control_in_t *in);
+                         const speed_control_in_t *in, float omega_hat_rad_s);
+
+/* The limits of the torque current from now on. */
+COLD void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_t *st,
+                              const speed_control_in_t *in);
 
 /* Somebody else sets the torque current i_q_A (at nominal flux): integrator and reference follow,
  * so that the controller takes over there. */

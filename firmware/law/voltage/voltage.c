@@ -1,7 +1,5 @@
 #include "voltage.h"
 
-#include "trig.h"
-
 voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st, const voltage_in_t *in)
 {
     const current_control_in_t current_in = {.i_ref_A = in->i_ref_A,
@@ -10,15 +8,14 @@ voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st, con
                                              .omega_e_rad_s = in->omega_e_rad_s,
                                              .lambda_Wb = in->lambda_Wb};
     dq_t asked_V = current_control_output(&cfg->current, &st->current, &current_in);
-    const ab_t ahead = trig_ahead(in->omega_s_rad_s, cfg->delay_comp_s);
-    const ab_t axis_ahead = ab_mul(ahead, in->axis);
+    const ab_t axis_ahead = ab_add(in->axis, ab_mul(st->ahead, in->axis));
     if (in->follow) {
         const dq_t wanted_V = dq_from_ab(in->u_ref_V, axis_ahead);
         current_control_track(&st->current, asked_V, wanted_V);
         asked_V = wanted_V;
     }
-    const ab_t u_lost_V =
-        inverter_error_voltage(&cfg->error, ab_mul(ahead, in->i_s_A), in->leg_loss_V);
+    const ab_t u_lost_V = inverter_error_voltage(
+        &cfg->error, ab_add(in->i_s_A, ab_mul(st->ahead, in->i_s_A)), in->leg_loss_V);
     const svpwm_out_t pwm =
         svpwm_step(&cfg->svpwm, ab_add(ab_from_dq(asked_V, axis_ahead), u_lost_V), in->u_dc_V);
     const ab_t u_V = ab_sub(pwm.u_realised_V, u_lost_V);

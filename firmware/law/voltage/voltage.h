@@ -10,6 +10,7 @@
 #include "current_control.h"
 #include "inverter_error.h"
 #include "svpwm.h"
+#include "trig.h"
 
 typedef struct {
     current_control_config_t current;
@@ -20,6 +21,7 @@ typedef struct {
 
 typedef struct {
     current_control_state_t current;
+    ab_t ahead; /* the delay's angle as a unit vector, less (1, 0) */
 } voltage_state_t;
 
 typedef struct {
@@ -40,6 +42,14 @@ typedef struct {
     uvw_t duty;
     ab_t u_V; /* at the motor, by these duties */
 } voltage_out_t;
+
+/* The delay's angle at this speed of the frame; need not be called every period. */
+static inline void voltage_angle(const voltage_config_t *cfg, voltage_state_t *st,
+                                 float omega_s_rad_s)
+{
+    const ab_t unit = trig_ahead(omega_s_rad_s, cfg->delay_comp_s);
+    st->ahead = (ab_t){unit.alpha - 1.0f, unit.beta};
+}
 
 voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st,
                            const voltage_in_t *in);

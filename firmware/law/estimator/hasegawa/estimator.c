@@ -11,7 +11,7 @@
 bool estimator_init(estimator_config_t *cfg, const estimator_params_t *params,
                     const motor_model_t *motor, const gain_table_t *table)
 {
-    *cfg = (estimator_config_t){.table_end_rad_s = FLT_MAX};
+    *cfg = (estimator_config_t){.lambda_min_Wb = params->lambda_min_Wb, .table_end_rad_s = FLT_MAX};
     if (params->gain_enable) {
         if (!gain_table_valid(table)) {
             return false;
@@ -69,13 +69,12 @@ static inline void observe(const estimator_config_t *cfg, estimator_state_t *st,
 
 /* How fast the estimated flux turns, by the flux row of eq. (3): the speed, and the slip that the
  * estimated current and the correction make. With e1 = 0 that is w + (M Rr/Lr) i_q / lambda. */
-static inline float flux_frequency(const estimator_config_t *cfg, const estimator_state_t *st,
-                                   float lambda_min_Wb)
+static inline float flux_frequency(const estimator_config_t *cfg, const estimator_state_t *st)
 {
     const estimate_t *e = &st->estimate;
     const ab_t pull_V =
         ab_add(ab_scale(st->observer.i_s_hat_A, cfg->observer.m_tau_ohm), e->flux_correction_V);
-    const float base_Wb = (e->lambda_Wb > lambda_min_Wb) ? e->lambda_Wb : lambda_min_Wb;
+    const float base_Wb = maxf(e->lambda_Wb, cfg->lambda_min_Wb);
     return e->omega_e_rad_s + ab_cross(e->lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
 }
 
@@ -91,8 +90,7 @@ void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const 
                                                  .gain = st->gain};
     e->omega_e_rad_s =
         speed_adaptation_step(&cfg->adaptation, &st->adaptation, &adaptation_in).omega_e_hat_rad_s;
-    e->omega_s_rad_s =
-        in->frame_imposed ? in->omega_frame_rad_s : flux_frequency(cfg, st, in->lambda_min_Wb);
+    e->omega_s_rad_s = in->frame_imposed ? in->omega_frame_rad_s : flux_frequency(cfg, st);
 }
 
 void estimator_hold(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in,

@@ -11,6 +11,7 @@ typedef struct {
     observer_config_t observer;
     speed_adaptation_config_t adaptation;
     const gain_table_t *table; /* NULL: L = 0 */
+    float lambda_min_Wb;       /* flux below which its frequency is not measured by itself */
     float table_end_rad_s;     /* from here on L grows with the speed; FLT_MAX: it holds */
 } estimator_config_t;
 
@@ -24,6 +25,7 @@ typedef struct {
 typedef struct {
     float period_s;
     float i_max_A;
+    float lambda_min_Wb;
     float lambda_max_Wb;
     observer_method_t method;
     speed_adaptation_params_t adaptation;

@@ -1,0 +1,48 @@
+/* One schedule for everything slower than a period: a slot is a period's number modulo 16.
+ *
+ * The paper's law, the modulator, the hard limits of the guard and recording run in every period.
+ * What has to follow the motor within a millisecond runs in every fourth, what follows heat, load
+ * or wear in one slot of sixteen. No slot holds two expensive things.
+ */
+#ifndef SLOTS_H
+#define SLOTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define SLOT_COUNT 16u
+
+/* Every fourth period, by slot modulo 4. */
+#define SLOT_QUARTERS           4u
+#define SLOT_QUARTER_ANGLES     0u /* sines of the delay angles */
+#define SLOT_QUARTER_REFERENCES 1u /* ramp, flux reference, limits of the torque current */
+#define SLOT_QUARTER_SUPERVISOR 2u /* its flux is tied to the estimate */
+#define SLOT_QUARTER_STATE      3u /* what the estimate and the voltage rest on is a number */
+
+/* Once in sixteen periods. */
+#define SLOT_SUPERVISOR_DECIDE  0u
+#define SLOT_SUPERVISOR_BOUND   1u
+#define SLOT_REST               2u /* gates off: the state is cleared again */
+#define SLOT_GUARD_VOLTAGE      3u
+#define SLOT_HEAT               4u
+#define SLOT_FLUX_REFERENCE     6u
+#define SLOT_GUARD_PHASES       7u
+#define SLOT_SPEED_SCHEDULE     8u
+#define SLOT_FLUX_STEERING      10u
+#define SLOT_GUARD_ESTIMATE     11u
+#define SLOT_WHOLE_STATE        12u
+#define SLOT_RS_TRACKING        13u
+#define SLOT_SUPERVISOR_MEASURE 14u
+#define SLOT_SUPERVISOR_WEIGH   15u
+
+static inline uint32_t slot_next(uint32_t slot)
+{
+    return (slot + 1u) % SLOT_COUNT;
+}
+
+static inline bool slot_is_quarter(uint32_t slot, uint32_t quarter)
+{
+    return (slot % SLOT_QUARTERS) == quarter;
+}
+
+#endif

@@ -1,0 +1,59 @@
+#include "stages.h"
+
+#include "transition.h"
+
+/* Lost orientation: I-f turns the frame. Fast enough the estimator sees the rotor again; below, the
+ * rotor follows what is imposed, or nothing helps. */
+static void estimate_beside_i_f(const drive_config_t *cfg, drive_state_t *st, estimator_in_t *in)
+{
+    const i_f_state_t *i_f = &st->modes.i_f;
+    if (i_f_observable(&cfg->modes.i_f, i_f)) {
+        /* What is imposed is a better guess than what was wanted when the angle was lost. */
+        in->prior_rad_s = i_f->omega_rad_s;
+        in->frame_imposed = true;
+        in->omega_frame_rad_s = i_f->omega_rad_s;
+        estimator_step(&cfg->estimator, &st->estimator, in);
+    } else {
+        estimator_hold(&cfg->estimator, &st->estimator, in, i_f->omega_rad_s);
+    }
+}
+
+/* Caught in turning: flux-oriented, without torque. */
+static request_t remagnetise(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                             const drive_out_t *out)
+{
+    const estimate_t *e = &st->estimator.estimate;
+    if (stage_slow_is_due(st)) {
+        stage_slow(cfg, st, asked, out);
+    }
+    return (request_t){.kind = REQUEST_CURRENT,
+                       .axis = mode_flux_axis(e, vector_lambda_min_Wb(&cfg->modes.vector, false)),
+                       .i_ref_A = vector_wait(&st->modes.vector, e->omega_e_rad_s)};
+}
+
+request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                           drive_out_t *out)
+{
+    const bool open_loop = modes_open_loop(st->mode);
+    if (open_loop) {
+        out->u_s_V = st->acting.ended_V; /* whatever the source: nothing is estimated */
+    } else {
+        const bool remagnetising = st->mode == MODE_REMAGNETISE;
+        estimator_in_t in = stage_estimator_in(st, out);
+        if (remagnetising) {
+            estimator_step(&cfg->estimator, &st->estimator, &in);
+            return remagnetise(cfg, st, asked, out);
+        }
+        if (st->mode == MODE_TAKE_OVER) {
+            estimate_beside_i_f(cfg, st, &in);
+        } else {
+            estimator_hold(&cfg->estimator, &st->estimator, &in, 0.0f);
+        }
+    }
+    const mode_in_t in = stage_view(cfg, st, asked, out);
+    request_t request = modes_step(&cfg->modes, &st->modes, st->mode, &in, &out->faults);
+    if (open_loop) {
+        transition_after_open_loop(cfg, st, &in, &request);
+    }
+    return request;
+}
