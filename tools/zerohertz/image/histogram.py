@@ -94,6 +94,12 @@ def _phases(ran: PilRun, first: int, last: int) -> dict[int, list[int]]:
     return found
 
 
+def _in_step(phases: dict[int, list[int]]) -> bool:
+    """Whether every slot occurs, each in windows of its own."""
+    every = sorted({slot for slots in phases.values() for slot in slots}) == list(range(SLOTS))
+    return every and all(len(set(slots)) == 1 for slots in phases.values())
+
+
 def _rows(
     elf: Path,
     disassembly: str,
@@ -106,8 +112,7 @@ def _rows(
     executed: dict[tuple[str, str], float] = defaultdict(float)
     spent: dict[tuple[str, str], float] = defaultdict(float)
     by_slot: dict[tuple[str, str], list[float]] = defaultdict(lambda: [0.0] * SLOTS)
-    in_step = sorted({slot for slots in phases.values() for slot in slots}) == list(range(SLOTS))
-    in_step = in_step and all(len(set(slots)) == 1 for slots in phases.values())
+    in_step = _in_step(phases)
     for phase, addresses in counted.items():
         for address, (times, _) in addresses.items():
             executed[owner[address]] += times / periods
