@@ -9,6 +9,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from zerohertz import param_list
 from zerohertz.errors import UserError
 from zerohertz.scenario import evaluate, figures, sensitivity, setup
 from zerohertz.scenario.evaluate import Result, Run
@@ -124,9 +125,9 @@ def test_every_input_is_in_the_hash(tmp_path, monkeypatch, name):
     shutil.copytree(setup.SCENARIOS, tmp_path / "scenarios")
     for kind in ("rig", "board"):
         shutil.copy(getattr(PAPER, kind), tmp_path / f"{kind}.toml")
-    shutil.copy(setup._PARAM_LIST, tmp_path / "param_list.def")
+    shutil.copy(param_list.PARAM_LIST, tmp_path / "param_list.def")
     monkeypatch.setattr(setup, "SCENARIOS", tmp_path / "scenarios")
-    monkeypatch.setattr(setup, "_PARAM_LIST", tmp_path / "param_list.def")
+    monkeypatch.setattr(param_list, "PARAM_LIST", tmp_path / "param_list.def")
     copied = dataclasses.replace(
         PAPER,
         motor_dir=tmp_path / "motor",
