@@ -250,6 +250,25 @@ static void end_of_tone(commissioning_stage_t stage, const tone_config_t *tone, 
                              .u_V = impedance_ohm};
 }
 
+/* Of what was summed before, nothing is left. */
+static void test_a_stage_begins_with_empty_sums(void)
+{
+    st.stage = COMMISSIONING_STAGE_BIAS;
+    st.periods = cfg.level_periods - 1u;
+    float *const sums[] = {&st.sum_V,   &st.first_V,  &st.last_V,        &st.i_sum_A,
+                           &st.i_end_A, &st.across_A, &st.tone.i_A.alpha};
+    for (size_t n = 0u; n < sizeof sums / sizeof sums[0]; n++) {
+        *sums[n] = 5.0f;
+    }
+    const commissioning_in_t in = {.i_A = {0.0f, 0.0f}, .u_coming_V = 0.0f};
+    (void)commissioning_step(&cfg, &st, &in);
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_STAGE_FAST, st.stage);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.periods);
+    for (size_t n = 0u; n < sizeof sums / sizeof sums[0]; n++) {
+        ASSERT_SAME_FLOAT(0.0f, *sums[n]);
+    }
+}
+
 /* Real part: as much above Rs as below; imaginary part: a capacitor. */
 static void test_impedances_that_no_motor_has_are_refused(void)
 {
@@ -265,6 +284,14 @@ static void test_impedances_that_no_motor_has_are_refused(void)
     /* Rr 3 ohm; M 9.25/(.5 w) = .49 H, more than twice the first level's .1 H. */
     end_of_tone(COMMISSIONING_STAGE_SLOW, &cfg.slow, (ab_t){4.0f, leakage_ohm + 0.5f});
     assert_last_period_refuses(COMMISSIONING_ROTOR); /* M too large */
+    /* Rr of 10 Rs exactly is just one: |5 + 5j|^2 / 5. */
+    end_of_tone(COMMISSIONING_STAGE_SLOW, &cfg.slow, (ab_t){6.0f, 5.0f});
+    st.result.sigma_Ls_H = 0.0f;
+    st.result.flux_Wb[0] = 1.0f;
+    const commissioning_in_t in = {.i_A = {0.0f, 0.0f}, .u_coming_V = 0.0f};
+    (void)commissioning_step(&cfg, &st, &in);
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_STAGE_END, st.stage);
+    ASSERT_SAME_FLOAT(10.0f, st.result.Rr_gamma_ohm);
 }
 
 static void test_init_refuses_what_cannot_be(void)
@@ -304,6 +331,7 @@ int main(void)
     RUN_TEST(test_a_filter_in_the_line_is_no_leakage);
     RUN_TEST(test_a_winding_without_a_rotor_is_refused);
     RUN_TEST(test_a_current_that_stops_following_is_refused_on_the_curve_too);
+    RUN_TEST(test_a_stage_begins_with_empty_sums);
     RUN_TEST(test_impedances_that_no_motor_has_are_refused);
     RUN_TEST(test_init_refuses_what_cannot_be);
     return UNITY_END();

@@ -2,6 +2,7 @@
 #include "drive.h"
 
 #include <complex.h>
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -922,6 +923,13 @@ static void test_init_turns_parameters_into_coefficients(void)
                              cfg.modes.vector.inv_lambda_ref_per_Wb);
     TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.estimator.observer.i_max_A); /* twice the ADC's full scale */
     TEST_ASSERT_EQUAL_FLOAT(3.0f, cfg.estimator.observer.lambda_max_Wb);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, p.motor.M_H / p.motor.Lr_H, cfg.guard.kr);
+    TEST_ASSERT_EQUAL_FLOAT(144.0f, cfg.guard.i_q_max2_A2);
+    TEST_ASSERT_EQUAL_FLOAT(225.0f, cfg.guard.i_max2_A2);
+    TEST_ASSERT_EQUAL_FLOAT(FLT_MAX, cfg.estimator.table_end_rad_s);
+    TEST_ASSERT_TRUE(cfg.modes.vector_only);
+    TEST_ASSERT_FALSE(cfg.modes.vector.ride_through);
+    TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, cfg.modes.premagnetise.Rs_ohm);
 }
 
 static void test_reset_keeps_the_offsets_only(void)

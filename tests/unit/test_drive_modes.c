@@ -4,6 +4,7 @@
 #include "drive.h"
 
 #include <complex.h>
+#include <float.h>
 #include <math.h>
 
 #include "exact.h"
@@ -260,6 +261,19 @@ static void test_volts_per_hertz_turns_the_motor(void)
     ASSERT_SAME_FLOAT(0.0f, st.estimator.observer.lambda_r_hat_Wb.alpha);
 }
 
+/* Nothing is estimated: there is nothing to judge, and nothing of an earlier judgement stays. */
+static void test_open_loop_is_not_judged(void)
+{
+    p.modes.control = MODES_CONTROL_VOLTS_PER_HERTZ;
+    start();
+    in.mode = DRIVE_RUN;
+    st.supervisor = (supervisor_state_t){
+        .periods = 5u, .flux_error_bound_pu = 0.5f, .confidence = SUPERVISOR_IMPRESSED};
+    TEST_ASSERT_EQUAL_HEX32(0u, run(1.5 * PERIOD_S));
+    const supervisor_state_t rested = {0};
+    TEST_ASSERT_EQUAL_MEMORY(&rested, &st.supervisor, sizeof rested);
+}
+
 static void test_impressed_control_turns_the_motor(void)
 {
     p.modes.control = MODES_CONTROL_I_F;
@@ -450,37 +464,15 @@ static void test_the_field_is_weakened_at_speed(void)
     ASSERT_SAME_FLOAT(st.modes.vector.reference.below_Wb, st.modes.vector.flux_reduction_Wb);
 }
 
-static observer_gain_t gain_of_a_step_at(float omega_rad_s)
+/* With weakening the motor may run beyond the table's end (test_estimator). */
+static void test_weakening_extends_the_gain_table(void)
 {
     p.observer_gain_enable = true;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    in.mode = DRIVE_RUN;
-    st.estimator.estimate.omega_e_rad_s = omega_rad_s;
-    in.sample = plant_words(&plant, &p);
-    drive_step(&cfg, &st, &in, &out);
-    return st.estimator.gain;
-}
-
-/* Real parts hold, imaginary ones grow with the speed: without a step, and no more than threefold.
- * Without weakening the last entry holds. */
-static void test_beyond_the_tables_end_its_gain_turns_with_the_speed(void)
-{
-    const observer_gain_t *last = &test_gain[3];
-    const float end_rad_s = 3.0f * test_table.step_rad_s;
-    const float turns[] = {1.0f, 1.5f, -2.0f, 3.0f, -3.0f};
-    const float speeds[] = {1.0f, 1.5f, -2.0f, 4.0f, -5.0f};
+    ASSERT_SAME_FLOAT(FLT_MAX, cfg.estimator.table_end_rad_s);
     level_on();
-    for (int n = 0; n < 5; n++) {
-        const observer_gain_t gain = gain_of_a_step_at(speeds[n] * end_rad_s);
-        ASSERT_SAME_FLOAT(last->l1_re_per_s, gain.l1_re_per_s);
-        ASSERT_SAME_FLOAT(last->l2_re_ohm, gain.l2_re_ohm);
-        ASSERT_NEAR(1e-4, turns[n] * last->l1_im_per_s, gain.l1_im_per_s);
-        ASSERT_NEAR(1e-6, turns[n] * last->l2_im_ohm, gain.l2_im_ohm);
-    }
-    p.modes.level.voltage_share = 0.0f;
-    const observer_gain_t held = gain_of_a_step_at(2.0f * end_rad_s);
-    ASSERT_SAME_FLOAT(last->l1_im_per_s, held.l1_im_per_s);
-    ASSERT_SAME_FLOAT(last->l2_im_ohm, held.l2_im_ohm);
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    ASSERT_SAME_FLOAT(3.0f * test_table.step_rad_s, cfg.estimator.table_end_rad_s);
 }
 
 /* Switched off while it acts: nominal flux is asked for again. */
@@ -606,6 +598,7 @@ int main(void)
     RUN_TEST(test_the_reference_at_zero_brakes_by_direct_current);
     RUN_TEST(test_a_small_threshold_only_holds);
     RUN_TEST(test_volts_per_hertz_turns_the_motor);
+    RUN_TEST(test_open_loop_is_not_judged);
     RUN_TEST(test_impressed_control_turns_the_motor);
     RUN_TEST(test_a_brake_begins_with_the_current_of_then);
     RUN_TEST(test_no_brake_while_a_torque_is_asked_for);
@@ -618,7 +611,7 @@ int main(void)
     RUN_TEST(test_a_dc_link_that_falls_is_held_by_the_shaft);
     RUN_TEST(test_no_brake_takes_over_from_impressed_current);
     RUN_TEST(test_open_loop_goes_on_with_a_motor_that_was_caught);
-    RUN_TEST(test_beyond_the_tables_end_its_gain_turns_with_the_speed);
+    RUN_TEST(test_weakening_extends_the_gain_table);
     RUN_TEST(test_weakening_may_be_switched_off_while_it_acts);
     RUN_TEST(test_a_dip_at_low_speed_costs_nothing);
     RUN_TEST(test_torque_mode_slews_back_from_a_dip);

@@ -33,7 +33,8 @@ static void test_init_refuses_levels_in_the_wrong_order(void)
     ASSERT_REFUSED(regen_start_V, INFINITY);
     ASSERT_REFUSED(regen_start_V, 400.0f);
     ASSERT_REFUSED(hold_V, -0.1f);
-    ASSERT_REFUSED(hold_V, 300.0f); /* full motoring only from 360 V on */
+    ASSERT_REFUSED(hold_V, 300.0f);        /* full motoring only from 360 V on */
+    ASSERT_REFUSED(hold_V, 350.0f / 1.2f); /* no window is left below the resistor */
     ASSERT_REFUSED(u_dc_max_V, 0.0f);
 }
 

@@ -72,6 +72,8 @@ static void test_init_refuses_each_bad_number(void)
     TEST_ASSERT_TRUE(refused(p));
     p.back_s = 1e9f;
     TEST_ASSERT_TRUE(refused(p));
+    const motor_model_t motor = reference_derived(0);
+    TEST_ASSERT_FALSE(mains_loss_init(&cfg, &p, &motor, 1.0f)); /* so many periods exactly */
 }
 
 static void test_off_is_idle_at_any_dc_link(void)
