@@ -63,6 +63,14 @@ static void test_without_a_current_it_is_off(void)
     TEST_ASSERT_FALSE(wanted(true));
 }
 
+static void test_a_small_current_is_a_brake_as_well(void)
+{
+    params.current_A = 0.5f;
+    TEST_ASSERT_TRUE(dc_brake_init(&cfg, &params, PERIOD_S));
+    ASSERT_SAME_FLOAT(0.5f, cfg.current_A);
+    TEST_ASSERT_TRUE(wanted(false));
+}
+
 /* Zero asked for, in speed or by a stop, and slow enough; in both directions. */
 static void test_it_begins_where_zero_is_asked_for_at_low_speed(void)
 {
@@ -169,6 +177,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_what_is_no_brake);
     RUN_TEST(test_without_a_current_it_is_off);
+    RUN_TEST(test_a_small_current_is_a_brake_as_well);
     RUN_TEST(test_it_begins_where_zero_is_asked_for_at_low_speed);
     RUN_TEST(test_what_is_no_number_brakes_nothing);
     RUN_TEST(test_once_begun_it_lasts_its_time);

@@ -942,6 +942,7 @@ static void test_reset_keeps_the_offsets_only(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, st.measurement.offset_A.u);
     TEST_ASSERT_EQUAL_FLOAT(expected.estimator.observer.e1_A.alpha,
                             st.estimator.observer.e1_A.alpha);
+    TEST_ASSERT_EQUAL(MODE_OFF, st.mode);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.acting.acting_V.alpha);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.voltage.current.q.x);
     TEST_ASSERT_EQUAL_UINT32(0u, st.guard.monitor.adc_periods);

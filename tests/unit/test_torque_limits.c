@@ -75,6 +75,7 @@ static void test_a_full_link_limits_what_brakes(void)
     TEST_ASSERT_TRUE(torque_limits_active(&st));
     assert_window(-3.0f, 12.0f, 100.0f, 4.0f, 0.0f);
     assert_window(-12.0f, 3.0f, -100.0f, 4.0f, 0.0f);
+    assert_window(-12.0f, 3.0f, -0.5f, 4.0f, 0.0f);
     assert_window(-3.0f, 12.0f, 0.0f, 4.0f, 0.0f);
 }
 

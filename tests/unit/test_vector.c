@@ -349,8 +349,10 @@ static void test_in_a_dip_the_shaft_holds_the_link(void)
     ASSERT_NEAR(0.01, 2.0, step().i_ref_A.q);
     TEST_ASSERT_FALSE(st.mains.active);
     meas.u_dc_V = 390.0f;
+    st.ramp.steps = 9.0f;
     const request_t r = step();
     TEST_ASSERT_TRUE(st.mains.active);
+    ASSERT_SAME_FLOAT(0.0f, st.ramp.steps);
     const double kr = (double)p.motor.M_H / (double)p.motor.Lr_H;
     const double i_q_A = -20.0 * 30.0 / (kr * 0.6888 * 100.0); /* P = kr lambda i_q w */
     ASSERT_NEAR(1e-4, i_q_A, r.i_ref_A.q);
