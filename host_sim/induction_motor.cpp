@@ -29,14 +29,18 @@ InductionMotor::InductionMotor(const MotorParameters &parameters, IntegrationMet
     : parameters_(parameters), method_(method),
       saturated_(parameters.saturation.flux_knee_Wb > 0.0),
       iron_siemens_(parameters.iron_loss_ohm > 0.0 ? 1.0 / parameters.iron_loss_ohm : 0.0),
-      rotor_share_(1.0 / (1.0 + parameters.Rr_ohm * iron_siemens_)), Rs_ohm_(parameters.Rs_ohm),
-      p_(parameters.pole_pairs), leak_s_H_(parameters.Ls_H - parameters.M_H),
-      leak_r_H_(parameters.Lr_H - parameters.M_H), inv_M_(1.0 / parameters.M_H)
+      general_(saturated_ || iron_siemens_ > 0.0),
+      rotor_share_(1.0 / (1.0 + parameters.Rr_ohm * iron_siemens_)),
+      leak_s_H_(parameters.Ls_H - parameters.M_H), leak_r_H_(parameters.Lr_H - parameters.M_H),
+      inv_M_(1.0 / parameters.M_H)
 {
     const double determinant = checked_leakage(parameters);
-    y_ss_ = parameters.Lr_H / determinant;
-    y_sr_ = parameters.M_H / determinant;
-    y_rr_ = parameters.Ls_H / determinant;
+    linear_ = {.Rs_ohm = parameters.Rs_ohm,
+               .Rr_ohm = parameters.Rr_ohm,
+               .pole_pairs = static_cast<double>(parameters.pole_pairs),
+               .y_ss = parameters.Lr_H / determinant,
+               .y_sr = parameters.M_H / determinant,
+               .y_rr = parameters.Ls_H / determinant};
     const double knee = parameters.saturation.flux_knee_Wb;
     inv_knee2_ = saturated_ ? 1.0 / (knee * knee) : 0.0;
     inv_leak_s_ = saturated_ ? 1.0 / leak_s_H_ : 0.0;
@@ -44,7 +48,7 @@ InductionMotor::InductionMotor(const MotorParameters &parameters, IntegrationMet
 
 void InductionMotor::set_stator_resistance_factor(double factor)
 {
-    Rs_ohm_ = parameters_.Rs_ohm * factor;
+    linear_.Rs_ohm = parameters_.Rs_ohm * factor;
 }
 
 double InductionMotor::inverse_M(double flux_squared) const
@@ -93,8 +97,8 @@ Vec InductionMotor::main_flux(Vec weighted_flux_Wb, double leakage_ratio) const
 MotorCurrents InductionMotor::currents(const MotorState &x) const
 {
     if (!saturated_) {
-        const Vec i_s = y_ss_ * x.psi_s_Wb - y_sr_ * x.psi_r_Wb;
-        const Vec i_r = y_rr_ * x.psi_r_Wb - y_sr_ * x.psi_s_Wb;
+        const Vec i_s = linear_.stator_current(x);
+        const Vec i_r = linear_.y_rr * x.psi_r_Wb - linear_.y_sr * x.psi_s_Wb;
         return {i_s, i_r, parameters_.M_H * (i_s + i_r)};
     }
     const double ratio = leak_r_H_ * inv_leak_s_;
@@ -121,7 +125,7 @@ Vec InductionMotor::stator_flux(Vec psi_r_Wb, Vec i_s_A) const
 
 Vec InductionMotor::rotor_flux_rate_V(const MotorState &x) const
 {
-    return rotor_share_ * ((p_ * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) -
+    return rotor_share_ * ((linear_.pole_pairs * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) -
                            parameters_.Rr_ohm * currents(x).i_r_A);
 }
 
@@ -138,21 +142,17 @@ Vec InductionMotor::transient_emf(const MotorState &x) const
            (stator_flux(x.psi_r_Wb + dt_s * psi_r_V, i_s_A) - stator_flux(x.psi_r_Wb, i_s_A));
 }
 
-// h times the derivative. Linear magnetics are written with the currents eliminated and h in the
-// coefficients, which shortens the chain of dependent operations: this is the plant's inner loop.
-// `general` is the motor with saturation, iron loss or both.
-template <bool general> struct InductionMotor::Increment {
+// h times the derivative, with saturation, iron loss or both.
+struct InductionMotor::GeneralIncrement {
     const InductionMotor &motor;
     Vec h_u;
     double h_Rs, h_Rr, h_p, h_inv_J, inv_J;
-    double ss, sr, rs, rr; // h R times inverse inductance
-    double torque_per_cross, torque, viscous;
+    double torque, viscous;
 
-    Increment(const InductionMotor &m, Vec u_s_V, const ShaftDrive &shaft, double h_s)
-        : motor(m), h_u(h_s * u_s_V), h_Rs(h_s * m.Rs_ohm_), h_Rr(h_s * m.parameters_.Rr_ohm),
-          h_p(h_s * m.p_), h_inv_J(h_s * shaft.inv_J_per_kg_m2), inv_J(shaft.inv_J_per_kg_m2),
-          ss(h_Rs * m.y_ss_), sr(h_Rs * m.y_sr_), rs(h_Rr * m.y_sr_), rr(h_Rr * m.y_rr_),
-          torque_per_cross(h_inv_J * m.p_ * m.y_sr_), torque(h_inv_J * shaft.torque_Nm),
+    GeneralIncrement(const InductionMotor &m, Vec u_s_V, const ShaftDrive &shaft, double h_s)
+        : motor(m), h_u(h_s * u_s_V), h_Rs(h_s * m.linear_.Rs_ohm), h_Rr(h_s * m.linear_.Rr_ohm),
+          h_p(h_s * m.linear_.pole_pairs), h_inv_J(h_s * shaft.inv_J_per_kg_m2),
+          inv_J(shaft.inv_J_per_kg_m2), torque(h_inv_J * shaft.torque_Nm),
           viscous(h_inv_J * shaft.viscous_Nms)
     {
     }
@@ -161,56 +161,33 @@ template <bool general> struct InductionMotor::Increment {
     {
         const Vec rotation = (h_p * x.omega_m_rad_s) * turned_90(x.psi_r_Wb);
         const double drag = torque - viscous * x.omega_m_rad_s;
-        if constexpr (general) {
-            const MotorCurrents i = motor.currents(x);
-            const Vec h_psi_r_V = motor.rotor_share_ * (rotation - h_Rr * i.i_r_A);
-            const double h_iron_Nm = motor.iron_torque_Nm(x.psi_r_Wb, h_psi_r_V);
-            return {h_u - h_Rs * i.i_s_A, h_psi_r_V,
-                    h_inv_J * motor.p_ * cross(x.psi_s_Wb, i.i_s_A) + drag - inv_J * h_iron_Nm};
-        } else {
-            // p Im(conj(psi_s) i_s) = p y_sr Im(conj(psi_r) psi_s)
-            return {(h_u - ss * x.psi_s_Wb) + sr * x.psi_r_Wb,
-                    (rs * x.psi_s_Wb - rr * x.psi_r_Wb) + rotation,
-                    torque_per_cross * cross(x.psi_r_Wb, x.psi_s_Wb) + drag};
-        }
+        const MotorCurrents i = motor.currents(x);
+        const Vec h_psi_r_V = motor.rotor_share_ * (rotation - h_Rr * i.i_r_A);
+        const double h_iron_Nm = motor.iron_torque_Nm(x.psi_r_Wb, h_psi_r_V);
+        return {h_u - h_Rs * i.i_s_A, h_psi_r_V,
+                h_inv_J * motor.linear_.pole_pairs * cross(x.psi_s_Wb, i.i_s_A) + drag -
+                    inv_J * h_iron_Nm};
     }
 };
 
-template <bool general>
-void InductionMotor::advance(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const
+template <class Increment>
+void InductionMotor::advance(MotorState &x, const Increment &increment) const
 {
-    const Increment<general> increment(*this, u_s_V, shaft, h_s);
-    const MotorState y = x;
-    const auto along = [&y](double share, const MotorState &k) {
-        return MotorState{y.psi_s_Wb + share * k.psi_s_Wb, y.psi_r_Wb + share * k.psi_r_Wb,
-                          y.omega_m_rad_s + share * k.omega_m_rad_s};
-    };
-    const MotorState k1 = increment(y);
-    if (method_ == IntegrationMethod::heun) {
-        x = along(0.5, k1);
-        const MotorState k2 = increment(along(1.0, k1));
-        x.psi_s_Wb = x.psi_s_Wb + 0.5 * k2.psi_s_Wb;
-        x.psi_r_Wb = x.psi_r_Wb + 0.5 * k2.psi_r_Wb;
-        x.omega_m_rad_s += 0.5 * k2.omega_m_rad_s;
+    if (method_ == IntegrationMethod::rk4) {
+        x = runge_kutta(x, increment);
         return;
     }
-    const MotorState k2 = increment(along(0.5, k1));
-    const MotorState k3 = increment(along(0.5, k2));
-    const MotorState k4 = increment(along(1.0, k3));
-    constexpr double w = 1.0 / 6.0;
-    x.psi_s_Wb = y.psi_s_Wb + w * (k1.psi_s_Wb + 2.0 * (k2.psi_s_Wb + k3.psi_s_Wb) + k4.psi_s_Wb);
-    x.psi_r_Wb = y.psi_r_Wb + w * (k1.psi_r_Wb + 2.0 * (k2.psi_r_Wb + k3.psi_r_Wb) + k4.psi_r_Wb);
-    x.omega_m_rad_s =
-        y.omega_m_rad_s +
-        w * (k1.omega_m_rad_s + 2.0 * (k2.omega_m_rad_s + k3.omega_m_rad_s) + k4.omega_m_rad_s);
+    const MotorState k1 = increment(x);
+    const MotorState k2 = increment(along(x, 1.0, k1));
+    x = along(along(x, 0.5, k1), 0.5, k2);
 }
 
 void InductionMotor::step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const
 {
-    if (saturated_ || iron_siemens_ > 0.0) {
-        advance<true>(x, u_s_V, shaft, h_s);
+    if (general_) {
+        advance(x, GeneralIncrement(*this, u_s_V, shaft, h_s));
     } else {
-        advance<false>(x, u_s_V, shaft, h_s);
+        advance(x, LinearIncrement(linear_, u_s_V, shaft, h_s));
     }
 }
 
@@ -224,8 +201,8 @@ void InductionMotor::step_open(MotorState &x, const ShaftDrive &shaft, double h_
         const Vec psi_m = saturated_ ? main_flux(y.psi_r, 0.0) : Vec{};
         const Vec i_r =
             saturated_ ? inverse_M(dot(psi_m, psi_m)) * psi_m : (1.0 / parameters_.Lr_H) * y.psi_r;
-        const Vec psi_r_V =
-            rotor_share_ * ((p_ * y.omega) * turned_90(y.psi_r) - parameters_.Rr_ohm * i_r);
+        const Vec psi_r_V = rotor_share_ * ((linear_.pole_pairs * y.omega) * turned_90(y.psi_r) -
+                                            parameters_.Rr_ohm * i_r);
         const double drag_Nm = shaft.viscous_Nms * y.omega + iron_torque_Nm(y.psi_r, psi_r_V);
         return Open{psi_r_V, (shaft.torque_Nm - drag_Nm) * shaft.inv_J_per_kg_m2};
     };

@@ -13,6 +13,7 @@
 #ifndef ZH_INDUCTION_MOTOR_HPP
 #define ZH_INDUCTION_MOTOR_HPP
 
+#include "motor_step.hpp"
 #include "space_vector.hpp"
 
 namespace zh {
@@ -39,23 +40,10 @@ enum class IntegrationMethod {
     heun, // order 2
 };
 
-struct MotorState {
-    Vec psi_s_Wb;
-    Vec psi_r_Wb;
-    double omega_m_rad_s = 0.0;
-};
-
 struct MotorCurrents {
     Vec i_s_A;
     Vec i_r_A; // rotor and iron loss together: what flows into the main branch besides i_s
     Vec psi_m_Wb;
-};
-
-// What turns the shaft besides the motor, constant during one integration step.
-struct ShaftDrive {
-    double torque_Nm = 0.0;     // external, positive accelerates
-    double viscous_Nms = 0.0;   // speed-proportional drag
-    double inv_J_per_kg_m2 = 0; // 0: the shaft is held
 };
 
 class InductionMotor {
@@ -74,12 +62,12 @@ public:
     MotorCurrents currents(const MotorState &x) const;
     Vec stator_current(const MotorState &x) const
     {
-        return saturated_ ? currents(x).i_s_A : y_ss_ * x.psi_s_Wb - y_sr_ * x.psi_r_Wb;
+        return saturated_ ? currents(x).i_s_A : linear_.stator_current(x);
     }
     double torque_Nm(const MotorState &x) const;
     double torque_Nm(const MotorState &x, Vec i_s_A) const
     {
-        const double gap_Nm = p_ * cross(x.psi_s_Wb, i_s_A);
+        const double gap_Nm = linear_.torque_Nm(x, i_s_A);
         return iron_siemens_ > 0.0 ? gap_Nm - iron_torque_Nm(x.psi_r_Wb, rotor_flux_rate_V(x))
                                    : gap_Nm;
     }
@@ -88,19 +76,28 @@ public:
     // Voltage behind the transient inductance: u_s at which i_s would stand still but for Rs i_s.
     Vec transient_emf(const MotorState &x) const;
 
+    // Linear magnetics and no iron loss, stepped by Runge-Kutta: what `linear` says is all of it.
+    bool is_linear() const
+    {
+        return !general_ && method_ == IntegrationMethod::rk4;
+    }
+    const LinearMotor &linear() const
+    {
+        return linear_;
+    }
+
     // One step, electrical and mechanical together, u_s constant.
     void step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
     // The same with open stator terminals (i_s = 0), always by Runge-Kutta.
     void step_open(MotorState &x, const ShaftDrive &shaft, double h_s) const;
 
 private:
-    template <bool general> struct Increment;
-    template <bool general>
-    void advance(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
+    struct GeneralIncrement;
+    template <class Increment> void advance(MotorState &x, const Increment &increment) const;
     Vec rotor_flux_rate_V(const MotorState &x) const;
     double iron_torque_Nm(Vec psi_r_Wb, Vec psi_r_rate_V) const
     {
-        return p_ * iron_siemens_ * cross(psi_r_Wb, psi_r_rate_V);
+        return linear_.pole_pairs * iron_siemens_ * cross(psi_r_Wb, psi_r_rate_V);
     }
     double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m
     Vec main_flux(Vec weighted_flux_Wb, double leakage_ratio) const;
@@ -109,11 +106,9 @@ private:
     IntegrationMethod method_;
     bool saturated_;
     double iron_siemens_; // 0: none
+    bool general_;        // with saturation, iron loss or both
     double rotor_share_;  // 1 / (1 + Rr/R_fe)
-    double Rs_ohm_;
-    // Inverse inductance matrix: i_s = y_ss psi_s - y_sr psi_r, i_r = y_rr psi_r - y_sr psi_s.
-    double y_ss_, y_sr_, y_rr_;
-    double p_;
+    LinearMotor linear_;
     double leak_s_H_, leak_r_H_;
     double inv_M_, inv_knee2_, inv_leak_s_;
 };

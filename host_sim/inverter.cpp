@@ -1,12 +1,15 @@
 #include "inverter.hpp"
 
+#include <limits>
 #include <stdexcept>
 
 namespace zh {
 
 Inverter::Inverter(const InverterParameters &parameters)
-    : parameters_(parameters), period_s_(1.0 / parameters.carrier_Hz),
-      inv_threshold_(1.0 / parameters.i_threshold_A),
+    : parameters_(parameters),
+      period_s_(1.0 / parameters.carrier_Hz), leg_{.inv_threshold_per_A =
+                                                       1.0 / parameters.i_threshold_A,
+                                                   .drop_V = parameters.drop_V},
       dead_share_(parameters.dead_time_s * parameters.carrier_Hz)
 {
     const bool sensible = parameters.carrier_Hz > 0.0 && parameters.i_threshold_A > 0.0 &&
@@ -39,15 +42,6 @@ std::span<const Segment> Inverter::schedule(const Duty &duty)
     return {segments_.data(), segment_count_};
 }
 
-void Inverter::add_event(const Event &event)
-{
-    std::size_t at = event_count_++;
-    for (; at > 0 && events_[at - 1].t_s > event.t_s; --at) {
-        events_[at] = events_[at - 1];
-    }
-    events_[at] = event;
-}
-
 // Command edge at t: both switches off, the commanded one on a dead time later unless the next
 // command comes first.
 void Inverter::command(std::size_t leg, bool high, double t_s, double next_s)
@@ -56,12 +50,12 @@ void Inverter::command(std::size_t leg, bool high, double t_s, double next_s)
     legs_[leg].blanking_left_s = 0.0;
     const double on_s = t_s + parameters_.dead_time_s;
     if (parameters_.dead_time_s > 0.0) {
-        add_event({t_s, leg, 0.5, 0.5});
+        events_[leg].add({t_s, 0.5, 0.5});
     }
     if (on_s >= period_s_) {
         legs_[leg].blanking_left_s = on_s - period_s_;
     } else if (on_s < next_s) {
-        add_event({on_s, leg, high ? 1.0 : 0.0, 0.0});
+        events_[leg].add({on_s, high ? 1.0 : 0.0, 0.0});
     }
 }
 
@@ -82,7 +76,7 @@ void Inverter::plan_leg(std::size_t leg, double duty, Segment &start)
         start.dead[leg] = 0.5;
         if (blanking_s < first_s) {
             legs_[leg].blanking_left_s = 0.0;
-            add_event({blanking_s, leg, was_high ? 1.0 : 0.0, 0.0});
+            events_[leg].add({blanking_s, was_high ? 1.0 : 0.0, 0.0});
         }
     }
     if (edge_at_crest) {
@@ -96,22 +90,31 @@ void Inverter::plan_leg(std::size_t leg, double duty, Segment &start)
 
 void Inverter::schedule_switched(const Duty &duty)
 {
-    event_count_ = 0;
-    segment_count_ = 0;
+    constexpr Event never{std::numeric_limits<double>::infinity(), 0.0, 0.0};
     Segment segment;
+    std::array<const Event *, 3> next{};
     for (std::size_t leg = 0; leg < 3; ++leg) {
+        events_[leg].count = 0;
         plan_leg(leg, duty[leg], segment);
+        events_[leg].event[events_[leg].count] = never;
+        next[leg] = events_[leg].event.data();
     }
+    segment_count_ = 0;
     double t_s = 0.0;
-    for (std::size_t n = 0; n < event_count_; ++n) {
-        const Event &event = events_[n];
+    for (;;) {
+        const std::size_t of_two = next[1]->t_s < next[0]->t_s ? 1 : 0;
+        const std::size_t leg = next[2]->t_s < next[of_two]->t_s ? 2 : of_two;
+        const Event &event = *next[leg]++;
+        if (!(event.t_s < never.t_s)) {
+            break;
+        }
         if (event.t_s > t_s) {
             segment.h_s = event.t_s - t_s;
             segments_[segment_count_++] = segment;
             t_s = event.t_s;
         }
-        segment.level[event.leg] = event.level;
-        segment.dead[event.leg] = event.dead;
+        segment.level[leg] = event.level;
+        segment.dead[leg] = event.dead;
     }
     segment.h_s = period_s_ - t_s;
     segments_[segment_count_++] = segment;

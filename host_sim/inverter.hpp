@@ -42,6 +42,34 @@ struct Segment {
     Phases dead{};  // delta of the formula above
 };
 
+constexpr double clamp01(double x)
+{
+    const double raised = x > 0.0 ? x : 0.0; // NaN becomes 0; one instruction each
+    return raised < 1.0 ? raised : 1.0;
+}
+
+// What of the inverter enters the leg formula.
+struct LegConstants {
+    double inv_threshold_per_A;
+    double drop_V;
+};
+
+// The leg formula above.
+constexpr double leg_voltage(const LegConstants &c, double level, double dead, double i_A,
+                             double u_dc_V)
+{
+    const double sign = i_A * c.inv_threshold_per_A;
+    const double raised = sign > -1.0 ? sign : -1.0;
+    const double s = raised < 1.0 ? raised : 1.0;
+    return u_dc_V * (clamp01(level - dead * s) - 0.5) - c.drop_V * s;
+}
+// delta of the averaged model: a duty of 0 or 1 switches nothing.
+constexpr double averaged_dead(double level, double dead_share)
+{
+    const bool switches = (level > 0.0) & (level < 1.0);
+    return switches ? dead_share : 0.0;
+}
+
 class Inverter {
 public:
     // Throws std::invalid_argument for values outside their range.
@@ -59,7 +87,7 @@ public:
         half.h_s = 0.5 * period_s_;
         for (std::size_t x = 0; x < 3; ++x) {
             half.level[x] = clamp01(duty[x]);
-            half.dead[x] = half.level[x] > 0.0 && half.level[x] < 1.0 ? dead_share_ : 0.0;
+            half.dead[x] = averaged_dead(half.level[x], dead_share_);
         }
         return half;
     }
@@ -74,15 +102,21 @@ public:
     {
         Phases v{};
         for (std::size_t x = 0; x < 3; ++x) {
-            const double s = current_sign(i_A[x]);
-            const double high = clamp01(segment.level[x] - segment.dead[x] * s);
-            v[x] = u_dc_V * (high - 0.5) - parameters_.drop_V * s;
+            v[x] = leg_voltage(leg_, segment.level[x], segment.dead[x], i_A[x], u_dc_V);
         }
         return v;
     }
     double period_s() const
     {
         return period_s_;
+    }
+    const LegConstants &leg() const
+    {
+        return leg_;
+    }
+    double dead_share() const
+    {
+        return dead_share_;
     }
 
 private:
@@ -92,38 +126,33 @@ private:
     };
     struct Event {
         double t_s;
-        std::size_t leg;
         double level;
         double dead;
     };
 
-    static double clamp01(double x)
-    {
-        const double raised = x > 0.0 ? x : 0.0; // NaN becomes 0; one instruction each
-        return raised < 1.0 ? raised : 1.0;
-    }
-    double current_sign(double i_A) const
-    {
-        const double s = i_A * inv_threshold_;
-        const double raised = s > -1.0 ? s : -1.0;
-        return raised < 1.0 ? raised : 1.0;
-    }
     void schedule_switched(const Duty &duty);
     void plan_leg(std::size_t leg, double duty, Segment &start);
     void command(std::size_t leg, bool high, double t_s, double next_s);
-    void add_event(const Event &event);
 
     InverterParameters parameters_;
     double period_s_;
-    double inv_threshold_;
+    LegConstants leg_;
     double dead_share_; // dead time over carrier period
     std::array<Leg, 3> legs_{};
-    // Three legs, at most three commands each (a crest edge, on, off), each ending in two states,
-    // plus the end of the last period's dead time.
-    static constexpr std::size_t max_events = 3 * 7;
-    std::array<Event, max_events> events_{};
-    std::size_t event_count_ = 0;
-    std::array<Segment, max_events + 1> segments_{};
+    // The end of the last period's dead time, then at most three commands (a crest edge, up, down),
+    // each ending in two states.
+    static constexpr std::size_t leg_events = 7;
+    // A leg's events in the order of time, then one that never comes.
+    struct LegEvents {
+        std::array<Event, leg_events + 1> event;
+        std::size_t count = 0;
+        void add(const Event &e)
+        {
+            event[count++] = e;
+        }
+    };
+    std::array<LegEvents, 3> events_{};
+    std::array<Segment, 3 * leg_events + 1> segments_{};
     std::size_t segment_count_ = 0;
 };
 

@@ -6,9 +6,7 @@
 #ifndef ZH_LOAD_HPP
 #define ZH_LOAD_HPP
 
-#include <cmath>
-
-#include "induction_motor.hpp"
+#include "motor_step.hpp"
 
 namespace zh {
 
@@ -27,14 +25,11 @@ public:
     // Before an integration step: the torque the shaft adds, or a held shaft.
     ShaftDrive begin(double omega_m_rad_s, double motor_torque_Nm, double load_torque_Nm)
     {
-        if (std::abs(omega_m_rad_s) > 0.0) {
-            stuck_ = false;
-            direction_ = omega_m_rad_s > 0.0 ? 1.0 : -1.0;
-        } else if (!breaks_away(motor_torque_Nm - load_torque_Nm)) {
-            return {0.0, 0.0, 0.0};
-        }
-        return {-load_torque_Nm - direction_ * mechanics_.coulomb_Nm, mechanics_.viscous_Nms,
-                inv_J_};
+        const ShaftMotion motion =
+            begin_motion(friction_, omega_m_rad_s, motor_torque_Nm, load_torque_Nm);
+        direction_ = motion.direction;
+        stuck_ = motion.stuck;
+        return motion.drive;
     }
     // After it: whether the speed has passed through zero, and then the speed it really has.
     bool reversed(double omega_after_rad_s) const
@@ -48,16 +43,19 @@ public:
     {
         return stuck_;
     }
-    const Mechanics &mechanics() const
+    const Friction &friction() const
     {
-        return mechanics_;
+        return friction_;
+    }
+    // Steps taken side by side with others (plant_lanes.cpp) end in this.
+    void set_motion(double direction, bool stuck)
+    {
+        direction_ = direction;
+        stuck_ = stuck;
     }
 
 private:
-    bool breaks_away(double net_Nm);
-
-    Mechanics mechanics_;
-    double inv_J_;
+    Friction friction_;
     double direction_ = 0.0; // of rotation during the present step; 0: stuck
     bool stuck_ = true;
 };

@@ -45,8 +45,9 @@ public:
         constexpr double inv_sigma = 1.0 / 209.0231247381284; // sqrt(8 (256^2 - 1) / 12)
         const std::uint64_t word = bits();
         const std::uint64_t pairs = (word & low_bytes) + ((word >> 8U) & low_bytes);
-        const std::uint64_t sum = (pairs * 0x0001000100010001U) >> 48U;
-        return (static_cast<double>(static_cast<std::int64_t>(sum)) - mean) * inv_sigma;
+        const std::uint64_t two = pairs + (pairs >> 32U);
+        const auto sum = static_cast<std::int32_t>((two + (two >> 16U)) & 0xffffU);
+        return (static_cast<double>(sum) - mean) * inv_sigma;
     }
 
 private:

@@ -105,7 +105,7 @@ public:
     }
 
 private:
-    using Transition = LineVoltageFilter::Transition;
+    using Transition = FilterTransition;
 
     void follow_disturbances();
     void advance_averaged(const Duty &duty);

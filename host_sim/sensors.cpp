@@ -1,17 +1,39 @@
 #include "sensors.hpp"
 
+#include <array>
 #include <numbers>
 
 namespace zh {
 
-LineVoltageFilter::LineVoltageFilter(double cutoff_Hz, double damping)
+namespace {
+
+// Of |A wc h/16|: the ninth power is then below 1e-13.
+constexpr double series_reach = 0.13;
+
+} // namespace
+
+LineVoltageFilter::LineVoltageFilter(double cutoff_Hz, double damping, double period_s)
     : cutoff_rad_s_(2.0 * std::numbers::pi * cutoff_Hz), damping_(damping)
 {
+    // exp(A x) = sum of A^k x^k / k!, A^k = a I + b A: a, b -> -b, a - 2 D b.
+    const double share = cutoff_rad_s_ / 16.0;
+    series_fits_ = share * period_s * (1.0 + damping) <= series_reach;
+    series_.twice_damping = 2.0 * damping;
+    double a = 1.0;
+    double b = 0.0;
+    for (std::size_t k = 0; k < series_.p.size(); ++k) {
+        series_.p[k] = a;
+        series_.q[k] = b;
+        const double scale = share / static_cast<double>(k + 1);
+        const double a_next = -b * scale;
+        b = (a - series_.twice_damping * b) * scale;
+        a = a_next;
+    }
 }
 
 // exp(B), B = [0 1; -1 -2D] theta, theta = wc h, as p I + q B since B^2 = -2 D theta B - theta^2 I:
 // Taylor by Horner after halving, then squaring. No libm: the same bits everywhere.
-LineVoltageFilter::Transition LineVoltageFilter::transition(double h_s) const
+FilterTransition LineVoltageFilter::transition(double h_s) const
 {
     constexpr double small = 0.0625; // the eighth term is then below 1e-13
     constexpr std::array<double, 7> inverse{1.0 / 7, 1.0 / 6, 1.0 / 5, 1.0 / 4, 1.0 / 3, 0.5, 1.0};
@@ -39,9 +61,7 @@ LineVoltageFilter::Transition LineVoltageFilter::transition(double h_s) const
         theta2 *= 4.0;
         trace *= 2.0;
     }
-    Transition e;
-    e << p, q * theta, -q * theta, p - trace * q;
-    return e;
+    return {p, q * theta, p - trace * q};
 }
 
 Sensors::Sensors(const SensorParameters &p, const Board &board, std::uint64_t seed) : noise_(seed)

@@ -9,8 +9,6 @@
 #include <array>
 #include <cstdint>
 
-#include <Eigen/Core>
-
 #include "board.hpp"
 #include "noise.hpp"
 #include "space_vector.hpp"
@@ -36,39 +34,123 @@ struct Words {
     std::uint16_t u_dc = 0;
 };
 
-// Both line-voltage filters: column 0 is u_uv, column 1 u_vw; rows are output and slope / wc.
+// exp(A wc h) of the filter, A = [0 1; -1 -2D] in the states output and slope / wc: since
+// A^2 = -2D A - I it is p I + q A.
+struct FilterTransition {
+    double p, q;
+    double r; // p - 2 D q
+};
+
+// Both line-voltage filters: output and slope / wc.
+struct LineVoltages {
+    double uv_V = 0.0, uv_slope_V = 0.0;
+    double vw_V = 0.0, vw_slope_V = 0.0;
+};
+
+// One step with constant inputs.
+constexpr LineVoltages filtered(const LineVoltages &y, const FilterTransition &e, double u_uv_V,
+                                double u_vw_V)
+{
+    const double a = y.uv_V - u_uv_V;
+    const double b = y.vw_V - u_vw_V;
+    return {u_uv_V + e.p * a + e.q * y.uv_slope_V, e.r * y.uv_slope_V - e.q * a,
+            u_vw_V + e.p * b + e.q * y.vw_slope_V, e.r * y.vw_slope_V - e.q * b};
+}
+
+// The transition over any part of a control period, without a branch: the series of p and q in h/16
+// up to its eighth power, squared four times.
+struct TransitionSeries {
+    using Coefficients = std::array<double, 9>;
+    Coefficients p, q;
+    double twice_damping;
+
+    FilterTransition operator()(double h_s) const
+    {
+        return transition(doubled(doubled(doubled(doubled({sum(p, h_s), sum(q, h_s)})))));
+    }
+
+private:
+    struct Pair {
+        double p, q;
+    };
+    static double sum(const Coefficients &c, double x)
+    {
+        const double upper = c[4] + x * (c[5] + x * (c[6] + x * (c[7] + x * c[8])));
+        return c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * upper)));
+    }
+    // (p I + q A)^2
+    Pair doubled(Pair e) const
+    {
+        return {e.p * e.p - e.q * e.q, e.q * (2.0 * e.p - twice_damping * e.q)};
+    }
+    FilterTransition transition(Pair e) const
+    {
+        return {e.p, e.q, e.p - twice_damping * e.q};
+    }
+};
+
 class LineVoltageFilter {
 public:
-    using Transition = Eigen::Matrix2d;
-
-    LineVoltageFilter(double cutoff_Hz, double damping);
-    // Exact transition over h; cheap enough for every switching interval.
-    Transition transition(double h_s) const;
-    void advance(const Transition &e, double u_uv_V, double u_vw_V)
+    // The period bounds the time a series has to cover; longer ones go the long way.
+    LineVoltageFilter(double cutoff_Hz, double damping, double period_s = 0.0);
+    // Exact transition over any h.
+    FilterTransition transition(double h_s) const;
+    // The same over h up to the period, cheap enough for every switching interval.
+    FilterTransition part_of_period(double h_s) const
     {
-        const double a = x_(0, 0) - u_uv_V;
-        const double b = x_(0, 1) - u_vw_V;
-        const double slope_a = x_(1, 0);
-        const double slope_b = x_(1, 1);
-        x_(0, 0) = u_uv_V + e(0, 0) * a + e(0, 1) * slope_a;
-        x_(1, 0) = e(1, 0) * a + e(1, 1) * slope_a;
-        x_(0, 1) = u_vw_V + e(0, 0) * b + e(0, 1) * slope_b;
-        x_(1, 1) = e(1, 0) * b + e(1, 1) * slope_b;
+        return series_fits_ ? series_(h_s) : transition(h_s);
+    }
+    void advance(const FilterTransition &e, double u_uv_V, double u_vw_V)
+    {
+        y_ = filtered(y_, e, u_uv_V, u_vw_V);
     }
     double u_uv_V() const
     {
-        return x_(0, 0);
+        return y_.uv_V;
     }
     double u_vw_V() const
     {
-        return x_(0, 1);
+        return y_.vw_V;
+    }
+    const LineVoltages &state() const
+    {
+        return y_;
+    }
+    void set_state(const LineVoltages &y)
+    {
+        y_ = y;
+    }
+    bool series_fits() const
+    {
+        return series_fits_;
+    }
+    const TransitionSeries &series() const
+    {
+        return series_;
     }
 
 private:
     double cutoff_rad_s_;
     double damping_;
-    Eigen::Matrix2d x_ = Eigen::Matrix2d::Zero();
+    TransitionSeries series_{};
+    bool series_fits_ = false;
+    LineVoltages y_;
 };
+
+// One channel, in units of one code: measured = gain x true + offset + noise x draw, rounded and
+// clipped.
+struct Channel {
+    double gain;
+    double offset; // includes the code of zero and the half that turns truncation into rounding
+    double noise;
+};
+constexpr int adc_code(const Channel &channel, double top_code, double value, double draw)
+{
+    const double measured = (channel.gain * value + channel.offset) + channel.noise * draw;
+    // NaN reads 0, like a broken wire.
+    const double raised = measured > 0.0 ? measured : 0.0;
+    return static_cast<int>(raised < top_code ? raised : top_code);
+}
 
 class Sensors {
 public:
@@ -76,23 +158,28 @@ public:
 
     Words sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V);
 
-private:
-    // In units of one code: measured = gain x true + offset + noise x draw, rounded and clipped.
-    struct Channel {
-        double gain;
-        double offset; // includes the code of zero and the half that turns truncation into rounding
-        double noise;
-    };
-    std::uint16_t code(const Channel &channel, double value, double draw) const
+    // In the order of the words.
+    const std::array<Channel, 6> &channels() const
     {
-        const double measured = (channel.gain * value + channel.offset) + channel.noise * draw;
-        // NaN reads 0, like a broken wire.
-        const double raised = measured > 0.0 ? measured : 0.0;
-        const double bounded = raised < top_code_ ? raised : top_code_;
-        return static_cast<std::uint16_t>(static_cast<int>(bounded));
+        return channels_;
+    }
+    double top_code() const
+    {
+        return top_code_;
+    }
+    // Null without noise.
+    NoiseSource *noise()
+    {
+        return noisy_ ? &noise_ : nullptr;
     }
 
-    std::array<Channel, 6> channels_{}; // in the order of the words
+private:
+    std::uint16_t code(const Channel &channel, double value, double draw) const
+    {
+        return static_cast<std::uint16_t>(adc_code(channel, top_code_, value, draw));
+    }
+
+    std::array<Channel, 6> channels_{};
     double top_code_;
     bool noisy_;
     NoiseSource noise_;
