@@ -67,7 +67,7 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
              std::uint64_t seed)
     : period_s_(board.period_s), motor_(rig.motor, rig.integration.method), shaft_(rig.mechanics),
       inverter_(rig.inverter), sensors_(rig.sensors, board, seed),
-      filter_(board.filter_cutoff_Hz, board.filter_damping),
+      filter_(board.filter_cutoff_Hz, board.filter_damping, board.period_s),
       whole_period_(filter_.transition(board.period_s)),
       half_period_(filter_.transition(0.5 * board.period_s)),
       blocked_step_(filter_.transition(board.period_s / blocked_steps)),
@@ -186,7 +186,7 @@ void Plant::advance_switched(const Duty &duty)
     for (const Segment &segment : inverter_.schedule(duty)) {
         const int parts = parts_of(segment.h_s);
         const double h_s = segment.h_s / parts;
-        const Transition transition = filter_.transition(h_s);
+        const Transition transition = filter_.part_of_period(h_s);
         for (int part = 0; part < parts; ++part) {
             integrate(segment, h_s, transition);
         }

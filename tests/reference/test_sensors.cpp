@@ -8,6 +8,7 @@
 #include <numbers>
 
 using zh::Board;
+using zh::FilterTransition;
 using zh::LineVoltageFilter;
 using zh::NoiseSource;
 using zh::SensorParameters;
@@ -104,6 +105,43 @@ void the_step_response_is_exact_however_time_is_cut()
                     CHECK_NEAR(filter.u_vw_V(), -30.0 * truth, 1e-8);
                 }
             }
+        }
+    }
+}
+
+// exp(A wc h) by the eigenvalues of A.
+FilterTransition analytic(double damping, double wc_h)
+{
+    const std::complex<double> root = std::sqrt(std::complex<double>(damping * damping - 1.0));
+    const std::complex<double> s1 = -damping + root;
+    const std::complex<double> s2 = -damping - root;
+    const std::complex<double> e1 = std::exp(s1 * wc_h);
+    const std::complex<double> e2 = std::exp(s2 * wc_h);
+    const double q = ((e1 - e2) / (s1 - s2)).real();
+    const double p = ((s1 * e2 - s2 * e1) / (s1 - s2)).real();
+    return {p, q, p - 2.0 * damping * q};
+}
+
+void the_series_of_a_period_is_the_transition()
+{
+    struct Case {
+        double cutoff_Hz, damping, period_s;
+        bool fits;
+    };
+    constexpr double butterworth = 0.70710678118654752;
+    for (const Case &c :
+         {Case{800.0, butterworth, 200e-6, true}, Case{800.0, butterworth, 100e-6, true},
+          Case{400.0, 3.0, 200e-6, true}, Case{1600.0, 0.1, 125e-6, true},
+          Case{8000.0, butterworth, 200e-6, false}}) {
+        const LineVoltageFilter filter(c.cutoff_Hz, c.damping, c.period_s);
+        CHECK(filter.series_fits() == c.fits);
+        for (double share = 0.0; share <= 1.0; share += 0.01) {
+            const double h_s = share * c.period_s;
+            const auto truth = analytic(c.damping, 2.0 * std::numbers::pi * c.cutoff_Hz * h_s);
+            const auto e = filter.part_of_period(h_s);
+            CHECK_NEAR(e.p, truth.p, 1e-12);
+            CHECK_NEAR(e.q, truth.q, 1e-12);
+            CHECK_NEAR(e.r, truth.r, 1e-12);
         }
     }
 }
@@ -219,6 +257,7 @@ int main()
         {"gain and offset act per channel", gain_and_offset_act_per_channel},
         {"the step response is exact however time is cut",
          the_step_response_is_exact_however_time_is_cut},
+        {"the series of a period is the transition", the_series_of_a_period_is_the_transition},
         {"the frequency response is that of Butterworth",
          the_frequency_response_is_that_of_butterworth},
         {"noise is the same everywhere", noise_is_the_same_everywhere},
