@@ -30,6 +30,18 @@ void Inverter::block()
     }
 }
 
+bool Inverter::plain(const Duty &duty) const
+{
+    // A little more than what rounding could decide.
+    const double least = dead_share_ + 1e-9;
+    bool all = duty[0] <= 0.5 || duty[1] <= 0.5 || duty[2] <= 0.5;
+    for (std::size_t x = 0; x < 3; ++x) {
+        all = all && !legs_[x].commanded_high && !(legs_[x].blanking_left_s > 0.0) &&
+              duty[x] > least && duty[x] < 1.0 - 2.0 * least;
+    }
+    return all;
+}
+
 std::span<const Segment> Inverter::schedule(const Duty &duty)
 {
     if (parameters_.model == InverterModel::averaged) {

@@ -66,8 +66,8 @@ constexpr double leg_voltage(const LegConstants &c, double level, double dead, d
 // delta of the averaged model: a duty of 0 or 1 switches nothing.
 constexpr double averaged_dead(double level, double dead_share)
 {
-    const bool switches = (level > 0.0) & (level < 1.0);
-    return switches ? dead_share : 0.0;
+    const double below_one = level < 1.0 ? dead_share : 0.0;
+    return level > 0.0 ? below_one : 0.0;
 }
 
 class Inverter {
@@ -118,6 +118,10 @@ public:
     {
         return dead_share_;
     }
+    // Each leg low at the coming crest, then up once and down once, dead times over before the next
+    // edge, no stretch without an edge longer than half the period: twelve events in an order known
+    // beforehand. It leaves the legs as they were.
+    bool plain(const Duty &duty) const;
 
 private:
     struct Leg {

@@ -21,10 +21,9 @@ Shaft::Shaft(const Mechanics &mechanics)
 double Shaft::settle(double omega_before_rad_s, double omega_after_rad_s, double motor_torque_Nm,
                      double load_torque_Nm, double h_s)
 {
-    const Passage passage = pass_zero(friction_, direction_, omega_before_rad_s, omega_after_rad_s,
-                                      motor_torque_Nm - load_torque_Nm, h_s);
-    stuck_ = passage.stuck;
-    return passage.omega_m_rad_s;
+    const double net_Nm = motor_torque_Nm - load_torque_Nm;
+    stuck_ = friction_holds(friction_, net_Nm);
+    return passed_zero(friction_, direction_, omega_before_rad_s, omega_after_rad_s, net_Nm, h_s);
 }
 
 } // namespace zh

@@ -28,7 +28,7 @@ public:
         const ShaftMotion motion =
             begin_motion(friction_, omega_m_rad_s, motor_torque_Nm, load_torque_Nm);
         direction_ = motion.direction;
-        stuck_ = motion.stuck;
+        stuck_ = !(std::abs(direction_) > 0.0);
         return motion.drive;
     }
     // After it: whether the speed has passed through zero, and then the speed it really has.

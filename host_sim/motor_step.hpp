@@ -101,44 +101,43 @@ struct Friction {
 
 // How the shaft goes through a step.
 struct ShaftMotion {
-    double direction; // of rotation: +1, -1; 0: held
-    bool stuck;
+    double direction; // of rotation: +1, -1; 0: friction holds it
     ShaftDrive drive;
 };
+
+inline bool friction_holds(const Friction &f, double net_Nm)
+{
+    return std::abs(net_Nm) <= f.static_Nm;
+}
 
 // Before the step. At standstill the net torque sets the direction in which it starts, if it does.
 inline ShaftMotion begin_motion(const Friction &f, double omega_m_rad_s, double motor_torque_Nm,
                                 double load_torque_Nm)
 {
     const double net_Nm = motor_torque_Nm - load_torque_Nm;
-    const bool turns = std::abs(omega_m_rad_s) > 0.0;
-    const bool held = !turns & (std::abs(net_Nm) <= f.static_Nm);
-    const double forward = turns ? omega_m_rad_s : net_Nm;
-    const double moving = forward > 0.0 ? 1.0 : -1.0;
-    const double torque_Nm = -load_torque_Nm - moving * f.coulomb_Nm;
-    return {held ? 0.0 : moving, held,
-            ShaftDrive{held ? 0.0 : torque_Nm, held ? 0.0 : f.viscous_Nms,
-                       held ? 0.0 : f.inv_J_per_kg_m2}};
+    const double pushed = net_Nm > 0.0 ? 1.0 : -1.0;
+    const double starts = friction_holds(f, net_Nm) ? 0.0 : pushed;
+    const double turns = omega_m_rad_s > 0.0 ? 1.0 : -1.0;
+    const double direction = std::abs(omega_m_rad_s) > 0.0 ? turns : starts;
+    const bool moves = std::abs(direction) > 0.0;
+    const double torque_Nm = -load_torque_Nm - direction * f.coulomb_Nm;
+    return {direction, ShaftDrive{moves ? torque_Nm : 0.0, moves ? f.viscous_Nms : 0.0,
+                                  moves ? f.inv_J_per_kg_m2 : 0.0}};
 }
 
 // After a step in which the speed passed through zero: the speed the shaft really has.
-struct Passage {
-    double omega_m_rad_s;
-    bool stuck;
-};
-inline Passage pass_zero(const Friction &f, double direction, double omega_before_rad_s,
-                         double omega_after_rad_s, double net_Nm, double h_s)
+inline double passed_zero(const Friction &f, double direction, double omega_before_rad_s,
+                          double omega_after_rad_s, double net_Nm, double h_s)
 {
-    // It stops if friction holds it, or if it broke away and was pushed back at once.
-    const bool holds = std::abs(net_Nm) <= f.static_Nm;
-    const bool stops = holds | (direction * net_Nm > 0.0);
     // It passes: behind zero the sliding friction points the other way.
     const double after = std::abs(omega_after_rad_s);
     const double share = after / (after + std::abs(omega_before_rad_s));
     const double omega =
         omega_after_rad_s + direction * 2.0 * f.coulomb_Nm * f.inv_J_per_kg_m2 * h_s * share;
-    const bool passes = !stops & (direction * omega < 0.0);
-    return {passes ? omega : 0.0, holds};
+    const double passes = direction * omega < 0.0 ? omega : 0.0;
+    // It stops if friction holds it, or if it broke away and was pushed back at once.
+    const double not_back = direction * net_Nm > 0.0 ? 0.0 : passes;
+    return friction_holds(f, net_Nm) ? 0.0 : not_back;
 }
 
 } // namespace zh

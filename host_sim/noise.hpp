@@ -23,6 +23,16 @@ public:
         }
     }
 
+    using State = std::array<std::uint64_t, 4>;
+    // Goes on where another source stood.
+    explicit NoiseSource(const State &state) : state_(state)
+    {
+    }
+    const State &state() const
+    {
+        return state_;
+    }
+
     std::uint64_t bits()
     {
         const std::uint64_t result = std::rotl(state_[0] + state_[3], 23) + state_[0];
@@ -51,7 +61,7 @@ public:
     }
 
 private:
-    std::array<std::uint64_t, 4> state_{};
+    State state_{};
 };
 
 } // namespace zh

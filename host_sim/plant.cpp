@@ -6,11 +6,6 @@
 namespace zh {
 namespace {
 
-// Blocked legs are followed in steps this fraction of a period: diodes stop within microseconds.
-constexpr int blocked_steps = 40;
-// A current this small at the moment of blocking is no current.
-constexpr double extinct_A = 1e-3;
-
 // Terminal voltages fall by `slope` ohm times the current inside the threshold; an explicit step of
 // h through the transient inductance needs slope h / L < 1, or the model would chatter.
 void check_threshold(const InverterParameters &inverter, double slope_V, double h_s,
@@ -79,7 +74,10 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
       faulty_sensor_(disturbances.faults.sensor, board.adc_bits, seed),
       comparator_A_(board.comparator_A),
       comparator_near_A_(board.comparator_A -
-                         rig.inverter.u_dc_V * board.period_s / transient_H(rig.motor))
+                         rig.inverter.u_dc_V * board.period_s / transient_H(rig.motor)),
+      never_in_parts_(!(comparator_A_ > 0.0) && !(disturbances.faults.open_s < never_s) &&
+                      !(disturbances.faults.short_s < never_s) &&
+                      !(disturbances.faults.earth_s < never_s))
 {
     check_fit(rig, board);
     inverter_.block();
@@ -109,6 +107,10 @@ Words Plant::sample()
 void Plant::follow_disturbances()
 {
     const double t_s = time_s() + 0.5 * period_s_;
+    if (t_s < quiet_until_s_) {
+        return;
+    }
+    quiet_until_s_ = disturbances_.holds_until(t_s);
     load_torque_Nm_ = disturbances_.load_torque_Nm.value(t_s, load_cursor_);
     motor_.set_stator_resistance_factor(disturbances_.rs_factor.value(t_s, rs_cursor_));
     link_.follow(disturbances_.u_dc_V ? disturbances_.u_dc_V->value(t_s, u_dc_cursor_)
@@ -118,24 +120,56 @@ void Plant::follow_disturbances()
 
 void Plant::advance(const Duty &duty, bool gates_on, bool brake_on)
 {
+    step_interval(begin_interval(gates_on), duty);
+    end_interval(brake_on);
+}
+
+Plant::Interval Plant::begin_interval(bool gates_on)
+{
+    if (diverged_) {
+        return Interval::none;
+    }
+    follow_disturbances();
+    u_s_V_s_ = {};
+    energy_J_ = 0.0;
+    i_peak_A_ = 0.0;
+    broken_ = broken_ && gates_on;
+    if (!gates_on || broken_) {
+        return Interval::blocked;
+    }
+    if (needs_parts()) {
+        return Interval::in_parts;
+    }
+    return inverter_.parameters().model == InverterModel::averaged ? Interval::averaged
+                                                                   : Interval::switched;
+}
+
+void Plant::step_interval(Interval interval, const Duty &duty)
+{
+    switch (interval) {
+    case Interval::none:
+        break;
+    case Interval::blocked:
+        short_A_ = 0.0;
+        earth_A_ = 0.0;
+        advance_blocked();
+        break;
+    case Interval::in_parts:
+        advance_in_parts(duty);
+        break;
+    case Interval::averaged:
+        advance_averaged(duty);
+        break;
+    case Interval::switched:
+        blocked_ = false;
+        advance_switched(duty);
+        break;
+    }
+}
+
+void Plant::end_interval(bool brake_on)
+{
     if (!diverged_) {
-        follow_disturbances();
-        u_s_V_s_ = {};
-        energy_J_ = 0.0;
-        i_peak_A_ = 0.0;
-        broken_ = broken_ && gates_on;
-        if (!gates_on || broken_) {
-            short_A_ = 0.0;
-            earth_A_ = 0.0;
-            advance_blocked();
-        } else if (needs_parts()) {
-            advance_in_parts(duty);
-        } else if (inverter_.parameters().model == InverterModel::averaged) {
-            advance_averaged(duty);
-        } else {
-            blocked_ = false;
-            advance_switched(duty);
-        }
         link_.advance(energy_J_ / period_s_, brake_on, period_s_);
         u_dc_V_ = link_.u_dc_V();
         // Generous bounds in Wb and rad/s; the comparison is false for NaN as well.
@@ -144,6 +178,17 @@ void Plant::advance(const Duty &duty, bool gates_on, bool brake_on)
         diverged_ = !(size < 1e6);
     }
     ++steps_;
+}
+
+// What PlantLanes can do: one step of the linear motor per averaged period or switched segment, and
+// no current that does not flow through the motor.
+bool Plant::fits_lanes() const
+{
+    const bool averaged = inverter_.parameters().model == InverterModel::averaged;
+    const bool leaks =
+        disturbances_.faults.short_s < never_s || disturbances_.faults.earth_s < never_s;
+    return motor_.is_linear() && substeps_ == 0 && !leaks &&
+           (averaged ? whole_steps_ : filter_.series_fits());
 }
 
 // One step over the whole period: against 64 steps per period four times closer than two half steps
@@ -219,132 +264,6 @@ void Plant::settle_shaft(double omega_before_rad_s, double h_s)
         x_.omega_m_rad_s = shaft_.settle(omega_before_rad_s, x_.omega_m_rad_s, motor_.torque_Nm(x_),
                                          load_torque_Nm_, h_s);
     }
-}
-
-void Plant::advance_blocked()
-{
-    enter_blocked();
-    const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
-    const auto [lowest, highest] = std::minmax_element(emf_V.begin(), emf_V.end());
-    const bool all_open = open_[0] && open_[1] && open_[2];
-    // The margin is far more than the EMF can grow in one period.
-    if (all_open && *highest - *lowest < 0.9 * (u_dc_V_ + 2.0 * drop_V_)) {
-        step_open(0.5 * period_s_);
-        step_open(0.5 * period_s_);
-        return;
-    }
-    for (int n = 0; n < blocked_steps; ++n) {
-        step_blocked(period_s_ / blocked_steps, blocked_step_);
-    }
-}
-
-void Plant::enter_blocked()
-{
-    if (blocked_) {
-        return;
-    }
-    blocked_ = true;
-    inverter_.block();
-    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
-    for (std::size_t x = 0; x < 3; ++x) {
-        open_[x] = std::abs(i_A[x]) < extinct_A;
-    }
-    extinguish(i_A);
-}
-
-// Phase-to-neutral voltages of the diode bridge. `sign` is the direction of the current each diode
-// allows: +1 lower, -1 upper, 0 none conducts. An open phase floats on its EMF until that leaves
-// the rails; with no phase conducting the largest line EMF decides.
-Phases Plant::blocked_voltages(const Phases &i_A, Phases &sign) const
-{
-    const double rail_V = 0.5 * u_dc_V_ + drop_V_;
-    const Phases emf_V = phases_from_vec(motor_.transient_emf(x_));
-    Phases v{};
-    int open_count = 0;
-    std::size_t floating = 0;
-    for (std::size_t x = 0; x < 3; ++x) {
-        sign[x] = open_[x] ? 0.0 : (i_A[x] > 0.0 ? 1.0 : -1.0);
-        v[x] = -rail_V * sign[x];
-        if (open_[x]) {
-            ++open_count;
-            floating = x;
-        }
-    }
-    if (open_count > 1) {
-        const auto high =
-            static_cast<std::size_t>(std::max_element(emf_V.begin(), emf_V.end()) - emf_V.begin());
-        const auto low =
-            static_cast<std::size_t>(std::min_element(emf_V.begin(), emf_V.end()) - emf_V.begin());
-        if (emf_V[high] - emf_V[low] <= 2.0 * rail_V) {
-            return emf_V;
-        }
-        sign[high] = -1.0;
-        sign[low] = 1.0;
-        v[high] = rail_V;
-        v[low] = -rail_V;
-        floating = 3 - high - low;
-        open_count = 1;
-    }
-    if (open_count == 0) {
-        return without_common_mode(v);
-    }
-    const std::size_t y = (floating + 1) % 3;
-    const std::size_t z = (floating + 2) % 3;
-    const double neutral_V = 0.5 * (v[y] + v[z] + emf_V[floating]);
-    v[floating] = neutral_V + emf_V[floating];
-    if (std::abs(v[floating]) > rail_V) {
-        sign[floating] = v[floating] > 0.0 ? -1.0 : 1.0;
-        v[floating] = -rail_V * sign[floating];
-        return without_common_mode(v);
-    }
-    return {v[0] - neutral_V, v[1] - neutral_V, v[2] - neutral_V};
-}
-
-void Plant::step_blocked(double h_s, const Transition &transition)
-{
-    Phases sign{};
-    const Vec i_before = motor_.stator_current(x_);
-    const Phases u = blocked_voltages(phases_from_vec(i_before), sign);
-    apply(vec_from_phases(u), i_before, h_s);
-    filter_.advance(transition, u[0] - u[1], u[1] - u[2]);
-    const Phases i_A = phases_from_vec(motor_.stator_current(x_));
-    for (std::size_t x = 0; x < 3; ++x) {
-        open_[x] = !(i_A[x] * sign[x] > 0.0);
-    }
-    extinguish(i_A);
-}
-
-// Holds the current of open phases at zero; the other two then carry the same one.
-void Plant::extinguish(const Phases &i_A)
-{
-    const int open_count = open_[0] + open_[1] + open_[2];
-    if (open_count == 0) {
-        return;
-    }
-    Phases i{};
-    if (open_count == 1) {
-        const std::size_t x = open_[0] ? 0 : (open_[1] ? 1 : 2);
-        const std::size_t y = (x + 1) % 3;
-        const std::size_t z = (x + 2) % 3;
-        i[y] = 0.5 * (i_A[y] - i_A[z]);
-        i[z] = -i[y];
-    } else {
-        open_ = {true, true, true};
-    }
-    x_.psi_s_Wb = motor_.stator_flux(x_.psi_r_Wb, vec_from_phases(i));
-}
-
-// No phase conducts: only the rotor flux is left; the terminals show its induced voltage.
-void Plant::step_open(double h_s)
-{
-    const double omega_before = x_.omega_m_rad_s;
-    const Vec flux_before = x_.psi_s_Wb;
-    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, load_torque_Nm_), h_s);
-    settle_shaft(omega_before, h_s);
-    const Vec flux_change = x_.psi_s_Wb - flux_before;
-    const Phases u = phases_from_vec((1.0 / h_s) * flux_change);
-    filter_.advance(half_period_, u[0] - u[1], u[1] - u[2]);
-    u_s_V_s_ = u_s_V_s_ + flux_change;
 }
 
 Truth Plant::truth() const

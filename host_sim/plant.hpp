@@ -34,16 +34,33 @@ public:
     // Stores this step's duties, returns those that act on the interval now beginning.
     Duty exchange(const Duty &duty)
     {
-        const Duty acting = pending_;
-        pending_ = two_periods_ ? written_ : duty;
-        written_ = duty;
+        Duty acting;
+        exchange(duty[0], duty[1], duty[2], acting);
         return acting;
+    }
+    // As numbers: a wide copy of what was just written would have to wait for it.
+    void exchange(double u, double v, double w, Duty &acting)
+    {
+        acting = pending_;
+        pending_[0] = two_periods_ ? written_[0] : u;
+        pending_[1] = two_periods_ ? written_[1] : v;
+        pending_[2] = two_periods_ ? written_[2] : w;
+        written_[0] = u;
+        written_[1] = v;
+        written_[2] = w;
     }
 
 private:
     bool two_periods_;
     Duty pending_{0.5, 0.5, 0.5}; // in the timer's shadow register
     Duty written_{0.5, 0.5, 0.5}; // on its way there, where that takes a period
+};
+
+// What acts on the plant over the coming interval.
+struct PlantCommand {
+    Duty duty{}; // those that act now, see PreloadedTimer
+    bool gates_on = false;
+    bool brake_on = false;
 };
 
 // The true quantities at the present crest, for recording and judging.
@@ -65,6 +82,9 @@ class Plant {
 public:
     // Of a period that is looked at closely: 2 us each at 5 kHz, as long as the comparator takes.
     static constexpr int fine_parts = 100;
+    // Blocked legs are followed in steps this fraction of a period: diodes stop within
+    // microseconds.
+    static constexpr int blocked_steps = 40;
 
     // Throws ConfigError when rig and board do not fit (carrier and control period, stiffness of
     // the dead-time curve).
@@ -73,6 +93,10 @@ public:
     Words sample();
     // To the next crest. The duties are those that act now (see PreloadedTimer).
     void advance(const Duty &duty, bool gates_on, bool brake_on = false);
+    void advance(const PlantCommand &command)
+    {
+        advance(command.duty, command.gates_on, command.brake_on);
+    }
     // The board's comparator has opened the gates; until the firmware opens them as well.
     bool broken() const
     {
@@ -105,7 +129,21 @@ public:
     }
 
 private:
+    friend class PlantLanes;
     using Transition = FilterTransition;
+
+    // advance() in three parts: the middle one can be done for several plants at once.
+    enum class Interval {
+        none,
+        blocked,
+        in_parts,
+        averaged,
+        switched
+    };
+    Interval begin_interval(bool gates_on);
+    void step_interval(Interval interval, const Duty &duty);
+    void end_interval(bool brake_on);
+    bool fits_lanes() const;
 
     void follow_disturbances();
     void advance_averaged(const Duty &duty);
@@ -151,12 +189,14 @@ private:
     FaultySensor faulty_sensor_;
     double comparator_A_;
     double comparator_near_A_; // out of whose reach it is for a period
+    bool never_in_parts_;      // no comparator, no broken phase or leg in the scenario
     double short_A_ = 0.0;     // out of leg u, into leg v
     double earth_A_ = 0.0;     // out of the earthed leg
     double i_peak_A_ = 0.0;
     double load_torque_Nm_ = 0.0;
-    Vec u_s_V_s_;      // integral of u_s over the interval
-    Vec i_s_before_A_; // at the start of the last averaged interval
+    Vec u_s_V_s_;                // integral of u_s over the interval
+    Vec i_s_before_A_;           // at the start of the last averaged interval
+    double quiet_until_s_ = 0.0; // no disturbance changes before
     std::size_t load_cursor_ = 0;
     std::size_t rs_cursor_ = 0;
     std::size_t u_dc_cursor_ = 0;

@@ -42,6 +42,9 @@ bool Plant::over_comparator(const Phases &i_A) const
 
 bool Plant::needs_parts() const
 {
+    if (never_in_parts_) {
+        return false;
+    }
     const Faults &f = disturbances_.faults;
     const double t_s = time_s();
     return t_s >= f.open_s || t_s >= f.short_s || t_s >= f.earth_s ||

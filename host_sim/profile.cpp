@@ -1,5 +1,7 @@
 #include "profile.hpp"
 
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -25,6 +27,21 @@ double Profile::value(double t_s) const
 {
     std::size_t cursor = 0;
     return value(t_s, cursor);
+}
+
+double Profile::holds_until(double t_s) const
+{
+    if (t_s < points_.front().t_s) {
+        return points_.front().t_s;
+    }
+    std::size_t n = 0;
+    (void)value(t_s, n);
+    double until_s = t_s;
+    for (; n + 1 < points_.size() && !(std::abs(points_[n + 1].value - points_[n].value) > 0.0);
+         ++n) {
+        until_s = points_[n + 1].t_s;
+    }
+    return n + 1 == points_.size() ? std::numeric_limits<double>::infinity() : until_s;
 }
 
 // The cursor is the last point at or before t.

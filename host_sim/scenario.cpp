@@ -42,6 +42,12 @@ ControllerMotor read_controller_motor(TomlReader &in)
 
 } // namespace
 
+double Disturbances::holds_until(double t_s) const
+{
+    const double motor_s = std::min(load_torque_Nm.holds_until(t_s), rs_factor.holds_until(t_s));
+    return u_dc_V ? std::min(motor_s, u_dc_V->holds_until(t_s)) : motor_s;
+}
+
 std::uint32_t Scenario::command(double t_s) const
 {
     std::uint32_t bits = 0;
@@ -61,6 +67,17 @@ std::uint32_t Scenario::command(double t_s) const
         bits |= command_commission;
     }
     return bits;
+}
+
+double Scenario::command_holds_until(double t_s) const
+{
+    double until_s = std::min(speed_ref_rpm.holds_until(t_s), torque_ref_Nm.holds_until(t_s));
+    for (const double change_s :
+         {run_on_s, run_off_s, run_again_s, fault_reset_s, fault_reset_s + fault_reset_pulse_s,
+          torque_off_s, torque_off_end_s, torque_mode_on_s, torque_mode_off_s, commission_s}) {
+        until_s = change_s > t_s ? std::min(until_s, change_s) : until_s;
+    }
+    return until_s;
 }
 
 Scenario read_scenario(const TomlDocument &document)

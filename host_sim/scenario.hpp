@@ -30,6 +30,9 @@ struct Disturbances {
     double initial_speed_rpm = 0.0; // of a shaft that turns already
     double initial_flux_Wb = 0.0;   // residual rotor flux, along alpha, without stator current
     Faults faults;
+
+    // Of load, resistance and dc link.
+    double holds_until(double t_s) const;
 };
 
 // Nominal motor data handed to the controller, times these.
@@ -69,6 +72,8 @@ struct Scenario {
     std::vector<std::pair<std::string, std::string>> firmware; // parameter overrides, name = value
 
     std::uint32_t command(double t_s) const; // bits of the command word
+    // Until when neither these nor the references change.
+    double command_holds_until(double t_s) const;
 };
 
 Scenario read_scenario(const TomlDocument &document);

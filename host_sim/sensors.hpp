@@ -167,10 +167,14 @@ public:
     {
         return top_code_;
     }
-    // Null without noise.
-    NoiseSource *noise()
+    const NoiseSource &noise() const
     {
-        return noisy_ ? &noise_ : nullptr;
+        return noise_;
+    }
+    // Samples taken side by side with others (plant_lanes.cpp) have drawn from it.
+    void set_noise(const NoiseSource &noise)
+    {
+        noise_ = noise;
     }
 
 private:

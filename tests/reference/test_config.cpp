@@ -368,6 +368,15 @@ void profiles_are_polylines_with_steps()
         CHECK_NEAR(p.value(t[n]), v[n], 1e-12);
         CHECK_NEAR(p.value(t[n], cursor), v[n], 1e-12); // forward and back
     }
+    // On a slope it changes at once, else at the next point where it does.
+    CHECK_NEAR(p.holds_until(0.0), 1.0, 0.0);
+    CHECK_NEAR(p.holds_until(1.5), 1.5, 0.0);
+    CHECK(std::isinf(p.holds_until(4.0)));
+    const zh::Profile level({{0.0, 3.0}, {1.0, 3.0}, {2.0, 3.0}, {2.0, 5.0}});
+    CHECK_NEAR(level.holds_until(0.5), 2.0, 0.0);
+    CHECK_NEAR(level.holds_until(2.0 - 1e-9), 2.0, 0.0);
+    CHECK(std::isinf(level.holds_until(2.0)));
+    CHECK(std::isinf(zh::Profile(7.0).holds_until(0.0)));
     const auto refused = [](std::vector<zh::ProfilePoint> points) {
         return !check::message_of<std::invalid_argument>([&] {
                     zh::Profile profile(std::move(points));
