@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "c_boundary.hpp"
@@ -95,6 +96,41 @@ zh_commissioning found(const zh::Outcome &out)
     return c;
 }
 
+bool sized(const zh_sim_job *job, const zh_sim_result *result)
+{
+    return job != nullptr && job->struct_size >= sizeof(zh_sim_job) && result != nullptr &&
+           result->struct_size >= sizeof(zh_sim_result);
+}
+
+zh_sim_result empty_result()
+{
+    zh_sim_result result{};
+    result.struct_size = sizeof(zh_sim_result);
+    return result;
+}
+
+void hand_over(zh::Outcome &&outcome, std::uint32_t flags, zh_sim_result &result)
+{
+    auto out = std::make_unique<zh::Outcome>(std::move(outcome));
+    result.columns = static_cast<std::uint32_t>(zh::column_count());
+    result.rows = out->rows;
+    result.stride = out->stride;
+    result.data = out->data.data();
+    result.steps = out->steps;
+    result.period_s = out->period_s;
+    result.trip = out->trip;
+    result.trip_s = out->trip_s;
+    result.first_fault = out->first_fault;
+    result.first_fault_s = out->first_fault_s;
+    result.loop_ns_per_step = out->loop_ns_per_step;
+    result.controller_ns_per_step = out->controller_ns_per_step;
+    result.plant_ns_per_step = out->plant_ns_per_step;
+    result.commissioning = found(*out);
+    const bool hashed = (flags & ZH_SIM_HASH_SIGNALS) != 0;
+    result.signal_hashes = hashed ? out->signal_hashes.data() : nullptr;
+    result.owner = out.release();
+}
+
 } // namespace
 
 zh::Run zh::run_of(const zh_sim_job &job)
@@ -165,32 +201,42 @@ void zh_pil_free(zh_pil_result *result)
 
 int zh_sim_run(const zh_sim_job *job, zh_sim_result *result)
 {
-    if (job == nullptr || job->struct_size < sizeof(zh_sim_job) || result == nullptr ||
-        result->struct_size < sizeof(zh_sim_result)) {
+    if (!sized(job, result)) {
         return fail(ZH_BAD_ARGUMENT, "zh_sim_run: job or result: is NULL or its struct_size too "
                                      "small; set it to the size of the struct");
     }
-    *result = zh_sim_result{};
-    result->struct_size = sizeof(zh_sim_result);
+    *result = empty_result();
     return zh::guarded<int>(ZH_BAD_INPUT, [&] {
-        auto out = std::make_unique<zh::Outcome>(zh::simulate(zh::run_of(*job)));
-        result->columns = static_cast<std::uint32_t>(zh::column_count());
-        result->rows = out->rows;
-        result->stride = out->stride;
-        result->data = out->data.data();
-        result->steps = out->steps;
-        result->period_s = out->period_s;
-        result->trip = out->trip;
-        result->trip_s = out->trip_s;
-        result->first_fault = out->first_fault;
-        result->first_fault_s = out->first_fault_s;
-        result->loop_ns_per_step = out->loop_ns_per_step;
-        result->controller_ns_per_step = out->controller_ns_per_step;
-        result->plant_ns_per_step = out->plant_ns_per_step;
-        result->commissioning = found(*out);
-        const bool hashed = (job->flags & ZH_SIM_HASH_SIGNALS) != 0;
-        result->signal_hashes = hashed ? out->signal_hashes.data() : nullptr;
-        result->owner = out.release();
+        hand_over(zh::simulate(zh::run_of(*job)), job->flags, *result);
+        return int{ZH_OK};
+    });
+}
+
+int zh_sim_run_batch(const zh_sim_job *jobs, zh_sim_result *results, std::uint32_t count)
+{
+    for (std::uint32_t k = 0; k < count; ++k) {
+        if (jobs == nullptr || results == nullptr || !sized(&jobs[k], &results[k])) {
+            return fail(
+                ZH_BAD_ARGUMENT,
+                "zh_sim_run_batch: jobs or results: is NULL or a struct_size too small; set "
+                "each to the size of the struct");
+        }
+    }
+    std::for_each_n(results, count, [](zh_sim_result &r) { r = empty_result(); });
+    return zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        std::vector<zh::Run> runs;
+        runs.reserve(count);
+        for (std::uint32_t k = 0; k < count; ++k) {
+            try {
+                runs.push_back(zh::run_of(jobs[k]));
+            } catch (const zh::ConfigError &error) {
+                throw zh::ConfigError("job " + std::to_string(k) + ": " + error.what());
+            }
+        }
+        std::vector<zh::Outcome> outcomes = zh::simulate_together(runs);
+        for (std::uint32_t k = 0; k < count; ++k) {
+            hand_over(std::move(outcomes[k]), jobs[k].flags, results[k]);
+        }
         return int{ZH_OK};
     });
 }

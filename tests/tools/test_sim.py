@@ -10,7 +10,7 @@ from zerohertz.errors import UserError
 from zerohertz.gain_design.stored import read_table_json
 from zerohertz.gain_design.table import gains_of
 from zerohertz.paths import ROOT
-from zerohertz.sim import Job, Trip, column_texts, run
+from zerohertz.sim import HOST_SIM, Job, Trip, column_texts, run, run_batch
 
 SCENARIO = """
 [scenario]
@@ -245,3 +245,47 @@ def test_time_split_times_both_halves():
 def test_senseless_jobs_are_refused_by_name(job, text):
     with pytest.raises(UserError, match=text):
         run(Job(**job))
+
+
+def mixed_jobs() -> list[Job]:
+    """More than run at once, of unequal length; some of them no lane can take."""
+    rig = HOST_SIM / "rigs" / "hasegawa2005.toml"
+    changes = ({}, {"motor.saturation.flux_knee_Wb": 0.6}, {"dc_link.capacitance_F": 1e-3})
+    jobs = [
+        Job(rig=rig, rig_overrides={"inverter.model": model} | change, seed=seed)
+        for model in ("averaged", "switched")
+        for change in changes
+        for seed in (1, 2)
+    ]
+    jobs.append(Job(scenario=SCENARIO, decimate=7, max_steps=6000))
+    # Into the limits of the voltage, and into a trip.
+    fast = {"profiles.speed_ref_rpm": [[0.0, 0.0], [1.0, 0.0], [1.2, 1500.0]]}
+    low = {"inverter.u_dc_V": 150.0, "inverter.model": "switched"}
+    jobs.append(Job(rig=rig, scenario_overrides=fast, rig_overrides=low))
+    jobs.append(Job(rig=rig, firmware={"i_trip_A": 4.0}, stop_at_trip=True))
+    return jobs
+
+
+def test_a_batch_gives_the_bits_of_single_runs():
+    jobs = mixed_jobs()
+    batch = run_batch(jobs)
+    assert len(batch) == len(jobs)
+    for job, together in zip(jobs, batch, strict=True):
+        alone = run(job)
+        assert together.steps == alone.steps
+        assert (together.trip, together.trip_s) == (alone.trip, alone.trip_s)
+        assert (together.first_fault, together.first_fault_s) == (
+            alone.first_fault,
+            alone.first_fault_s,
+        )
+        for name, column in alone.columns.items():
+            assert together[name].tobytes() == column.tobytes(), f"{name} of {job}"
+
+
+def test_a_batch_names_the_job_it_refuses():
+    with pytest.raises(UserError, match=r"job 1: .*no_such"):
+        run_batch([Job(), Job(rig="no_such.toml")])
+
+
+def test_an_empty_batch_is_no_run():
+    assert run_batch([]) == []

@@ -10,7 +10,7 @@ import ctypes
 import functools
 import itertools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_uint32, c_void_p
 from dataclasses import dataclass, field
 from enum import IntFlag
@@ -111,6 +111,8 @@ class Record:
 def _library() -> ctypes.CDLL:
     lib = library()
     lib.zh_sim_run.restype, lib.zh_sim_run.argtypes = c_int, (POINTER(RawJob), POINTER(RawResult))
+    lib.zh_sim_run_batch.restype = c_int
+    lib.zh_sim_run_batch.argtypes = POINTER(RawJob), POINTER(RawResult), c_uint32
     lib.zh_sim_free.restype, lib.zh_sim_free.argtypes = None, (POINTER(RawResult),)
     lib.zh_sim_column_count.restype, lib.zh_sim_column_count.argtypes = c_uint32, ()
     for name in ("zh_sim_column_name", "zh_sim_column_text", "zh_sim_signal_name"):
@@ -156,10 +158,23 @@ def run(job: Job) -> Record:
     result = RawResult(struct_size=ctypes.sizeof(RawResult))
     check(lib.zh_sim_run(byref(raw), byref(result)))
     del keep  # the table has to live as long as the call
-    if _hashes is not None:
-        names = signal_names()
-        _hashes.append(dict(zip(names, result.signal_hashes[: len(names)], strict=True)))
     return _record(lib, result)
+
+
+def run_batch(jobs: Sequence[Job]) -> list[Record]:
+    """Simulate several runs at once, in this thread: the records of run(), in less CPU time.
+
+    UserError when one of them is senseless; the text begins with its index and none runs.
+    """
+    lib = _library()
+    made = [_raw_job(job) for job in jobs]
+    raw = (RawJob * len(jobs))(*(job for job, _ in made))
+    results = (RawResult * len(jobs))()
+    for result in results:
+        result.struct_size = ctypes.sizeof(RawResult)
+    check(lib.zh_sim_run_batch(raw, results, len(jobs)))
+    del made  # the tables have to live as long as the call
+    return [_record(lib, RawResult.from_buffer_copy(result)) for result in results]
 
 
 class _Memory:
@@ -179,6 +194,9 @@ class _Memory:
 
 
 def _record(lib: ctypes.CDLL, result: RawResult) -> Record:
+    if _hashes is not None:
+        names = signal_names()
+        _hashes.append(dict(zip(names, result.signal_hashes[: len(names)], strict=True)))
     data = np.asarray(_Memory(lib, result))[:, : result.rows]
     return Record(
         columns={name: data[k] for k, name in enumerate(column_texts())},

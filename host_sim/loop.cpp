@@ -1,0 +1,184 @@
+#include "loop.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "sim.h"
+
+namespace zh {
+namespace {
+
+constexpr double trip_speed_rad_s = 3000.0 * rad_s_per_rpm;
+constexpr double trip_current_A = 60.0;
+
+constexpr std::array columns{
+#define COLUMN(name, value, text) Column{#name, text},
+#include "sim_columns.def"
+#undef COLUMN
+};
+
+// Everything one row is made of; the columns pick from it (sim_columns.def).
+struct Row {
+    Truth truth;
+    unit_telemetry_t t;
+    hal_output_t duty;
+    double speed_ref_rpm = 0.0;
+    double omega_ref_rad_s = 0.0;
+    double f_s_Hz = 0.0;
+    double lambda_Wb = 0.0;
+    double flux_angle_rad = 0.0;
+    double flux_angle_err_deg = 0.0;
+    double i_abs_A = 0.0;
+    double e1_abs_A = 0.0;
+    double gates_on = 0.0;
+    double Rs_true_ohm = 0.0;
+    double x_rad_s = 0.0;
+};
+
+// Estimated minus true angle, -180..180; 0 without flux. The angles are recorded anyway.
+double angle_error_deg(const Row &r)
+{
+    if (r.lambda_Wb < no_flux_Wb || static_cast<double>(r.t.lambda_hat_Wb) < no_flux_Wb) {
+        return 0.0;
+    }
+    const double turns =
+        (static_cast<double>(r.t.lambda_angle_rad) - r.flux_angle_rad) * (0.5 / std::numbers::pi);
+    return 360.0 * (turns - std::round(turns));
+}
+
+} // namespace
+
+std::size_t column_count()
+{
+    return columns.size();
+}
+
+Column column(std::size_t index)
+{
+    return columns[index];
+}
+
+Loop::Loop(const Run &run, Witness *witness)
+    : run_(run), witness_(witness), firmware_(run.params, run.gain),
+      plant_(run.rig, run.board, run.scenario.disturbances, run.seed),
+      timer_(run.board.delay_periods), operator_(run.scenario), f_s_(run.board.period_s)
+{
+    operator_.speak(plant_.time_s());
+    out_.period_s = run.board.period_s;
+    out_.stride = (run.steps + run.decimate - 1) / run.decimate;
+    out_.data.resize(out_.stride * columns.size());
+}
+
+void Loop::control(const Words &words, PlantCommand &command)
+{
+    const double t_s = plant_.time_s();
+    hal_sample_t sample = sample_of(words, plant_.broken());
+    hal_output_t output{};
+    if (!period(sample, operator_.said(), output)) {
+        ended_ = true;
+        return;
+    }
+    ++out_.steps;
+    if (run_.hash_signals) {
+        fold_signals(firmware_.unit(), output, out_.signal_hashes);
+    }
+    if (--until_row_ == 0) {
+        until_row_ = run_.decimate;
+        record(output);
+    }
+    watch(t_s);
+    timer_.exchange(output.duty_u, output.duty_v, output.duty_w, command.duty);
+    command.gates_on = output.gates_on;
+    command.brake_on = output.brake_on;
+}
+
+void Loop::follow()
+{
+    f_s_.follow(plant_.state().psi_r_Wb);
+    operator_.speak(plant_.time_s());
+    if (plant_.diverged() || (run_.stop_at_trip && out_.trip != 0)) {
+        watch(plant_.time_s());
+        ended_ = true;
+    }
+    if (firmware_.unit().commissioned.status != COMMISSIONING_BUSY) {
+        ended_ = true;
+    }
+}
+
+Outcome Loop::take()
+{
+    const unit_t &unit = firmware_.unit();
+    out_.commissioned = unit.commissioned.status == COMMISSIONING_DONE;
+    out_.refusal = unit.commissioning.refusal;
+    out_.commissioning = unit.commissioning.result;
+    return std::move(out_);
+}
+
+// False when a witness ends the run.
+bool Loop::period(hal_sample_t &sample, const unit_command_t &command, hal_output_t &output)
+{
+    if (witness_ == nullptr) {
+        output = firmware_.step(sample, command);
+        return true;
+    }
+    witness_->ask(sample, command);
+    output = firmware_.step(sample, command);
+    return witness_->answer(firmware_.unit(), output);
+}
+
+void Loop::record(const hal_output_t &output)
+{
+    const unit_t &unit = firmware_.unit();
+    Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
+    const Vec flux_Wb = r.truth.psi_r_Wb;
+    r.speed_ref_rpm = static_cast<double>(operator_.speed_ref_rpm(r.truth.t_s));
+    r.omega_ref_rad_s = static_cast<double>(unit.drive.modes.vector.speed.omega_ref_rad_s) /
+                        static_cast<double>(firmware_.params().pole_pairs);
+    r.f_s_Hz = f_s_.f_Hz();
+    r.lambda_Wb = magnitude(flux_Wb);
+    r.flux_angle_rad = portable_atan2(flux_Wb.beta, flux_Wb.alpha);
+    r.flux_angle_err_deg = angle_error_deg(r);
+    r.i_abs_A = magnitude(r.truth.i_s_A);
+    r.e1_abs_A = magnitude({r.t.e1_alpha_A, r.t.e1_beta_A});
+    r.gates_on = output.gates_on ? 1.0 : 0.0;
+    r.Rs_true_ohm = run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
+    r.x_rad_s = static_cast<double>(unit.drive.estimator.adaptation.x_rad_s);
+    float *cell = out_.data.data() + out_.rows;
+#define COLUMN(name, value, text)                                                                  \
+    *cell = static_cast<float>(value);                                                             \
+    cell += out_.stride;
+#include "sim_columns.def"
+#undef COLUMN
+    ++out_.rows;
+}
+
+void Loop::watch(double t_s)
+{
+    const MotorState &x = plant_.state();
+    const Vec i_A = plant_.motor().stator_current(x);
+    std::uint32_t trip = 0;
+    if (const std::uint32_t faults = firmware_.unit().machine.faults; faults != 0) {
+        trip |= ZH_TRIP_FIRMWARE;
+        if (out_.first_fault == 0) {
+            out_.first_fault = faults;
+            out_.first_fault_s = t_s;
+        }
+    }
+    if (std::abs(x.omega_m_rad_s) > trip_speed_rad_s) {
+        trip |= ZH_TRIP_SPEED;
+    }
+    if (dot(i_A, i_A) > trip_current_A * trip_current_A) {
+        trip |= ZH_TRIP_CURRENT;
+    }
+    if (plant_.diverged()) {
+        trip |= ZH_TRIP_DIVERGED;
+    }
+    if (trip != 0 && out_.trip == 0) {
+        out_.trip_s = t_s;
+    }
+    out_.trip |= trip;
+}
+
+} // namespace zh
