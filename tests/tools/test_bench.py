@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from zerohertz.bench import command, measure
+from zerohertz.bench import command, measure, peer
 from zerohertz.bench.measure import DesignTime, SimSpeed
 from zerohertz.errors import UserError
 from zerohertz.image import budget, cycles, interrupt
@@ -111,6 +113,46 @@ def test_without_json_it_is_a_table(app: typer.Typer) -> None:
     assert result.exit_code == 0, result.exception
     for text in ("2000", "300", "3.46 CPU s", "905", "1000.0", "555.5", "board: flash_bytes"):
         assert text in result.stdout
+
+
+def test_beside_a_peer_both_forms_tell_the_ratios(
+    app: typer.Typer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rounds = [peer.Round(0.8, 2400.0, 1200.0), peer.Round(1.0, 2000.0, 1000.0)]
+    rounds.append(peer.Round(0.5, 2000.0, 1000.0))
+    again = itertools.cycle(rounds)
+    monkeypatch.setattr(peer, "peer_python", lambda _: Path("python"))
+    monkeypatch.setattr(peer, "_round", lambda *_: next(again))
+    counted = peer.Instructions(firmware=1254.6, plant=759.4)
+    monkeypatch.setattr(peer, "instructions", lambda _: counted)
+    told = CliRunner().invoke(app, ["bench", "--peer", "--json"])
+    assert told.exit_code == 0, told.exception
+    result = json.loads(told.stdout)
+    assert result["peer"]["package"] == "motulator 0.5.0"
+    for model in ("averaged", "switched"):
+        assert result["peer"][f"{model}_ratio"] == 3000.0  # of the rounds, not of the medians
+        assert result["peer"][f"{model}_single_ratio"] == 1500.0
+        assert result["instructions_per_period"][model] == {"firmware": 1254.6, "plant": 759.4}
+    shown = CliRunner().invoke(app, ["bench", "--peer"]).stdout
+    for text in ("motulator 0.5.0", "3000", "1255", "759"):
+        assert text in shown
+
+
+def test_the_peer_gets_the_case_of_the_files() -> None:
+    case = peer.peer_case("switched")
+    assert case["model"] == "switched"
+    assert case["period_s"] == pytest.approx(200e-6)
+    assert case["motor"]["pole_pairs"] == 2
+    assert case["speed_ref_rpm"][-1] == [1.5, 300.0]
+    assert case["load_torque_Nm"][-1] == [2.2, 2.0]
+
+
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind is not installed")
+def test_firmware_and_plant_of_a_batch_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peer, "COUNT_TO", peer.COUNT_FROM + 200)
+    counted = peer.instructions("averaged")
+    assert 100.0 < counted.firmware < 3000.0
+    assert 50.0 < counted.plant < 3000.0
 
 
 @pytest.mark.usefixtures("measured")

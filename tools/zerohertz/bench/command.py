@@ -21,6 +21,8 @@ IMAGE = ROOT / "tools" / "docs" / "image_budget.json"
 IMAGE_PERIODS = 30_000
 # Goals: simulated seconds per CPU second, CPU seconds of a design.
 GOALS = {"averaged": 2000.0, "switched": 500.0, "design": 4.0}
+# Times motulator's simulated seconds per CPU second.
+PEER_GOALS = {"averaged": 4000.0, "switched": 2000.0}
 
 
 def register(app: typer.Typer) -> None:
@@ -57,6 +59,9 @@ def bench(
             "--write", help=f"Store {COUNTS.name} or, with --image, {IMAGE.name} (for a commit)."
         ),
     ] = False,
+    peer: Annotated[
+        bool, typer.Option("--peer", help="Only the SIL beside motulator, installed for this.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Measure the simulation, the gain design, the control period and the flash images.
@@ -64,6 +69,9 @@ def bench(
     Times are CPU time, medians of several runs, and are only reported; the tests hold instructions
     and bytes to the committed ones.
     """
+    if peer:
+        _bench_peer(as_json)
+        return
     if only is not None:
         _bench_one(only, config, worst, rows, as_json)
         return
@@ -139,6 +147,35 @@ def _write_page(console: Console) -> None:
     found = budget.measure_interrupts(lambda name: console.print(name, highlight=False))
     instruction_page.PAGE.write_text(instruction_page.page_text(found), encoding="utf-8")
     console.print(f"wrote {instruction_page.PAGE}", highlight=False)
+
+
+def _bench_peer(as_json: bool) -> None:
+    from zerohertz.bench.peer import measure_peer
+
+    console = Console(stderr=True)
+    result = measure_peer(lambda text: console.print(text, highlight=False))
+    if as_json:
+        print(json.dumps(result))
+        return
+    table = Table(title=f"beside {result['peer']['package']}", title_justify="left")
+    table.add_column("what")
+    for model in PEER_GOALS:
+        table.add_column(model, justify="right")
+    said = result["peer"]
+    rows = {
+        "motulator, simulated s per CPU s": "peer_sim_s_per_cpu_s",
+        "SIL, one run": "single_sim_s_per_cpu_s",
+        "SIL, a batch of runs": "batch_sim_s_per_cpu_s",
+        "ratio, one run": "single_ratio",
+        "ratio, a batch": "ratio",
+    }
+    for what, key in rows.items():
+        table.add_row(what, *(f"{said[f'{model}_{key}']:.4g}" for model in PEER_GOALS))
+    table.add_row("goal of the ratio", *(f"{goal:.0f}" for goal in PEER_GOALS.values()))
+    for part in ("firmware", "plant"):
+        counts = (result["instructions_per_period"][model][part] for model in PEER_GOALS)
+        table.add_row(f"instructions per period, {part}", *(f"{count:.0f}" for count in counts))
+    Console().print(table)
 
 
 def _measure_image(console: Console, write: bool) -> dict[str, Any]:

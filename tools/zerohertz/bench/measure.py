@@ -113,11 +113,19 @@ def compiler() -> str:
 
 def _instructions(program: Path, steps: int) -> int:
     """Of all control periods together in a run of so many."""
-    arguments = (SCENARIO, RIG, BOARD, MOTOR, steps)
+    return collected(program, (SCENARIO, RIG, BOARD, MOTOR, steps), COUNTED)
+
+
+def collected(program: Path, arguments: tuple[object, ...], toggle: str | None) -> int:
+    """Instructions callgrind counts, inside the functions `toggle` or, without it, in all.
+
+    The fifth argument is the number of periods; the program says how many it ran, and any trip.
+    """
     with tempfile.TemporaryDirectory() as folder:
         command = (
-            *("valgrind", "--tool=callgrind", f"--toggle-collect={COUNTED}"),
-            *(f"--callgrind-out-file={folder}/out", str(program), *map(str, arguments)),
+            *("valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out"),
+            *((f"--toggle-collect={toggle}",) if toggle else ()),
+            *(str(program), *map(str, arguments)),
         )
         try:
             done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -128,9 +136,9 @@ def _instructions(program: Path, steps: int) -> int:
         said = [line for line in done.stderr.splitlines() if not line.startswith("==")]
         raise UserError(f"{program.name}: {' '.join(said).removeprefix('error: ')}")
     ran, trip = map(int, done.stdout.split())
-    if ran != steps or trip:
-        raise UserError(f"{program.name}: ended after {ran} of {steps} periods, trip {trip}")
-    collected = re.search(r"Collected : (\d+)", done.stderr)
-    if not collected or int(collected.group(1)) == 0:
-        raise UserError(f"{COUNTED}: callgrind found no such function; build with symbols")
-    return int(collected.group(1))
+    if ran != arguments[4] or trip:
+        raise UserError(f"{program.name}: ended after {ran} of {arguments[4]} periods, trip {trip}")
+    counted = re.search(r"Collected : (\d+)", done.stderr)
+    if not counted or int(counted.group(1)) == 0:
+        raise UserError(f"{toggle}: callgrind found no such function; build with symbols")
+    return int(counted.group(1))
