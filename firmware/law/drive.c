@@ -99,21 +99,6 @@ COLD static void rest(drive_state_t *st, drive_out_t *out)
     *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = meas};
 }
 
-/* A number that stands for all that is remembered, as the period finds it: NaN if one of them is.
- */
-static inline float remembered(const drive_state_t *st)
-{
-    float sum = 0.0f;
-    if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE)) {
-        sum = state_sum_fast(st);
-    } else if (st->slot == SLOT_WHOLE_STATE) {
-        sum = state_sum_slow(st);
-    } else {
-        /* its turn comes */
-    }
-    return sum;
-}
-
 /* Limits in every period, second looks in their slots. */
 static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
                                const drive_in_t *asked, const drive_out_t *out, float state_sum)
@@ -136,7 +121,7 @@ HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurem
                     const drive_in_t *in, drive_out_t *out)
 {
     st->slot = slot_next(st->slot);
-    const float state_sum = remembered(st);
+    const float state_sum = state_sum_due(st);
     measurement_step(&cfg->measurement, &st->measurement, sample, &out->meas);
     link_limit_step(&cfg->limits.link, &st->limits.link, out->meas.u_dc_V);
     out->faults = 0u;

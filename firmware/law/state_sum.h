@@ -1,9 +1,9 @@
 /* Is every float of the law's state a number? One sum stands for all: NaN and infinity survive any
  * addition, and no sum of limited values overflows.
  *
- * `fast` is taken as a period finds the state, before a limit can make a number of a NaN: what the
- * estimate and the voltage rest on. `slow` is the rest, once per turn: what changes slowly, or
- * waits for its use. Sensor offsets need neither: they are in every current.
+ * `fast` is what the estimate and the voltage rest on, in every fourth period; `slow` is the rest,
+ * in one slot of sixteen: what changes slowly, or waits for its use. Both are taken before the
+ * period limits anything. Sensor offsets need neither: they are in every current.
  */
 #ifndef STATE_SUM_H
 #define STATE_SUM_H
@@ -32,5 +32,19 @@ static inline float state_sum_fast(const drive_state_t *st)
 }
 
 COLD float state_sum_slow(const drive_state_t *st);
+
+/* What is due in this slot, as the period finds it; 0 when nothing is. */
+static inline float state_sum_due(const drive_state_t *st)
+{
+    float sum = 0.0f;
+    if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE)) {
+        sum = state_sum_fast(st);
+    } else if (st->slot == SLOT_WHOLE_STATE) {
+        sum = state_sum_slow(st);
+    } else {
+        /* its turn comes */
+    }
+    return sum;
+}
 
 #endif
