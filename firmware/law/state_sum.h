@@ -3,7 +3,7 @@
  *
  * `fast` is what the estimate and the voltage rest on, in every fourth period; `slow` is the rest,
  * in one slot of sixteen: what changes slowly, or waits for its use. Both are taken before the
- * period limits anything. Sensor offsets need neither: they are in every current.
+ * period limits anything. The offsets of the sensors are in every current and voltage.
  */
 #ifndef STATE_SUM_H
 #define STATE_SUM_H
