@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -110,8 +111,6 @@ void scale_to_board(params_t &params, const Board &board)
     scale_param(params, "u_dc_min_V", board.u_dc_V / paper.u_dc_V);
     scale_param(params, "i_trip_A", current_scale);
     scale_param(params, "current_sum_max_A", current_scale);
-    scale_param(params, "sup_u_uncertainty_V",
-                board.line_voltage_full_scale_V / paper.line_voltage_full_scale_V);
     // The filter's group delay at low frequency, 2 D / w_c, seen from the middle of the interval
     // that just ended: half a period less.
     const auto delay_s = [](const Board &b) {
@@ -123,8 +122,54 @@ void scale_to_board(params_t &params, const Board &board)
 
 std::string range_text(const param_info_t &info)
 {
+    if (info.choice != nullptr) {
+        std::string names = "one of";
+        for (std::size_t k = 0; k <= static_cast<std::size_t>(info.maximum); ++k) {
+            names += (k == 0 ? " " : ", ") + std::string(info.choice[k]);
+        }
+        return names;
+    }
     const std::string unit = info.unit[0] != '\0' ? " " + std::string(info.unit) : "";
     return text_of(info.minimum) + " .. " + text_of(info.maximum) + unit;
+}
+
+// Names of former lists, and what became of them.
+struct Former {
+    std::string_view name;
+    const char *text;
+};
+constexpr Former former[] = {
+#define PARAM_RENAMED(before, now)    {#before, "is called " #now " now; correct the name"},
+#define PARAM_CONSTANT(before, value) {#before, "is a constant now, " #value "; remove it"},
+#define PARAM_DROPPED(before, text)   {#before, "is derived now: " text "; remove it"},
+#include "param_former.def"
+};
+
+std::string unknown_text(std::string_view name)
+{
+    const auto *found = std::find_if(std::begin(former), std::end(former),
+                                     [&](const Former &f) { return f.name == name; });
+    return found != std::end(former) ? found->text
+                                     : "no such parameter; tools/docs/parameters.md lists them";
+}
+
+// Number behind the name of a choice.
+std::optional<float> choice_of(std::string_view name, std::string_view value)
+{
+    const param_info_t *info = params_info(params_find(std::string(name).c_str()));
+    if (info == nullptr || info->choice == nullptr) {
+        return std::nullopt;
+    }
+    const std::string_view bare =
+        value.size() >= 2 && value.starts_with('"') && value.ends_with('"')
+            ? value.substr(1, value.size() - 2)
+            : value;
+    for (std::size_t k = 0; k <= static_cast<std::size_t>(info->maximum); ++k) {
+        if (bare == info->choice[k]) {
+            return static_cast<float>(k);
+        }
+    }
+    return std::nullopt;
 }
 
 } // namespace
@@ -173,7 +218,7 @@ void set_param(params_t &params, std::string_view name, float value, const std::
     const std::size_t index = params_find(std::string(name).c_str());
     const param_info_t *info = params_info(index);
     if (info == nullptr) {
-        throw ConfigError(named + "no such parameter; the names stand in param_list.def");
+        throw ConfigError(named + unknown_text(name));
     }
     switch (params_set(&params, index, value)) {
     case PARAMS_OK:
@@ -199,13 +244,20 @@ void set_param_text(params_t &params, std::string_view name, std::string_view va
         set_param(params, name, value == "true" ? 1.0F : 0.0F, where);
         return;
     }
+    if (const auto choice = choice_of(name, value)) {
+        set_param(params, name, *choice, where);
+        return;
+    }
     double number = 0.0;
     const char *end = value.data() + value.size();
     const std::string_view digits = value.starts_with('+') ? value.substr(1) : value;
     const auto parsed = std::from_chars(digits.data(), end, number);
     if (digits.empty() || parsed.ec != std::errc{} || parsed.ptr != end) {
+        const param_info_t *info = params_info(params_find(std::string(name).c_str()));
+        const bool enumerated = info != nullptr && info->choice != nullptr;
         throw ConfigError(where + ": " + std::string(name) + ": '" + std::string(value) +
-                          "' is not a number; write name=value");
+                          "' is not a number; " +
+                          (enumerated ? "give " + range_text(*info) : "write name=value"));
     }
     set_param(params, name, static_cast<float>(number), where);
 }

@@ -235,7 +235,7 @@ const char *zh_sil_name(std::uint32_t index)
 int zh_sil_describe(std::uint32_t index, zh_sil_name_info *info)
 {
     const param_info_t *p = params_info(index);
-    if (info == nullptr || info->struct_size < sizeof(zh_sil_name_info)) {
+    if (info == nullptr || info->struct_size < offsetof(zh_sil_name_info, group)) {
         return fail(ZH_BAD_ARGUMENT, "zh_sil_describe: info: is NULL or its struct_size too small; "
                                      "set it to sizeof(zh_sil_name_info)");
     }
@@ -250,7 +250,9 @@ int zh_sil_describe(std::uint32_t index, zh_sil_name_info *info)
                                  p->maximum,
                                  params_initial(index),
                                  p->unit,
-                                 params_text(index)};
+                                 params_text(index),
+                                 params_group_name(p->group),
+                                 p->choice};
     hand_out(value, info);
     return ZH_OK;
 }

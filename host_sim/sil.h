@@ -32,7 +32,7 @@ extern "C" {
 /* mode */
 enum {
     ZH_SIL_SPEED = 0,
-    ZH_SIL_TORQUE = 1 /* between -torque_max_rad_s and torque_max_rad_s */
+    ZH_SIL_TORQUE = 1 /* between -torque_speed_max_rad_s and +torque_speed_max_rad_s */
 };
 
 /* state of the drive; numbers are append-only */
@@ -130,6 +130,9 @@ typedef struct {
     float initial; /* default of the firmware, before motor, board and overrides */
     const char *unit;
     const char *text;
+    /* Filled in where struct_size leaves room. */
+    const char *group;
+    const char *const *choice; /* names of the values 0 .. maximum; NULL: a number */
 } zh_sil_name_info;
 
 ZH_API uint32_t zh_sil_version(void);
@@ -176,8 +179,7 @@ typedef struct {
     float x_rad_s; /* of the adaptation's integrator */
 } zh_observer_out;
 
-/* Parameters as above; motor data and table from motor_dir, no board. A leak towards the speed
- * reference (eps1_prior) leaks towards 0 here: a log has no reference. */
+/* Parameters as above; motor data and table from motor_dir, no board. */
 ZH_API zh_observer *zh_observer_open(const char *motor_dir, const char *overrides, float period_s);
 
 /* Starts from this speed instead of 0. */

@@ -1,28 +1,45 @@
 #include "params.h"
 
+#define PARAM_CHOICES(list, ...) static const char *const choices_##list[] = {__VA_ARGS__};
+#include "param_choices.def"
+
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
 static const param_info_t param_table[] = {
-#define PARAM_F(name, unit, minimum, maximum, initial, access, text)                               \
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text)                        \
     {#name,                                                                                        \
      unit,                                                                                         \
+     NULL,                                                                                         \
      (minimum),                                                                                    \
      (maximum),                                                                                    \
      offsetof(params_t, name),                                                                     \
      PARAM_FLOAT,                                                                                  \
-     PARAM_ACCESS_##access},
-#define PARAM_U(name, unit, minimum, maximum, initial, access, text)                               \
+     PARAM_ACCESS_##access,                                                                        \
+     PARAM_GROUP_##group},
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text)                        \
     {#name,                                                                                        \
      unit,                                                                                         \
+     NULL,                                                                                         \
      (float)(minimum),                                                                             \
      (float)(maximum),                                                                             \
      offsetof(params_t, name),                                                                     \
      PARAM_UINT,                                                                                   \
-     PARAM_ACCESS_##access},
+     PARAM_ACCESS_##access,                                                                        \
+     PARAM_GROUP_##group},
+#define PARAM_E(group, name, choices, initial, access, text)                                       \
+    {#name,                                                                                        \
+     "",                                                                                           \
+     choices_##choices,                                                                            \
+     0.0f,                                                                                         \
+     (float)(COUNT(choices_##choices) - 1u),                                                       \
+     offsetof(params_t, name),                                                                     \
+     PARAM_UINT,                                                                                   \
+     PARAM_ACCESS_##access,                                                                        \
+     PARAM_GROUP_##group},
 #include "param_list.def"
-#undef PARAM_F
-#undef PARAM_U
 };
 
-#define PARAMS_COUNT (sizeof(param_table) / sizeof(param_table[0]))
+#define PARAMS_COUNT COUNT(param_table)
 
 size_t params_count(void)
 {
@@ -37,11 +54,10 @@ const param_info_t *params_info(size_t index)
 const char *params_text(size_t index)
 {
     static const char *const texts[] = {
-#define PARAM_F(name, unit, minimum, maximum, initial, access, text) (text),
-#define PARAM_U(name, unit, minimum, maximum, initial, access, text) (text),
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text) (text),
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) (text),
+#define PARAM_E(group, name, choices, initial, access, text)                (text),
 #include "param_list.def"
-#undef PARAM_F
-#undef PARAM_U
     };
     return (index < PARAMS_COUNT) ? texts[index] : "";
 }
@@ -49,13 +65,30 @@ const char *params_text(size_t index)
 float params_initial(size_t index)
 {
     static const float initials[] = {
-#define PARAM_F(name, unit, minimum, maximum, initial, access, text) (initial),
-#define PARAM_U(name, unit, minimum, maximum, initial, access, text) (float)(initial),
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text) (initial),
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) (float)(initial),
+#define PARAM_E(group, name, choices, initial, access, text)                (float)(initial),
 #include "param_list.def"
-#undef PARAM_F
-#undef PARAM_U
     };
     return (index < PARAMS_COUNT) ? initials[index] : 0.0f;
+}
+
+const char *params_group_name(size_t group)
+{
+    static const char *const names[] = {
+#define PARAM_GROUP(group, name, text) (name),
+#include "param_groups.def"
+    };
+    return (group < COUNT(names)) ? names[group] : "";
+}
+
+const char *params_group_text(size_t group)
+{
+    static const char *const texts[] = {
+#define PARAM_GROUP(group, name, text) (text),
+#include "param_groups.def"
+    };
+    return (group < COUNT(texts)) ? texts[group] : "";
 }
 
 static bool same_name(const char *a, const char *b)
@@ -79,11 +112,12 @@ size_t params_find(const char *name)
 
 void params_default(params_t *params)
 {
-#define PARAM_F(name, unit, minimum, maximum, initial, access, text) params->name = (initial);
-#define PARAM_U(name, unit, minimum, maximum, initial, access, text) params->name = (initial);
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text)                        \
+    params->name = (initial);
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text)                        \
+    params->name = (initial);
+#define PARAM_E(group, name, choices, initial, access, text) params->name = (initial);
 #include "param_list.def"
-#undef PARAM_F
-#undef PARAM_U
 }
 
 float params_get(const params_t *params, size_t index)

@@ -1,4 +1,4 @@
-/* The parameter set as a struct and as a list: names, units, ranges, defaults.
+/* The parameter set as a struct and as a list: groups, names, units, ranges, choices, defaults.
  *
  * Generated from param_list.def by the preprocessor; one source for firmware, SIL and tools.
  */
@@ -12,16 +12,15 @@
 #include "num.h"
 
 typedef struct {
-#define PARAM_F(name, unit, minimum, maximum, initial, access, text) float name;
-#define PARAM_U(name, unit, minimum, maximum, initial, access, text) uint32_t name;
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text) float name;
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) uint32_t name;
+#define PARAM_E(group, name, choices, initial, access, text)                uint32_t name;
 #include "param_list.def"
-#undef PARAM_F
-#undef PARAM_U
 } params_t;
 
 typedef enum {
     PARAM_FLOAT = 0,
-    PARAM_UINT = 1
+    PARAM_UINT = 1 /* whole; one of its choices when it has some */
 } param_type_t;
 
 typedef enum {
@@ -30,14 +29,22 @@ typedef enum {
     PARAM_ACCESS_PROTECTED = 2
 } param_access_t;
 
+typedef enum {
+#define PARAM_GROUP(group, name, text) PARAM_GROUP_##group,
+#include "param_groups.def"
+    PARAM_GROUPS
+} param_group_t;
+
 typedef struct {
     const char *name;
     const char *unit;
+    const char *const *choice; /* names of the values 0 .. maximum; NULL: a number */
     float minimum;
     float maximum;
     uint16_t offset; /* in params_t */
     uint8_t type;    /* param_type_t */
     uint8_t access;  /* param_access_t */
+    uint8_t group;   /* param_group_t */
 } param_info_t;
 
 typedef enum {
@@ -55,9 +62,13 @@ size_t params_count(void);
 /* index < params_count(), else NULL. */
 const param_info_t *params_info(size_t index);
 
-/* What the parameter is, in words; empty for an index that does not exist. Apart from the rest: an
- * image that never asks does not carry 3 KB of them. */
+/* Empty for a group that does not exist. */
+const char *params_group_name(size_t group);
+
+/* What the parameter or the group is, in words; empty for an index that does not exist. Apart from
+ * the rest: an image that never asks does not carry them. */
 const char *params_text(size_t index);
+const char *params_group_text(size_t group);
 
 /* Its default; 0 for an index that does not exist. Apart for the same reason. */
 float params_initial(size_t index);

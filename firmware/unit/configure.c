@@ -9,6 +9,9 @@
 /* Zero-current offset above this share of full scale is a sensor fault, not an offset. */
 #define UNIT_OFFSET_MAX_PU 0.02f
 
+/* A stop is over below this electrical speed. */
+#define UNIT_STANDING_RAD_S 6.0f
+
 /* Having run for so long after an automatic restart, the drive may use all of them again. */
 #define UNIT_RESTART_FORGIVE_S 60.0f
 
@@ -29,7 +32,7 @@ COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_ta
         .period_s = params->period_s};
     cfg->one_way = params->direction != 0u;
     cfg->direction = (params->direction == 1u) ? 1.0f : -1.0f;
-    cfg->stop_speed_rad_s = params->stop_speed_rad_s;
+    cfg->stop_speed_rad_s = UNIT_STANDING_RAD_S;
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
     commissioning_params_t commissioning;
     unit_config_commissioning(&commissioning, params);

@@ -1,5 +1,61 @@
 #include "unit_config.h"
 
+/* Sensors: a flag that lasts so long is a fault. */
+#define CONFIG_PLAUSIBILITY_S 0.01f
+
+/* Adaptation angle: grows up to this share of the rotor's 1/Tr. */
+#define CONFIG_PHI_RAMP_TAU 1.7760728f
+
+/* Speed loop: the bandwidth changes from speed_slow_rad_s to so many times that. */
+#define CONFIG_SPEED_FAST_PU 1.5079365f
+
+/* Flux PI, as slow as the flux itself wants it. */
+#define CONFIG_FLUX_RAD_S 10.0f
+
+/* Overload of the inverter: a heat sink with its own fan or a cold plate is slower. */
+#define CONFIG_INVERTER_S 10.0f
+
+/* Supervisor: firmware/law/README.md says how the thresholds follow from these. */
+#define CONFIG_SUP_CORNER_HZ   0.48f
+#define CONFIG_SUP_RR_PU       0.3f
+#define CONFIG_SUP_I_PU        0.02f
+#define CONFIG_SUP_U_PU        0.00025f /* of the line-voltage sensors' full scale */
+#define CONFIG_SUP_RESIDUAL_PU 0.43f
+#define CONFIG_SUP_LOST_PU     0.6f
+#define CONFIG_SUP_CONFIRM_S   0.5f
+#define CONFIG_SUP_RETURN_S    0.3f
+
+/* I-f after a lost orientation. */
+#define CONFIG_I_F_PER_S     6.6666667f /* share of the current by which its length changes */
+#define CONFIG_I_F_RETURN_HZ 1.5f       /* above, the estimator may take back */
+#define CONFIG_I_F_TIMEOUT_S 5.0f       /* above that and still lost for so long: fault */
+
+/* Rs before the start. */
+#define CONFIG_RS_LOW_PU     0.625f
+#define CONFIG_RS_AVERAGE_PU 0.2f
+#define CONFIG_RS_RATIO_MAX  2.0f
+
+/* Rs tracking: fades out below this torque current, over i_d; band of the stator frequency; bounds
+ * over the start's Rs; frozen so long after a disturbance, which a speed error is as well. */
+#define CONFIG_TRACK_I_0_PU    0.39215687f
+#define CONFIG_TRACK_MIN_HZ    0.3f
+#define CONFIG_TRACK_MAX_HZ    3.0f
+#define CONFIG_TRACK_LOW_PU    0.98f
+#define CONFIG_TRACK_HIGH_PU   1.5f
+#define CONFIG_TRACK_QUIET_S   0.5f
+#define CONFIG_TRACK_ERR_RAD_S 3.0f
+
+/* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
+ * nominal flux. */
+#define CONFIG_STEER_HYSTERESIS_PU 0.28231797f
+#define CONFIG_STEER_TORQUE_PU     0.051262339f
+#define CONFIG_STEER_FILTER_S      0.032f
+#define CONFIG_STEER_PER_S         0.71126497f
+
+/* Loss of the supply: held above mains_lost_V by this; braking power per volt of dip over i_max. */
+#define CONFIG_MAINS_HOLD_PU 1.15f
+#define CONFIG_MAINS_GAIN_PU 1.2658228f
+
 /* The paper gives eps1 = .008 without a unit; the law wants c in 1/(s Wb A). */
 static float leak(const params_t *p)
 {
@@ -32,7 +88,8 @@ static void config_board(drive_params_t *d, const params_t *p)
                                     .u_dc_max_V = p->u_dc_max_V,
                                     .u_dc_min_V = p->u_dc_min_V,
                                     .omega_max_rad_s = p->over_speed_rad_s,
-                                    .plausibility_periods = p->plausibility_periods};
+                                    .plausibility_periods =
+                                        (uint32_t)(CONFIG_PLAUSIBILITY_S / p->period_s + 0.5f)};
 }
 
 static void config_estimator(drive_params_t *d, const params_t *p)
@@ -47,12 +104,12 @@ static void config_estimator(drive_params_t *d, const params_t *p)
                                     .ki_rad_per_s2_Wb_A = p->adapt_ki,
                                     .leak_per_s_Wb_A = leak(p),
                                     .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
-                                    .leak_to_prior = p->eps1_prior != 0u,
+                                    .leak_to_prior = false,
                                     .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
                                     .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
                                     .omega_max_rad_s = p->omega_max_rad_s,
                                     .phi_factor = p->phi_factor,
-                                    .phi_ramp_rad_s = p->phi_ramp_rad_s};
+                                    .phi_ramp_rad_s = p->Rr_ohm / p->Lr_H / CONFIG_PHI_RAMP_TAU};
 }
 
 static void config_control(drive_params_t *d, const params_t *p)
@@ -68,9 +125,9 @@ static void config_control(drive_params_t *d, const params_t *p)
                                         .slew_rad_s2 = p->speed_slew_rad_s2,
                                         .fast_bandwidth_rad_s = p->speed_fast_bandwidth_rad_s,
                                         .slow_rad_s = p->speed_slow_rad_s,
-                                        .fast_rad_s = p->speed_fast_rad_s,
-                                        .torque_max_rad_s = p->torque_max_rad_s,
-                                        .torque_min_rad_s = -p->torque_max_rad_s,
+                                        .fast_rad_s = CONFIG_SPEED_FAST_PU * p->speed_slow_rad_s,
+                                        .torque_max_rad_s = p->torque_speed_max_rad_s,
+                                        .torque_min_rad_s = -p->torque_speed_max_rad_s,
                                         .torque_slew_Nm_per_s = p->torque_slew_Nm_s};
     if (p->direction == 1u) {
         d->speed.torque_min_rad_s = 0.0f;
@@ -84,7 +141,7 @@ static void config_control(drive_params_t *d, const params_t *p)
                                     .stop_rad_s2 = p->ramp_down_rad_s2};
     d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
                                       .i_d_A = p->i_d_A,
-                                      .bandwidth_rad_s = p->flux_bandwidth_rad_s,
+                                      .bandwidth_rad_s = CONFIG_FLUX_RAD_S,
                                       .i_d_max_A = p->i_d_max_A};
     /* The integrators never need more than the largest dc link gives. */
     d->current = (current_control_params_t){.bandwidth_rad_s = p->current_bandwidth_rad_s,
@@ -94,23 +151,24 @@ static void config_control(drive_params_t *d, const params_t *p)
     d->svpwm = (svpwm_params_t){.min_pulse_s = p->min_pulse_s,
                                 .u_dc_min_V = 0.5f * p->u_dc_min_V + 1.0f,
                                 .swap_vw = p->swap_vw != 0u};
-    d->supervisor = (supervisor_params_t){.corner_rad_s = NUM_TWO_PI * p->sup_corner_Hz,
-                                          .Rs_uncertainty_pu = p->sup_Rs_uncertainty,
-                                          .Rr_uncertainty_pu = p->sup_Rr_uncertainty,
-                                          .i_uncertainty_pu = p->sup_i_uncertainty,
-                                          .u_uncertainty_V = p->sup_u_uncertainty_V,
-                                          .residual_pu = p->sup_residual,
-                                          .lost_pu = p->sup_lost,
-                                          .confirm_s = p->sup_confirm_s,
-                                          .return_s = p->sup_return_s,
-                                          .lambda_nominal_Wb = p->M_H * p->i_d_A,
-                                          .omega_max_rad_s = p->omega_max_rad_s};
+    d->supervisor =
+        (supervisor_params_t){.corner_rad_s = NUM_TWO_PI * CONFIG_SUP_CORNER_HZ,
+                              .Rs_uncertainty_pu = p->sup_Rs_uncertainty,
+                              .Rr_uncertainty_pu = CONFIG_SUP_RR_PU,
+                              .i_uncertainty_pu = CONFIG_SUP_I_PU,
+                              .u_uncertainty_V = CONFIG_SUP_U_PU * p->line_voltage_full_scale_V,
+                              .residual_pu = CONFIG_SUP_RESIDUAL_PU,
+                              .lost_pu = CONFIG_SUP_LOST_PU,
+                              .confirm_s = CONFIG_SUP_CONFIRM_S,
+                              .return_s = CONFIG_SUP_RETURN_S,
+                              .lambda_nominal_Wb = p->M_H * p->i_d_A,
+                              .omega_max_rad_s = p->omega_max_rad_s};
     d->lost_action = (drive_lost_action_t)p->lost_action;
-    d->impressed = (i_f_params_t){.current_A = p->impressed_A,
-                                  .slew_A_per_s = p->impressed_slew_A_s,
-                                  .slew_rad_s2 = p->impressed_slew_rad_s2,
-                                  .return_rad_s = NUM_TWO_PI * p->impressed_return_Hz,
-                                  .timeout_s = p->impressed_timeout_s};
+    d->impressed = (i_f_params_t){.current_A = p->i_f_A,
+                                  .slew_A_per_s = CONFIG_I_F_PER_S * p->i_f_A,
+                                  .slew_rad_s2 = p->open_loop_slew_rad_s2,
+                                  .return_rad_s = NUM_TWO_PI * CONFIG_I_F_RETURN_HZ,
+                                  .timeout_s = CONFIG_I_F_TIMEOUT_S};
     d->dead_time = (inverter_error_params_t){.fraction = p->dead_time_fraction,
                                              .dead_time_s = p->dead_time_s,
                                              .drop_V = p->device_drop_V,
@@ -122,10 +180,10 @@ static void config_protection(drive_params_t *d, const params_t *p)
 {
     d->link = (link_limit_params_t){.chopper_on_V = p->chopper_on_V,
                                     .regen_start_V = p->regen_start_V,
-                                    .hold_V = p->link_hold_V,
+                                    .hold_V = 0.0f,
                                     .u_dc_max_V = p->u_dc_max_V};
     d->overload = (overload_params_t){.cont_A = {p->overload_motor_A, p->overload_inverter_A},
-                                      .tau_s = {p->overload_motor_s, p->overload_inverter_s},
+                                      .tau_s = {p->overload_motor_s, CONFIG_INVERTER_S},
                                       .i_max_A = p->i_max_A};
     d->plausibility = (plausibility_params_t){.u_V = p->voltage_check_V,
                                               .open_A = p->open_phase_A,
@@ -141,26 +199,29 @@ static void config_means(drive_params_t *d, const params_t *p)
     d->dead_time_identify = p->dead_time_identify != 0u;
     d->rs_measurement = (rs_measurement_params_t){.enable = p->rs_measure != 0u,
                                                   .high_A = p->rs_high_A,
-                                                  .low_A = p->rs_low_A,
+                                                  .low_A = CONFIG_RS_LOW_PU * p->rs_high_A,
                                                   .level_s = p->rs_level_s,
-                                                  .average_s = p->rs_average_s,
+                                                  .average_s = CONFIG_RS_AVERAGE_PU * p->rs_level_s,
                                                   .bias = p->rs_bias,
-                                                  .ratio_max = p->rs_ratio_max};
+                                                  .ratio_max = CONFIG_RS_RATIO_MAX};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
-                                            .i_0_A = p->rs_track_i_0_A,
-                                            .min_rad_s = NUM_TWO_PI * p->rs_track_min_Hz,
-                                            .max_rad_s = NUM_TWO_PI * p->rs_track_max_Hz,
-                                            .low_pu = p->rs_track_low,
-                                            .high_pu = p->rs_track_high,
-                                            .quiet_s = p->rs_track_quiet_s,
-                                            .speed_err_rad_s = p->rs_track_speed_err_rad_s};
+                                            .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
+                                            .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,
+                                            .max_rad_s = NUM_TWO_PI * CONFIG_TRACK_MAX_HZ,
+                                            .low_pu = CONFIG_TRACK_LOW_PU,
+                                            .high_pu = CONFIG_TRACK_HIGH_PU,
+                                            .quiet_s = CONFIG_TRACK_QUIET_S,
+                                            .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S};
+    const float lambda_Wb = p->M_H * p->i_d_A;
+    const float torque_Nm = p->pole_pairs * (p->M_H / p->Lr_H) * lambda_Wb * p->i_q_max_A;
     d->steering = (flux_steering_params_t){.min_rad_s = NUM_TWO_PI * p->steer_min_Hz,
-                                           .hysteresis_rad_s = NUM_TWO_PI * p->steer_hysteresis_Hz,
+                                           .hysteresis_rad_s = CONFIG_STEER_HYSTERESIS_PU *
+                                                               (NUM_TWO_PI * p->steer_min_Hz),
                                            .lambda_nominal_Wb = p->M_H * p->i_d_A,
                                            .lambda_min_Wb = p->M_H * p->i_d_A * p->steer_flux_min,
-                                           .torque_min_Nm = p->steer_torque_min_Nm,
-                                           .torque_filter_s = p->steer_filter_s,
-                                           .slew_Wb_per_s = p->steer_slew_Wb_s,
+                                           .torque_min_Nm = CONFIG_STEER_TORQUE_PU * torque_Nm,
+                                           .torque_filter_s = CONFIG_STEER_FILTER_S,
+                                           .slew_Wb_per_s = CONFIG_STEER_PER_S * lambda_Wb,
                                            .i_q_max_A = p->i_q_max_A};
 }
 
@@ -182,6 +243,7 @@ static void config_means(drive_params_t *d, const params_t *p)
 /* Modes and range. */
 static void config_modes(modes_params_t *m, const params_t *p)
 {
+    const float mains_hold_V = CONFIG_MAINS_HOLD_PU * p->mains_lost_V;
     const float stands_rad_s = CONFIG_STANDS_TAU * p->Rr_ohm / p->Lr_H;
     const float lambda_Wb = p->M_H * p->i_d_A;
     m->control = (modes_control_t)p->control_mode;
@@ -205,13 +267,13 @@ static void config_modes(modes_params_t *m, const params_t *p)
                                         .omega_max_rad_s = p->omega_max_rad_s};
     m->volts = (volts_per_hertz_params_t){.psi_Wb = p->Ls_H * p->i_d_A,
                                           .boost_V = p->vf_boost_V,
-                                          .slew_rad_s2 = p->impressed_slew_rad_s2,
+                                          .slew_rad_s2 = p->open_loop_slew_rad_s2,
                                           .i_max_A = p->i_max_A};
     m->mains = (mains_loss_params_t){.u_lost_V = p->mains_lost_V,
-                                     .u_hold_V = p->mains_hold_V,
-                                     .u_back_V = CONFIG_MAINS_BACK_PU * p->mains_hold_V,
+                                     .u_hold_V = mains_hold_V,
+                                     .u_back_V = CONFIG_MAINS_BACK_PU * mains_hold_V,
                                      .back_s = CONFIG_MAINS_BACK_S,
-                                     .gain_W_per_V = p->mains_gain_W_V,
+                                     .gain_W_per_V = CONFIG_MAINS_GAIN_PU * p->i_max_A,
                                      .stop_rad_s = stands_rad_s,
                                      .lambda_Wb = lambda_Wb,
                                      .i_q_max_A = p->i_q_max_A};
@@ -235,7 +297,7 @@ void unit_config_drive(drive_params_t *drive, const params_t *params)
 void unit_config_commissioning(commissioning_params_t *c, const params_t *p)
 {
     *c = (commissioning_params_t){.rated_A = p->com_rated_A,
-                                  .level_s = p->com_level_s,
+                                  .level_s = p->rs_level_s,
                                   .slip_Hz = p->com_slip_Hz,
                                   .Rs_ohm = p->Rs_ohm,
                                   .period_s = p->period_s};

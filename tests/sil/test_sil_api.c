@@ -2,6 +2,7 @@
 #include <math.h>
 #include <pthread.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "sil_rig.h"
@@ -67,11 +68,16 @@ static void test_names_are_listed_with_unit_limits_and_text(void)
         TEST_ASSERT_EQUAL_INT(ZH_OK, zh_sil_describe(k, &info));
         TEST_ASSERT_TRUE(info.minimum <= info.initial && info.initial <= info.maximum);
         TEST_ASSERT_TRUE(strlen(info.text) > 2u && info.unit != NULL);
+        TEST_ASSERT_TRUE(strlen(info.group) > 2u);
     }
     TEST_ASSERT_NULL(zh_sil_name(zh_sil_name_count()));
     zh_sil_name_info beyond = {.struct_size = sizeof beyond};
     TEST_ASSERT_EQUAL_INT(ZH_NO_SUCH_NAME, zh_sil_describe(zh_sil_name_count(), &beyond));
     TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_sil_describe(0u, NULL));
+    /* A caller that knows nothing of groups and choices gets none. */
+    zh_sil_name_info short_info = {.struct_size = offsetof(zh_sil_name_info, group)};
+    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_sil_describe(0u, &short_info));
+    TEST_ASSERT_NULL(short_info.group);
 }
 
 static void test_overrides_are_lines_with_comments(void)
@@ -98,6 +104,11 @@ static void refused_with(const char *overrides, const char *word)
 static void test_open_names_the_override_it_refuses(void)
 {
     refused_with("no_such=1", "no_such");
+    refused_with("impressed_A=12", "is called i_f_A now");
+    refused_with("rs_track_low=0.9", "is a constant now, 0.98");
+    refused_with("rs_low_A=4", "0.625 rs_high_A");
+    refused_with("lost_action=trip", "warn, fault, i_f");
+    refused_with("lost_action=3", "warn, fault, i_f");
     refused_with("adapt_kp=1e9", "out of range");
     refused_with("adapt_kp=nan", "finite");
     refused_with("adapt_kp=inf", "finite");

@@ -119,7 +119,7 @@ static void test_random_words_with_the_limits_out_of_the_way(void)
 {
     random_words(3u, 0x3fffu,
                  "i_trip_A=1e4\nu_dc_max_V=1e4\nu_dc_min_V=0\ncurrent_sum_max_A=1e4\n"
-                 "plausibility_periods=100000\nover_speed_rad_s=1e5\nomega_max_rad_s=1e4\n"
+                 "over_speed_rad_s=1e5\nomega_max_rad_s=1e4\n"
                  "offset_calibration_s=0\neps1_mode=1\nphi_factor=1\nadapt_ki=1e6\nadapt_kp=160",
                  true);
 }

@@ -160,7 +160,7 @@ def test_torque_mode_gives_its_torque_and_holds_the_speed_limit(way):
     record = go(
         4.0,
         {"torque_mode_on_s": -READY_S},
-        {"torque_max_rad_s": 100.0},
+        {"torque_speed_max_rad_s": 100.0},
         torque_ref_Nm=[[0.0, 0.0], [0.01, 3.0 * way]],
         load_torque_Nm=[[1.5, 0.0], [2.0, -5.0 * way]],
     )

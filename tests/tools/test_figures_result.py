@@ -125,9 +125,10 @@ def test_every_input_is_in_the_hash(tmp_path, monkeypatch, name):
     shutil.copytree(setup.SCENARIOS, tmp_path / "scenarios")
     for kind in ("rig", "board"):
         shutil.copy(getattr(PAPER, kind), tmp_path / f"{kind}.toml")
-    shutil.copy(param_list.PARAM_LIST, tmp_path / "param_list.def")
+    for file in param_list.FILES:
+        shutil.copy(file, tmp_path)
     monkeypatch.setattr(setup, "SCENARIOS", tmp_path / "scenarios")
-    monkeypatch.setattr(param_list, "PARAM_LIST", tmp_path / "param_list.def")
+    monkeypatch.setattr(param_list, "FOLDER", tmp_path)
     copied = dataclasses.replace(
         PAPER,
         motor_dir=tmp_path / "motor",

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from zerohertz import param_list
 from zerohertz.atlas import compare, means, means_table, points
 from zerohertz.atlas.means import DROPPED, KEPT, RECIPES, REFERENCE, Recipe, recipes
 from zerohertz.atlas.run import Means
@@ -16,7 +17,7 @@ from zerohertz.cli import main
 from zerohertz.console import tell
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
-from zerohertz.scenario.setup import load_setup, parameter_defaults
+from zerohertz.scenario.setup import load_setup
 from zerohertz.sim import run
 
 
@@ -31,7 +32,7 @@ def _bench(name, folder):
 
 
 def _told(bench, name):
-    return (dict(bench.params) | dict(bench.firmware)).get(name, parameter_defaults()[name])
+    return (dict(bench.params) | dict(bench.firmware)).get(name, param_list.defaults()[name])
 
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.name)

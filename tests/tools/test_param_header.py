@@ -15,7 +15,7 @@ from zerohertz.gain_design.command import default_motor_dirs
 from zerohertz.image.param_header import header
 from zerohertz.image.param_values import image_values
 from zerohertz.motor import load_motor
-from zerohertz.param_list import float32, read_param_list
+from zerohertz.param_list import entries, float32
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import CONFIGS, load_setup
 
@@ -29,12 +29,12 @@ def generate(*options: object) -> subprocess.CompletedProcess:
 
 
 def test_the_list_is_the_firmwares() -> None:
-    listed = read_param_list()
+    listed = entries()
     assert list(listed) == [p.name for p in parameters()]
     for p in parameters():
         mine = listed[p.name]
-        rounded = tuple(float32(x) for x in (mine.minimum, mine.maximum, mine.initial))
-        assert rounded == (p.minimum, p.maximum, p.initial)
+        assert (mine.lowest, mine.highest) == (p.minimum, p.maximum)
+        assert float32(mine.initial) == p.initial
         assert mine.whole == p.whole
 
 

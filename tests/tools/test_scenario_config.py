@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from zerohertz import param_list
 from zerohertz.errors import UserError
 from zerohertz.scenario import figures, identify, propose, sensitivity, setup, space
 from zerohertz.scenario.evaluate import Result
@@ -67,9 +68,11 @@ def test_the_current_limit_gives_i_d_priority(tmp_path):
 
 
 def test_the_defaults_are_read_for_every_parameter():
-    known = setup.parameter_defaults()
+    known = param_list.defaults()
     text = (setup.ROOT / "firmware" / "parameters" / "param_list.def").read_text()
-    lines = [line for line in text.splitlines() if line.startswith(("PARAM_F(", "PARAM_U("))]
+    lines = [
+        line for line in text.splitlines() if line.startswith(("PARAM_F(", "PARAM_U(", "PARAM_E("))
+    ]
     assert len(known) == len(lines)
     assert known["current_full_scale_A"] == 25.0
     assert known["adc_bits"] == 14
@@ -156,8 +159,8 @@ def test_nothing_the_paper_states_is_searched():
     fixed = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H", "i_q_max_A", "period_s")
     assert not set(params) & set(fixed)
     # Nor is anything that the paper's law does not have.
-    assert not any(params[name] for name in ("phi_factor", "eps1_prior", "flux_mode"))
-    assert set(params) <= set(setup.parameter_defaults())
+    assert not any(params[name] for name in ("phi_factor", "flux_mode"))
+    assert set(params) <= set(param_list.defaults())
 
 
 def clause(margin: float) -> Judgement:

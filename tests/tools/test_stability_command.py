@@ -146,7 +146,7 @@ def test_gain_table_is_the_stored_one_and_conjugate_backwards():
 
 
 def test_steering_keeps_away_from_zero_frequency_and_has_hysteresis():
-    changes = {"steer_min_Hz": 0.67, "steer_hysteresis_Hz": 0.2, "i_d_A": 5.0}
+    changes = {"steer_min_Hz": 0.67, "i_d_A": 5.0}
     fw = plane.firmware_of(load_setup("recommended"), None, changes)
     omega, torque = np.full(5, 12.0), np.array([-0.5, -5.0, -8.4, -3.0, 8.4])
     on = fw.steering.steers(omega, torque)

@@ -24,10 +24,53 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_TRUE_MESSAGE(info->minimum < info->maximum, info->name);
         TEST_ASSERT_TRUE_MESSAGE(params_initial(i) >= info->minimum, info->name);
         TEST_ASSERT_TRUE_MESSAGE(params_initial(i) <= info->maximum, info->name);
+        TEST_ASSERT_TRUE_MESSAGE(info->group < PARAM_GROUPS, info->name);
         TEST_ASSERT_EQUAL_size_t(i, params_find(info->name)); /* names are unique */
     }
+    TEST_ASSERT_TRUE(params_count() <= 100u);
     TEST_ASSERT_NULL(params_info(params_count()));
     TEST_ASSERT_EQUAL_STRING("", params_text(params_count()));
+}
+
+static void test_every_group_has_a_name_a_text_and_parameters_that_stand_together(void)
+{
+    size_t group = 0u;
+    for (size_t i = 0u; i < params_count(); i++) {
+        const size_t now = params_info(i)->group;
+        TEST_ASSERT_TRUE_MESSAGE((now == group) || (now == group + 1u), params_info(i)->name);
+        group = now;
+    }
+    TEST_ASSERT_EQUAL_size_t(PARAM_GROUPS, group + 1u);
+    for (size_t k = 0u; k < PARAM_GROUPS; k++) {
+        TEST_ASSERT_TRUE(strlen(params_group_name(k)) > 2u);
+        TEST_ASSERT_TRUE(strlen(params_group_text(k)) > 2u);
+    }
+    TEST_ASSERT_EQUAL_STRING("", params_group_name(PARAM_GROUPS));
+    TEST_ASSERT_EQUAL_STRING("", params_group_text(PARAM_GROUPS));
+}
+
+static void test_a_choice_is_a_whole_number_with_a_name_for_each_value(void)
+{
+    size_t enumerated = 0u;
+    for (size_t i = 0u; i < params_count(); i++) {
+        const param_info_t *info = params_info(i);
+        if (info->choice == NULL) {
+            continue;
+        }
+        enumerated++;
+        TEST_ASSERT_EQUAL_UINT8(PARAM_UINT, info->type);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, info->minimum);
+        for (size_t k = 0u; k <= (size_t)info->maximum; k++) {
+            TEST_ASSERT_TRUE_MESSAGE(strlen(info->choice[k]) >= 2u, info->name);
+            for (size_t m = 0u; m < k; m++) {
+                TEST_ASSERT_TRUE_MESSAGE(strcmp(info->choice[k], info->choice[m]) != 0, info->name);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL_size_t(14u, enumerated);
+    const param_info_t *action = params_info(params_find("lost_action"));
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, action->maximum);
+    TEST_ASSERT_EQUAL_STRING("fault", action->choice[1]);
 }
 
 static void test_defaults_are_those_of_the_list(void)
@@ -104,6 +147,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_parameter_has_name_text_and_a_default_in_range);
+    RUN_TEST(test_every_group_has_a_name_a_text_and_parameters_that_stand_together);
+    RUN_TEST(test_a_choice_is_a_whole_number_with_a_name_for_each_value);
     RUN_TEST(test_defaults_are_those_of_the_list);
     RUN_TEST(test_set_writes_the_named_field_and_no_other);
     RUN_TEST(test_set_refuses_and_leaves_everything_as_it_was);

@@ -112,6 +112,8 @@ class Parameter:
     initial: float
     access: Access
     whole: bool
+    group: str
+    choices: tuple[str, ...]  # names of the values 0, 1, ...; none: a number
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +173,8 @@ class _NameInfo(Structure):
         ("initial", c_float),
         ("unit", c_char_p),
         ("text", c_char_p),
+        ("group", c_char_p),
+        ("choice", POINTER(c_char_p)),
     )
 
 
@@ -250,9 +254,17 @@ def parameters() -> tuple[Parameter, ...]:
                 initial=info.initial,
                 access=Access(info.access),
                 whole=bool(info.whole),
+                group=info.group.decode(),
+                choices=_choices(info),
             )
         )
     return tuple(found)
+
+
+def _choices(info: _NameInfo) -> tuple[str, ...]:
+    if not info.choice:
+        return ()
+    return tuple(info.choice[k].decode() for k in range(int(info.maximum) + 1))
 
 
 class _Handle:

@@ -1,39 +1,138 @@
-"""The firmware's parameters as param_list.def lists them.
+"""The parameter list of the firmware (firmware/parameters/*.def), as data.
 
-Python's standard library alone: the build reads them too.
+The same text that the firmware is built from. Python's standard library alone: the build reads it.
 """
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 import math
 import re
 import struct
+from dataclasses import dataclass
+from pathlib import Path
 
+from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
-PARAM_LIST = ROOT / "firmware" / "parameters" / "param_list.def"
-_PATTERN = r'PARAM_([FU])\((\w+),\s*"[^"]*",\s*([^,]+),\s*([^,]+),\s*([^,]+),'
+FOLDER = ROOT / "firmware" / "parameters"
+LIST = FOLDER / "param_list.def"
+# What the values of an image depend on.
+FILES = (LIST, FOLDER / "param_choices.def")
+
+Value = float | int
+
+_STRINGS = r'((?:"[^"]*"\s*)+)'
+_NUMBERS = r"([^,()]+),\s*([^,()]+),\s*([^,()]+)"
+_NUMBER_ENTRY = re.compile(
+    rf"^PARAM_([FU])\(\s*(\w+),\s*(\w+),\s*{_STRINGS},\s*{_NUMBERS},\s*(\w+),\s*{_STRINGS}\)\s*$",
+    re.MULTILINE,
+)
+_CHOICE_ENTRY = re.compile(
+    rf"^PARAM_E\(\s*(\w+),\s*(\w+),\s*(\w+),\s*(\d+)u,\s*(\w+),\s*{_STRINGS}\)\s*$", re.MULTILINE
+)
+_GROUP = re.compile(rf"^PARAM_GROUP\(\s*(\w+),\s*{_STRINGS},\s*{_STRINGS}\)\s*$", re.MULTILINE)
+_CHOICES = re.compile(r"^PARAM_CHOICES\(\s*(\w+),\s*([^)]*)\)\s*$", re.MULTILINE)
+_FORMER = re.compile(
+    r"^PARAM_(RENAMED|CONSTANT|DROPPED)\(\s*(\w+),\s*([^)]*?)\s*\)\s*$", re.MULTILINE
+)
 
 
-@dataclasses.dataclass(frozen=True)
-class ListedParameter:
-    """The decimals of the list, not yet rounded to float32."""
+@dataclass(frozen=True)
+class Entry:
+    """One parameter; numbers as printed in the list."""
 
     name: str
+    group: str
+    unit: str
+    minimum: str
+    maximum: str
+    default: str
+    access: str
+    text: str
     whole: bool
-    minimum: float
-    maximum: float
-    initial: float | int
+    choices: tuple[str, ...] = ()
+
+    @property
+    def initial(self) -> Value:
+        return int(self.default) if self.whole else float(self.default)
+
+    @property
+    def lowest(self) -> float:
+        return float32(float(self.minimum))
+
+    @property
+    def highest(self) -> float:
+        return float32(float(self.maximum))
 
 
-def read_param_list() -> dict[str, ListedParameter]:
-    """By name, in the order of the list."""
-    text = PARAM_LIST.read_text(encoding="utf-8")
-    return {
-        name: ListedParameter(name, kind == "U", *(_number(value) for value in values))
-        for kind, name, *values in re.findall(_PATTERN, text)
-    }
+@dataclass(frozen=True)
+class Former:
+    """What became of a parameter that an earlier list had."""
+
+    now: str | None  # its name of today
+    value: float | None  # the constant in its place
+    text: str  # for a reader
+
+
+def entries() -> dict[str, Entry]:
+    """Name -> parameter, in the list's order."""
+    return _entries(_read("param_list"), _read("param_choices"))
+
+
+@functools.cache
+def _entries(listed: str, choices: str) -> dict[str, Entry]:
+    return {entry.name: entry for entry in parse(listed, _choice_lists(choices))}
+
+
+def groups() -> dict[str, tuple[str, str]]:
+    """Group of the list -> its name and text, in order."""
+    return {m[1]: (_joined(m[2]), _joined(m[3])) for m in _GROUP.finditer(_read("param_groups"))}
+
+
+def _choice_lists(text: str) -> dict[str, tuple[str, ...]]:
+    """List of choices -> names of the values 0, 1, ..."""
+    return {m[1]: tuple(re.findall(r'"([^"]*)"', m[2])) for m in _CHOICES.finditer(text)}
+
+
+def former() -> dict[str, Former]:
+    """Name of a former list -> what applies now."""
+    found = {}
+    for kind, name, rest in _FORMER.findall(_read("param_former")):
+        if kind == "RENAMED":
+            found[name] = Former(rest, None, f"is called {rest} now")
+        elif kind == "CONSTANT":
+            found[name] = Former(None, float(rest), f"is a constant now, {rest}")
+        else:
+            found[name] = Former(None, None, f"is derived now: {_joined(rest)}")
+    return found
+
+
+def defaults() -> dict[str, Value]:
+    """Name -> default of every firmware parameter."""
+    return {name: entry.initial for name, entry in entries().items()}
+
+
+def parse(text: str, choices: dict[str, tuple[str, ...]]) -> list[Entry]:
+    """Parameters in the list's order; UserError for a line that is not understood."""
+    found: list[tuple[int, Entry]] = []
+    for match in _NUMBER_ENTRY.finditer(text):
+        kind, group, name, unit, *numbers, access, words = match.groups()
+        least, most, default = (number.strip().rstrip("fu") for number in numbers)
+        entry = Entry(
+            *(name, group, _joined(unit), least, most, default, access, _joined(words), kind == "U")
+        )
+        found.append((match.start(), entry))
+    for match in _CHOICE_ENTRY.finditer(text):
+        group, name, chosen, default, access, words = match.groups()
+        names = choices.get(chosen, ())
+        most = str(len(names) - 1)
+        entry = Entry(name, group, "", "0", most, default, access, _joined(words), True, names)
+        found.append((match.start(), entry))
+    listed = len(re.findall(r"^PARAM_[FUE]\(", text, re.MULTILINE))
+    if len(found) != listed or listed == 0:
+        raise UserError(f"{LIST.name}: {listed} parameters, {len(found)} understood; mend the rest")
+    return [entry for _, entry in sorted(found, key=lambda pair: pair[0])]
 
 
 def float32(value: float) -> float:
@@ -44,5 +143,29 @@ def float32(value: float) -> float:
         return math.copysign(math.inf, value)
 
 
-def _number(text: str) -> float | int:
-    return int(text.rstrip("u")) if text.endswith("u") else float(text.rstrip("f"))
+def no_such(name: str) -> str:
+    """What to say of a name that is no parameter."""
+    if name in former():
+        return former()[name].text
+    return "no such parameter; tools/docs/parameters.md lists them"
+
+
+def number_of(text: str, choices: tuple[str, ...], where: str) -> float:
+    """A number, or the number behind the name of a choice; UserError for anything else."""
+    if text in choices:
+        return float(choices.index(text))
+    try:
+        return float(text)
+    except ValueError:
+        names = f"give one of {', '.join(choices)}" if choices else "is not a number"
+        raise UserError(f"{where}: '{text}': {names}") from None
+
+
+def _read(name: str) -> str:
+    path: Path = FOLDER / f"{name}.def"
+    return path.read_text(encoding="utf-8")
+
+
+def _joined(strings: str) -> str:
+    """Adjacent C strings are one."""
+    return "".join(re.findall(r'"([^"]*)"', strings))

@@ -53,8 +53,8 @@ def _only(*names: str, **values: float) -> dict[str, float]:
     return {k: v for k, v in _WITHOUT.items() if k not in names} | values
 
 
-def _leak(mode: int, prior: int, c: float) -> dict[str, float]:
-    return {"eps1_mode": mode, "eps1_prior": prior, "eps1_unit": 0, "eps1": c}
+def _leak(mode: int, c: float) -> dict[str, float]:
+    return {"eps1_mode": mode, "eps1_unit": 0, "eps1": c}
 
 
 _ADDED = "One more at a time"
@@ -206,14 +206,13 @@ RECIPES: tuple[Recipe, ...] = (
     Recipe("vertex_high", _GAINS, DROPPED, "the other vertex: likewise", design_Rs_ratio=1.25),
     *(
         Recipe(
-            f"eps1_{when}_{where}_{c}",
+            f"eps1_{when}_{c}",
             _EPS1,
             DROPPED,
-            f"c = {c} 1/(s Wb A), {when.replace('_', ' ')}, towards {where}",
-            firmware=_leak(mode, prior, float(c)),
+            f"c = {c} 1/(s Wb A), {when.replace('_', ' ')}",
+            firmware=_leak(mode, float(c)),
         )
         for when, mode in (("always", 1), ("near_zero", 2))
-        for where, prior in (("0", 0), ("w_ref", 1))
         for c in (8, 40)
     ),
     *(

@@ -19,7 +19,7 @@ REFUSALS = {
     1: "the current does not follow: is the motor connected, phase u too, and the dc link up?",
     2: "phases v and w do not share the current: one of them is open",
     3: "the stator resistance is no motor's of this size: check the plate and the wiring",
-    4: "the flux had not settled: raise com_level_s",
+    4: "the flux had not settled: raise rs_level_s",
     5: "more current did not give more flux: check the current sensors' signs",
     6: "the leakage is nothing or more than a motor has: is there a filter in the line?",
     7: "no rotor answers, or one of another size: check the plate",
@@ -110,7 +110,7 @@ def start_parameters(plate: Plate) -> dict[str, float]:
     return {
         "observer_gain_enable": 0,
         "com_rated_A": plate.current_vector_A,
-        "com_level_s": level_s(plate),
+        "rs_level_s": level_s(plate),
         "com_slip_Hz": plate.slip_Hz,
         "dead_time_i_threshold_A": threshold_A(plate),
         "current_bandwidth_rad_s": 400.0,

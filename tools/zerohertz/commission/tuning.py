@@ -21,7 +21,7 @@ P1_FROM, P1_TO = 0.2, 0.6
 ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.635
 # Speed loop: well inside the adaptation.
 SPEED_SLOW, SPEED_FAST = 0.17, 0.36
-SPEED_FROM, SPEED_TO = 0.32, 0.49
+SPEED_FROM = 0.32
 # Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us.
 CURRENT_PERIODS = 0.12
 OVERLOAD = 1.5
@@ -94,7 +94,6 @@ def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, floa
         "adapt_ki": omega**2 / g,
         "adapt_kp": (2.0 * ADAPT_DAMPING * omega - slow) / g,
         "phi_factor": 0.576,
-        "phi_ramp_rad_s": 0.563 * circuit.tau_per_s,
         "omega_max_rad_s": 1.3 * RANGE * plate.omega_rad_s,
         "over_speed_rad_s": 1.25 * RANGE * plate.omega_rad_s,
     }
@@ -107,7 +106,6 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
         "speed_bandwidth_rad_s": SPEED_SLOW * slow,
         "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
         "speed_slow_rad_s": SPEED_FROM * slow,
-        "speed_fast_rad_s": SPEED_TO * slow,
         "speed_ki_factor": 0.12,
         "speed_filter_s": 0.001,
         "speed_J_kg_m2": J_kg_m2,
@@ -140,8 +138,6 @@ def _start(circuit: Circuit, plate: Plate) -> dict[str, float]:
         "rs_measure": 1,
         "dead_time_identify": 1,
         "rs_high_A": 0.7 * plate.current_vector_A,
-        "rs_low_A": 0.35 * plate.current_vector_A,
         "rs_level_s": settle_s,
-        "rs_average_s": 0.2 * settle_s,
         "premagnetise_s": settle_s,
     }

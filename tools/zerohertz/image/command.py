@@ -32,13 +32,12 @@ ALL_OPTIONS = {
     "flux_mode": 1,
     "dead_time_fraction": 1.0,
     "eps1_mode": 2,
-    "eps1_prior": 1,
     "decoupling": 1.0,
     "min_pulse_s": 2e-6,
 }
 # A start that the short scenario has time for. What it finds is of little use: the drive falls back
 # to I-f and returns, again and again, which is what makes its worst period.
-SHORT_START = {"rs_level_s": 0.05, "rs_average_s": 0.02, "premagnetise_s": 0.2}
+SHORT_START = {"rs_level_s": 0.05, "premagnetise_s": 0.2}
 MACHINES = {"an386": "mps2-an386", "an500": "mps2-an500"}
 
 

@@ -15,7 +15,7 @@ from zerohertz.gain_design.crc32c import crc32c
 from zerohertz.gain_design.stored import JSON_NAME, read_motor_table
 from zerohertz.image.param_values import image_values
 from zerohertz.motor import load_motor
-from zerohertz.param_list import PARAM_LIST, float32, read_param_list
+from zerohertz.param_list import FILES, entries, float32
 from zerohertz.scenario.setup import config_file, load_setup
 
 _SAME_PERIOD = 1.0 + 1e-6  # float32 of a parameter against the decimals of motor.toml
@@ -40,7 +40,7 @@ def header(config: str, board: str | None = None, motor: Path | None = None) -> 
     )
     _require_period(values, table["inputs"]["design"]["period_s"], folder)
     name = table["motor"]
-    whole = {p: parameter.whole for p, parameter in read_param_list().items()}
+    whole = {p: parameter.whole for p, parameter in entries().items()}
     words = b"".join(_word(whole[p], value) for p, value in values.items())
     lines = "\n".join(f"        .{p} = {_literal(whole[p], v)}, \\" for p, v in values.items())
     text = f"""\
@@ -62,7 +62,7 @@ def header(config: str, board: str | None = None, motor: Path | None = None) -> 
     }}
 """
     motor_files = (folder / "motor.toml", folder / JSON_NAME)
-    return Header(text, (config_file(config), board_toml, *motor_files, PARAM_LIST))
+    return Header(text, (config_file(config), board_toml, *motor_files, *FILES))
 
 
 def _require_period(values: dict[str, float], designed_s: float, folder: Path) -> None:

@@ -1,100 +1,64 @@
-"""tools/docs/parameters.md from param_list.def: the same list that the firmware is built from."""
+"""tools/docs/parameters.md from the parameter list that the firmware is built from."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
+from collections.abc import Iterable
 
-from zerohertz.errors import UserError
+from zerohertz import param_list
+from zerohertz.param_list import Entry
 from zerohertz.paths import ROOT
 
-LIST = ROOT / "firmware" / "parameters" / "param_list.def"
 PAGE = ROOT / "tools" / "docs" / "parameters.md"
 
-_STRINGS = r'((?:"[^"]*"\s*)+)'
-_ENTRY = re.compile(
-    r"^PARAM_([FU])\(\s*(\w+),\s*"
-    + _STRINGS
-    + r",\s*([^,]+),\s*([^,]+),\s*([^,]+),\s*(\w+),\s*"
-    + _STRINGS
-    + r"\)\s*$",
-    re.MULTILINE,
-)
-_SECTION = re.compile(r"^/\*(.*?)\*/", re.MULTILINE | re.DOTALL)
 _HEAD = """\
 # Parameters
 
-Generated from `firmware/parameters/param_list.def` by `tools/zh params --page`: do not edit.
+Generated from `firmware/parameters/*.def` by `tools/zh params --page`: do not edit.
 
-Access: **RUN** at any time, **READY** with the gates off, **PROTECTED** with the gates off and the
-drive unlocked (`firmware/host/access.h`). Whole: integers only. Ranges include their ends; a
-stored value outside today's range falls back to the default, and the store says so
-(`firmware/host/param_store.h`).
+**Access**: RUN at any time, READY with the gates off, PROTECTED with the gates off and the drive
+unlocked (`firmware/host/access.h`). **Ranges** include their ends; a stored value outside today's
+range falls back to the default, and the store says so (`firmware/host/param_store.h`). **Choices**
+are set by name or by number (`tools/zh set lost_action fault`). Values that exclude each other are
+refused; the answer names both parameters and the range that is left.
+
+Currents and voltages are lengths of power-invariant vectors, sqrt(3) times the rms value of a
+phase, unless the text says "phase". Speeds in rad/s are electrical.
 """
 _COLUMNS = """\
-| name | unit | minimum | maximum | default | access | what |
-|---|---|---|---|---|---|---|"""
+| name | unit | range or choices | default | access | what |
+|---|---|---|---|---|---|"""
+_FORMER = """\
+## Names of former lists
+
+A saved record, or a configuration, may still have these. `tools/zh connect` names each one that a
+drive found in its record.
+
+| name | now |
+|---|---|"""
 
 
-@dataclass(frozen=True)
-class Entry:
-    """One line of the list, as printed there."""
-
-    name: str
-    unit: str
-    minimum: str
-    maximum: str
-    default: str
-    access: str
-    text: str
-    whole: bool
-
-
-def entries(text: str) -> dict[str, list[Entry]]:
-    """Section -> parameters in the list's order; UserError for a line that is not understood."""
-    sections = [(match.start(), " ".join(match[1].split())) for match in _SECTION.finditer(text)]
-    found: dict[str, list[Entry]] = {}
-    for match in _ENTRY.finditer(text):
-        title = [name for start, name in sections if start < match.start()][-1]
-        kind, name, unit, *numbers, access, words = match.groups()
-        entry = Entry(
-            name,
-            _joined(unit),
-            *(number.strip().rstrip("fu") for number in numbers),
-            access,
-            _joined(words),
-            kind == "U",
-        )
-        found.setdefault(title, []).append(entry)
-    listed = len(re.findall(r"^PARAM_", text, re.MULTILINE))
-    read = sum(len(group) for group in found.values())
-    if read != listed or read == 0:
-        raise UserError(f"{LIST.name}: {listed} parameters, {read} understood; mend the rest")
-    return found
-
-
-def _joined(strings: str) -> str:
-    """Adjacent C strings are one."""
-    return "".join(re.findall(r'"([^"]*)"', strings))
-
-
-def page_text(text: str | None = None) -> str:
-    """The page for this list, by default the firmware's."""
-    groups = entries(LIST.read_text(encoding="utf-8") if text is None else text)
+def page_text(entries: Iterable[Entry] | None = None) -> str:
+    """The page for these parameters, by default the firmware's."""
+    listed = list(param_list.entries().values() if entries is None else entries)
     parts = [_HEAD]
-    for title, group in groups.items():
-        rows = "\n".join(_row(entry) for entry in group)
-        parts.append(f"## {title.split(':')[0].rstrip('.')}\n\n{title}\n\n{_COLUMNS}\n{rows}\n")
+    for group, (name, text) in param_list.groups().items():
+        rows = "\n".join(_row(entry) for entry in listed if entry.group == group)
+        if rows:
+            parts.append(f"## {name[0].upper()}{name[1:]}\n\n{text}\n\n{_COLUMNS}\n{rows}\n")
+    former = "\n".join(f"| `{name}` | {now.text} |" for name, now in param_list.former().items())
+    parts.append(f"{_FORMER}\n{former}\n")
     return "\n".join(parts)
 
 
 def _row(entry: Entry) -> str:
-    unit = entry.unit or ("whole" if entry.whole else "")
-    if entry.whole and entry.unit:
-        unit += ", whole"
-    limits = f"{entry.minimum} | {entry.maximum} | {entry.default}"
+    span, default = f"{entry.minimum} .. {entry.maximum}", entry.default
+    if entry.choices:
+        span = ", ".join(f"{k} `{name}`" for k, name in enumerate(entry.choices))
+        default = f"`{entry.choices[int(entry.default)]}`"
+    elif entry.whole:
+        span += ", whole"
     text = entry.text.replace("|", "\\|")
-    return f"| `{entry.name}` | {unit} | {limits} | {entry.access} | {text} |"
+    return f"| `{entry.name}` | {entry.unit} | {span} | {default} | {entry.access} | {text} |"
 
 
 def stale() -> bool:

@@ -13,7 +13,7 @@ from pathlib import Path
 from zerohertz.board import Board
 from zerohertz.errors import UserError
 from zerohertz.motor import Circuit, Motor
-from zerohertz.param_list import ListedParameter, float32, read_param_list
+from zerohertz.param_list import Entry, entries, float32
 
 Values = dict[str, float]
 
@@ -25,12 +25,12 @@ _PAPER_M_H, _PAPER_J_KG_M2 = 0.102, 0.015
 
 def image_values(motor: Motor, board: Board, given: Mapping[str, float], file: Path) -> Values:
     """Every parameter, in the order of the list; UserError names file and parameter."""
-    listed = read_param_list()
+    listed = entries()
     values = {name: float32(p.initial) for name, p in listed.items()}
     factors = _motor_factors(motor) | _board_factors(board)
     for name, factor in factors.items():
-        low, high = float32(listed[name].minimum), float32(listed[name].maximum)
-        values[name] = min(max(float32(factor * values[name]), low), high)
+        least, most = listed[name].lowest, listed[name].highest
+        values[name] = min(max(float32(factor * values[name]), least), most)
     for name, value in (_measured(motor, board) | dict(given)).items():
         where = file if name in given else Path(motor.file if name in _OF_MOTOR else "board")
         values[name] = _checked(listed, name, value, where)
@@ -61,7 +61,6 @@ def _board_factors(board: Board) -> Values:
         "u_dc_min_V": board.u_dc_V / paper.u_dc_V,
         "i_trip_A": current,
         "current_sum_max_A": current,
-        "sup_u_uncertainty_V": board.line_voltage_full_scale_V / paper.line_voltage_full_scale_V,
         "voltage_filter_comp_s": _delay_s(board) / _delay_s(paper),
     }
 
@@ -90,13 +89,12 @@ def _measured(motor: Motor, board: Board) -> Values:
     }
 
 
-def _checked(listed: Mapping[str, ListedParameter], name: str, value: float, where: Path) -> float:
+def _checked(listed: Mapping[str, Entry], name: str, value: float, where: Path) -> float:
     parameter = listed[name]
-    low, high = float32(parameter.minimum), float32(parameter.maximum)
-    if not low <= float32(value) <= high:
+    if not parameter.lowest <= float32(value) <= parameter.highest:
         raise UserError(
             f"{where}: {name}: {value:g} is out of range; "
-            f"give {parameter.minimum:g} .. {parameter.maximum:g}"
+            f"give {parameter.lowest:g} .. {parameter.highest:g}"
         )
     if parameter.whole and not float(value).is_integer():
         raise UserError(f"{where}: {name}: {value:g} is not a whole number")

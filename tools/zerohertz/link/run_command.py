@@ -42,8 +42,8 @@ def run(
         float | None,
         typer.Option(
             "--torque-Nm",
-            help="Torque instead, the sign is the direction; parameter torque_max_rad_s limits the "
-            "speed, which may run up to there.",
+            help="Torque instead, the sign is the direction; parameter torque_speed_max_rad_s "
+            "limits the speed, which may run up to there.",
         ),
     ] = None,
     seconds: Annotated[

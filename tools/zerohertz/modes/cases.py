@@ -234,7 +234,7 @@ def open_loop(control: int, speed_rpm: float, load_pu: float) -> Finding:
         17.0,
         [(0, 0), (5, 0), (5, speed_rpm)],
         [(0, 0), (13, 0), (14, load_Nm)],
-        {"control_mode": control, "impressed_A": 15.0},
+        {"control_mode": control, "i_f_A": 15.0},
     )
     measured = {"slip_rpm": speed_rpm - _mean(record, "speed_rpm", 16.0, 17.0), **_numbers(record)}
     met = _whole(record) and abs(measured["slip_rpm"]) < 100.0
@@ -315,7 +315,7 @@ def restart(count: int) -> Finding:
 def mains_lost(back_s: float, on: bool = True) -> Finding:
     """The mains goes at 8 s, 1200 min^-1, and comes back after back_s, or never (0).
 
-    The link is a capacitor. Held is: the link stays near mains_hold_V as long as the shaft can
+    The link is a capacitor. Held is: the link stays near 1.15 mains_lost_V as long as the shaft can
     feed it; then the speed of before, or standstill without a trip of the link while it turned.
     """
     returns = [(8.0 + back_s, 0.0), (8.001 + back_s, 283.0)] if back_s > 0.0 else []

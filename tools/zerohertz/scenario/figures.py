@@ -8,10 +8,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from zerohertz import param_list
 from zerohertz.paths import ROOT
 from zerohertz.scenario.evaluate import Result, score
 from zerohertz.scenario.predicates import NOT_HELD_SHARE, NOT_HELD_TEXT
-from zerohertz.scenario.setup import Setup, figure_scenario, parameter_defaults, scenario_file
+from zerohertz.scenario.setup import Setup, figure_scenario, scenario_file
 
 DOCS = ROOT / "tools" / "docs"
 COMPUTED_NOW = "computed now"
@@ -130,7 +131,7 @@ def committed_sensitivity(setup: Setup) -> tuple[dict[str, float] | None, str]:
 
 def inputs_sha256(setup: Setup) -> str:
     """Hash of what the result depends on, the code of firmware and plant left out."""
-    params = parameter_defaults() | dict(setup.params)
+    params = param_list.defaults() | dict(setup.params)
     digest = hashlib.sha256(json.dumps(params, sort_keys=True).encode())
     scenarios = [scenario_file(figure_scenario(n)) for n in PAPER]
     motor = [setup.motor_dir / name for name in ("motor.toml", "l_gain.json")]

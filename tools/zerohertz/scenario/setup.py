@@ -2,8 +2,8 @@
 
 host_sim/configs/<name>.toml:  [config] name motor board rig  [params] <firmware parameter> = value
 `motor` is a folder of gain_tables or an absolute path, `board` and `rig` are files of host_sim.
-[params] are parameters of firmware/parameters/param_list.def; what a figure itself prescribes (L,
-eps1 mode, observer Rs) is in its scenario and wins. Python's standard library alone: the build
+[params] are parameters of firmware/parameters/param_list.def, choices by name or number; what a
+figure itself prescribes (L, eps1 mode, observer Rs) is in its scenario and wins. Python's standard library alone: the build
 reads them too.
 """
 
@@ -16,8 +16,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from zerohertz import param_list
 from zerohertz.errors import UserError
-from zerohertz.param_list import read_param_list
+from zerohertz.param_list import Value
 from zerohertz.paths import ROOT
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 CONFIGS = ROOT / "host_sim" / "configs"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
-
-Value = float | int
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Setup:
 
     def parameters(self) -> dict[str, Value]:
         """Every firmware parameter but those that a figure prescribes."""
-        return parameter_defaults() | dict(self.params)
+        return param_list.defaults() | dict(self.params)
 
     def i_q_limit_A(self) -> float:
         """The limit of i_q* in force, i_d having priority: eq. of speed_control.h.
@@ -111,11 +110,6 @@ def load_setup(name: str | Path) -> Setup:
     return setup
 
 
-def parameter_defaults() -> dict[str, Value]:
-    """Name -> default of every firmware parameter."""
-    return {name: parameter.initial for name, parameter in read_param_list().items()}
-
-
 def scenario_file(name: str) -> Path:
     return SCENARIOS / f"{name}.toml"
 
@@ -134,15 +128,19 @@ def event_s(scenario: Path) -> float:
 
 
 def _params(content: Any, path: Path) -> dict[str, Value]:
-    known = parameter_defaults()
+    known = param_list.entries()
+    params: dict[str, Value] = {}
     for name, value in content.items():
         if name not in known:
-            raise UserError(f"{path}: params.{name}: no such parameter; see param_list.def")
+            raise UserError(f"{path}: params.{name}: {param_list.no_such(name)}")
+        if isinstance(value, str) and known[name].choices:
+            value = int(param_list.number_of(value, known[name].choices, f"{path}: params.{name}"))
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise UserError(f"{path}: params.{name}: is {value!r}; a number is needed")
         if not math.isfinite(value):
             raise UserError(f"{path}: params.{name}: is {value}; a finite number is needed")
-    return dict(content)
+        params[name] = value
+    return params
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

@@ -22,6 +22,13 @@ Real = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 _STEERING_I_Q_SHARE = 0.95  # flux_steering.c
+# Constants of unit_config.c.
+_PHI_RAMP_TAU = 1.7760728
+_SPEED_FAST_PU = 1.5079365
+_FLUX_RAD_S = 10.0
+_STEER_HYSTERESIS_PU = 0.28231797
+_STEER_TORQUE_PU = 0.051262339
+_STEER_FILTER_S = 0.032
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,7 +126,6 @@ class Firmware:
     adapt_ki_T: float
     leak_T: float
     leak_mode: int
-    leak_to_prior: bool
     leak_on_rad_s: float
     phi_factor: float
     phi_ramp_rad_s: float
@@ -170,14 +176,13 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         adapt_ki_T=p["adapt_ki"] * T,
         leak_T=leak_per_s * T,
         leak_mode=int(p["eps1_mode"]),
-        leak_to_prior=p["eps1_prior"] == 1,
         leak_on_rad_s=2.0 * math.pi * p["eps1_on_Hz"],
         phi_factor=p["phi_factor"],
-        phi_ramp_rad_s=p["phi_ramp_rad_s"],
+        phi_ramp_rad_s=circuit.tau_per_s / _PHI_RAMP_TAU,
         speed=_speed_pi(p, circuit, lambda_Wb),
         speed_filter_gain=T / (T + p["speed_filter_s"]),
         speed_more_max=more_max,
-        speed_more_per_rad_s=more_max / (p["speed_fast_rad_s"] - p["speed_slow_rad_s"]),
+        speed_more_per_rad_s=more_max / ((_SPEED_FAST_PU - 1.0) * p["speed_slow_rad_s"]),
         speed_slow_rad_s=p["speed_slow_rad_s"],
         i_q_max_A=p["i_q_max_A"],
         i_max_A=p["i_max_A"],
@@ -200,7 +205,7 @@ def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
 
 
 def _flux_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
-    ki = p["flux_bandwidth_rad_s"] / circuit.M_H
+    ki = _FLUX_RAD_S / circuit.M_H
     return Pi(ki / circuit.tau_per_s, ki * p["period_s"])
 
 
@@ -215,12 +220,12 @@ def _steering(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Ste
     min_rad_s = 2.0 * math.pi * p["steer_min_Hz"]
     return Steering(
         min_rad_s=min_rad_s,
-        leave_rad_s=min_rad_s + 2.0 * math.pi * p["steer_hysteresis_Hz"],
+        leave_rad_s=(1.0 + _STEER_HYSTERESIS_PU) * min_rad_s,
         lambda_nominal_Wb=lambda_Wb,
         lambda_min_Wb=p["steer_flux_min"] * lambda_Wb,
-        torque_min_Nm=p["steer_torque_min_Nm"],
+        torque_min_Nm=_STEER_TORQUE_PU * p["pole_pairs"] * kr * lambda_Wb * p["i_q_max_A"],
         slip_Wb2_per_Nm_s=circuit.tau_per_s * circuit.M_H / (kr * p["pole_pairs"]),
         flux_per_torque_Wb_per_Nm=1.0
         / (p["pole_pairs"] * kr * _STEERING_I_Q_SHARE * p["i_q_max_A"]),
-        filter_gain=p["period_s"] / (p["period_s"] + p["steer_filter_s"]),
+        filter_gain=p["period_s"] / (p["period_s"] + _STEER_FILTER_S),
     )

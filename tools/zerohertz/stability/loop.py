@@ -231,10 +231,9 @@ def _adaptation(
     z = np.imag((lambda_hat * np.exp(1j * fw.phi_factor * ramp * arg_G1)).conj() * e1)
     x = s.x_adaptation + fw.adapt_ki_T * z
     if fw.leak_mode:
-        prior = p.omega_ref_rad_s if fw.leak_to_prior else 0.0
         share = fw.leak_T * np.sqrt(z**2 + loop.bench.z_noise_Wb_A**2)
         near = (np.abs(s.omega_s_hat) < fw.leak_on_rad_s) | (fw.leak_mode == 1)
-        x = x - np.where(near, share, 0.0) * (s.x_adaptation - prior)
+        x = x - np.where(near, share, 0.0) * s.x_adaptation
     return x, fw.adapt_kp * z + x
 
 

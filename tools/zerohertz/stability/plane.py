@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from zerohertz import param_list
 from zerohertz.errors import UserError
 from zerohertz.motor import load_motor
-from zerohertz.scenario.setup import Setup, parameter_defaults
+from zerohertz.scenario.setup import Setup
 from zerohertz.stability.firmware import Complex, Firmware, GainTable, Real, from_parameters
 from zerohertz.stability.loop import Points
 
@@ -41,10 +42,10 @@ class Truth:
 def firmware_of(setup: Setup, table: Path | None, changes: Mapping[str, float]) -> Firmware:
     """The firmware of a configuration that is told the nameplate, as in the atlas; `changes` are
     parameters with the last word. table None: the configuration's own."""
-    known = parameter_defaults()
+    known = param_list.entries()
     for name in changes:
         if name not in known:
-            raise UserError(f"--set: {name}: no such parameter; see param_list.def")
+            raise UserError(f"--set: {name}: {param_list.no_such(name)}")
     told = dataclasses.asdict(load_motor(setup.motor_dir).circuit)
     parameters = setup.parameters() | told | {"speed_J_kg_m2": 0.035} | dict(changes)
     gain = GainTable.zero()
