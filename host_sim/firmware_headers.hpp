@@ -11,6 +11,7 @@ extern "C" {
 #include "gain_table.h"
 #include "host_port.h"
 #include "params.h"
+#include "params_check.h"
 #include "ram_flash.h"
 #include "unit_config.h"
 #include "unit_signal.h"

@@ -133,6 +133,14 @@ std::string range_text(const param_info_t &info)
     return text_of(info.minimum) + " .. " + text_of(info.maximum) + unit;
 }
 
+std::string value_text(const param_info_t &info, float value)
+{
+    if (info.choice != nullptr) {
+        return info.choice[static_cast<std::size_t>(value)];
+    }
+    return text_of(value) + (info.unit[0] != '\0' ? " " + std::string(info.unit) : "");
+}
+
 // Names of former lists, and what became of them.
 struct Former {
     std::string_view name;
@@ -284,29 +292,23 @@ void apply_overrides(params_t &params, std::string_view lines, const std::string
 
 std::string refusal_reason(const params_t &p)
 {
-    const motor_t machine{p.Rs_ohm, p.Rr_ohm, p.Ls_H, p.Lr_H, p.M_H, p.pole_pairs};
-    motor_model_t model;
-    if (!motor_derive(&model, &machine)) {
-        return "M_H: leaves no leakage; M_H must be below sqrt(Ls_H Lr_H)";
+    params_conflict_t conflict;
+    if (params_check(&p, &conflict)) {
+        return "parameters: the firmware refuses them together; change one at a time to find which";
     }
-    if (!(model.a11_per_s * p.period_s < 1.0F)) {
-        return "period_s: " + text_of(p.period_s) +
-               " s is too long for this motor's stator current; give less than " +
-               text_of(1.0F / model.a11_per_s);
+    static constexpr const char *words[] = {"at most", "below", "at least", "above", "exactly"};
+    const auto said = [&](std::size_t index) {
+        const param_info_t *info = params_info(index);
+        return std::string(info->name) + " = " + value_text(*info, params_get(&p, index));
+    };
+    const param_info_t *first = params_info(conflict.first);
+    std::string with;
+    if (conflict.second != conflict.first) {
+        with = " with " + said(conflict.second);
     }
-    if (p.eps1_off_Hz < p.eps1_on_Hz) {
-        return "eps1_off_Hz: is below eps1_on_Hz; the hysteresis needs off >= on";
-    }
-    if (p.u_dc_min_V >= p.u_dc_max_V) {
-        return "u_dc_min_V: is not below u_dc_max_V; lower it";
-    }
-    if (p.i_d_A > p.i_d_max_A) {
-        return "i_d_A: is above i_d_max_A; lower it";
-    }
-    if (p.current_bandwidth_rad_s * p.period_s >= 1.0F) {
-        return "current_bandwidth_rad_s: is not below 1 / period_s; lower it";
-    }
-    return "parameters: the firmware refuses them together; change one at a time to find which";
+    return std::string(first->name) + ": is " + value_text(*first, params_get(&p, conflict.first)) +
+           "; it must be " + words[conflict.relation] + " " + value_text(*first, conflict.limit) +
+           with;
 }
 
 } // namespace zh

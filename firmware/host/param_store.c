@@ -69,8 +69,9 @@ static uint32_t key_of(const char *name)
 
 /* Index of the parameter with this key; `guess` is looked at first: a record of today's list is in
  * its order. params_count(): none. */
-static size_t find_key(const param_store_config_t *cfg, uint32_t key, size_t guess)
+static size_t find_key(const param_store_config_t *cfg, uint32_t key, size_t guess, bool *renamed)
 {
+    *renamed = false;
     const size_t count = params_count();
     for (size_t k = 0u; k < count; k++) {
         const size_t index = (guess + k) % count;
@@ -80,10 +81,40 @@ static size_t find_key(const param_store_config_t *cfg, uint32_t key, size_t gue
     }
     for (uint32_t k = 0u; k < cfg->rename_count; k++) {
         if (key_of(cfg->rename[k].before) == key) {
+            *renamed = true;
             return params_find(cfg->rename[k].now);
         }
     }
     return count;
+}
+
+static param_store_entry_t next_entry(const param_store_config_t *cfg, reader_t *r, size_t guess)
+{
+    param_store_entry_t entry = {.key = next_word(r), .fate = PARAM_STORE_TAKEN};
+    entry.value = float_of_bits(next_word(r));
+    bool renamed;
+    entry.index = find_key(cfg, entry.key, guess, &renamed);
+    if (entry.index == params_count()) {
+        entry.fate = PARAM_STORE_UNKNOWN;
+    } else if (params_allows(entry.index, entry.value) != PARAMS_OK) {
+        entry.fate = PARAM_STORE_REFUSED;
+    } else if (renamed) {
+        entry.fate = PARAM_STORE_RENAMED;
+    } else {
+        /* as it was saved */
+    }
+    return entry;
+}
+
+bool param_store_entry(const param_store_config_t *cfg, const param_store_t *st, uint32_t n,
+                       param_store_entry_t *entry)
+{
+    if ((cfg->flash == NULL) || !st->present || (n >= st->used.entries)) {
+        return false;
+    }
+    reader_t r = {.flash = cfg->flash, .slot = st->used.slot, .at = body_words(n)};
+    *entry = next_entry(cfg, &r, n);
+    return true;
 }
 
 static void take_entries(const param_store_config_t *cfg, params_t *set, reader_t *r,
@@ -92,17 +123,16 @@ static void take_entries(const param_store_config_t *cfg, params_t *set, reader_
     const size_t count = params_count();
     size_t guess = 0u;
     for (uint32_t n = 0u; n < entries; n++) {
-        const uint32_t key = next_word(r);
-        const float value = float_of_bits(next_word(r));
-        const size_t index = find_key(cfg, key, guess);
-        guess = index + 1u;
-        if (index == count) {
+        const param_store_entry_t entry = next_entry(cfg, r, guess);
+        guess = entry.index + 1u;
+        if (entry.fate == PARAM_STORE_UNKNOWN) {
             report->unknown++;
-        } else if (params_set(set, index, value) == PARAMS_OK) {
+        } else if (params_set(set, entry.index, entry.value) == PARAMS_OK) {
             report->taken++;
+            report->renamed += (entry.fate == PARAM_STORE_RENAMED) ? 1u : 0u;
         } else {
             report->refused++;
-            report->last_refused = (uint32_t)index;
+            report->last_refused = (uint32_t)entry.index;
         }
     }
     const uint32_t known = report->taken + report->refused;

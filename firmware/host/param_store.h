@@ -43,13 +43,29 @@ typedef enum {
 
 /* What became of the entries; told, not hidden. */
 typedef struct {
-    uint32_t taken;
+    uint32_t taken; /* renamed ones included */
+    uint32_t renamed;
     uint32_t missing;         /* not in the record: the default stays */
     uint32_t unknown;         /* in the record, not in the list any more: dropped */
     uint32_t refused;         /* outside today's range: the default stays */
     uint32_t last_refused;    /* index of the last of them */
     gain_table_id_t made_for; /* the table it was saved with: unit_init_for compares */
 } param_store_report_t;
+
+typedef enum {
+    PARAM_STORE_TAKEN = 0,
+    PARAM_STORE_RENAMED = 1, /* taken, under its name of today */
+    PARAM_STORE_UNKNOWN = 2,
+    PARAM_STORE_REFUSED = 3
+} param_store_fate_t;
+
+/* One entry of the record in use, and what becomes of it when it is loaded. */
+typedef struct {
+    uint32_t key; /* CRC-32C of the name it was saved under */
+    float value;
+    size_t index; /* of today's list; params_count(): unknown */
+    param_store_fate_t fate;
+} param_store_entry_t;
 
 typedef enum {
     PARAM_STORE_IDLE = 0,
@@ -87,6 +103,10 @@ typedef struct {
  * (two passes over the list). Leaves *params alone unless LOADED. */
 CHECKED param_store_found_t param_store_load(const param_store_config_t *cfg, param_store_t *st,
                                              params_t *params, param_store_report_t *report);
+
+/* The n-th entry of the record in use; false when there is none. */
+CHECKED bool param_store_entry(const param_store_config_t *cfg, const param_store_t *st, uint32_t n,
+                               param_store_entry_t *entry);
 
 /* Asks for a save of this set; false while one is under way, or when the flash is none or too
  * small. */

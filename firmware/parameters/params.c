@@ -132,7 +132,7 @@ float params_get(const params_t *params, size_t index)
     return *(const float *)(const void *)field;
 }
 
-params_status_t params_set(params_t *params, size_t index, float value)
+params_status_t params_allows(size_t index, float value)
 {
     if (index >= PARAMS_COUNT) {
         return PARAMS_NO_SUCH;
@@ -144,13 +144,24 @@ params_status_t params_set(params_t *params, size_t index, float value)
     if ((value < info->minimum) || (value > info->maximum)) {
         return PARAMS_OUT_OF_RANGE;
     }
-    unsigned char *field = (unsigned char *)params + info->offset;
     if ((param_type_t)info->type == PARAM_UINT) {
-        const uint32_t whole = (uint32_t)value;
-        if (((float)whole < value) || ((float)whole > value)) {
+        const float whole = (float)(uint32_t)value;
+        if ((whole < value) || (whole > value)) {
             return PARAMS_NOT_WHOLE;
         }
-        *(uint32_t *)(void *)field = whole;
+    }
+    return PARAMS_OK;
+}
+
+params_status_t params_set(params_t *params, size_t index, float value)
+{
+    const params_status_t status = params_allows(index, value);
+    if (status != PARAMS_OK) {
+        return status;
+    }
+    unsigned char *field = (unsigned char *)params + param_table[index].offset;
+    if ((param_type_t)param_table[index].type == PARAM_UINT) {
+        *(uint32_t *)(void *)field = (uint32_t)value;
     } else {
         *(float *)(void *)field = value;
     }

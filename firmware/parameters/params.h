@@ -81,6 +81,9 @@ void params_default(params_t *params);
 /* 0 for an index that does not exist. */
 float params_get(const params_t *params, size_t index);
 
+/* Whether a value is in the parameter's own range. */
+CHECKED params_status_t params_allows(size_t index, float value);
+
 /* Range-checked; *params changes only with PARAMS_OK. */
 CHECKED params_status_t params_set(params_t *params, size_t index, float value);
 

@@ -15,9 +15,13 @@
 /* Having run for so long after an automatic restart, the drive may use all of them again. */
 #define UNIT_RESTART_FORGIVE_S 60.0f
 
-/* False: *cfg is not to be used. */
-COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_table_t *table)
+/* False: *cfg is not to be used, and *why says what was refused. */
+COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_table_t *table,
+                       params_conflict_t *why)
 {
+    if (!params_check(params, why)) {
+        return false;
+    }
     drive_params_t drive;
     unit_config_drive(&drive, params);
     const sequence_params_t state = {
@@ -61,7 +65,7 @@ static uint32_t table_faults(const unit_t *unit, const gain_table_id_t *made_for
 bool unit_adopt(unit_t *unit, const gain_table_id_t *made_for)
 {
     unit_config_t *cfg = &unit->config[unit->in_force];
-    const bool built = build(cfg, &unit->params, unit->table);
+    const bool built = build(cfg, &unit->params, unit->table, &unit->refused);
     unit->mailbox.faults = built ? table_faults(unit, made_for) : FAULT_CONFIG;
     unit->configured = unit->mailbox.faults == 0u;
     return unit->configured;
@@ -80,10 +84,11 @@ bool unit_reconfigure(unit_t *unit, const params_t *params)
     unit->change_ready = false;
     handover();
     unit_config_t *next = &unit->config[1u - unit->in_force];
-    const bool good = build(next, params, unit->table);
+    const bool good = build(next, params, unit->table, &unit->refused);
+    params_conflict_t before;
     if (good) {
         unit->params = *params;
-    } else if (!build(next, &unit->params, unit->table)) {
+    } else if (!build(next, &unit->params, unit->table, &before)) {
         return false; /* without a configuration that was ever taken */
     } else {
         /* what was in force, or about to be, stays */

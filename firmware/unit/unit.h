@@ -20,6 +20,7 @@
 #include "hal_devices.h"
 #include "hal_drive_io.h"
 #include "params.h"
+#include "params_check.h"
 #include "trace.h"
 
 /* What the drive is asked to do; posted by the background, read once per period. */
@@ -89,8 +90,9 @@ typedef struct {
     /* The background's. */
     const gain_table_t *table;
     const params_t *image; /* what applies where nothing was saved; NULL: a port without a store */
-    params_t params;       /* what the newest configuration was made of */
-    uint32_t crc_entry;    /* next table entry of the running check */
+    params_conflict_t refused; /* why the set that was given last was refused, if it was */
+    params_t params;           /* what the newest configuration was made of */
+    uint32_t crc_entry;        /* next table entry of the running check */
     uint32_t crc;
     uint32_t served_count; /* period_count at the last watchdog service */
     unit_link_t link;

@@ -31,9 +31,10 @@
 #define CONFIG_I_F_TIMEOUT_S 5.0f       /* above that and still lost for so long: fault */
 
 /* Rs before the start. */
-#define CONFIG_RS_LOW_PU     0.625f
-#define CONFIG_RS_AVERAGE_PU 0.2f
-#define CONFIG_RS_RATIO_MAX  2.0f
+#define CONFIG_RS_LOW_PU              0.625f
+#define CONFIG_RS_AVERAGE_PU          0.2f
+#define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
+#define CONFIG_RS_RATIO_MAX           2.0f
 
 /* Rs tracking: fades out below this torque current, over i_d; band of the stator frequency; bounds
  * over the start's Rs; frozen so long after a disturbance, which a speed error is as well. */
@@ -197,13 +198,15 @@ static void config_protection(drive_params_t *d, const params_t *p)
 static void config_means(drive_params_t *d, const params_t *p)
 {
     d->dead_time_identify = p->dead_time_identify != 0u;
-    d->rs_measurement = (rs_measurement_params_t){.enable = p->rs_measure != 0u,
-                                                  .high_A = p->rs_high_A,
-                                                  .low_A = CONFIG_RS_LOW_PU * p->rs_high_A,
-                                                  .level_s = p->rs_level_s,
-                                                  .average_s = CONFIG_RS_AVERAGE_PU * p->rs_level_s,
-                                                  .bias = p->rs_bias,
-                                                  .ratio_max = CONFIG_RS_RATIO_MAX};
+    d->rs_measurement =
+        (rs_measurement_params_t){.enable = p->rs_measure != 0u,
+                                  .high_A = p->rs_high_A,
+                                  .low_A = CONFIG_RS_LOW_PU * p->rs_high_A,
+                                  .level_s = p->rs_level_s,
+                                  .average_s = minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s,
+                                                    CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
+                                  .bias = p->rs_bias,
+                                  .ratio_max = CONFIG_RS_RATIO_MAX};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
                                             .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
                                             .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,

@@ -1,6 +1,7 @@
 #include "unit_link.h"
 
 #include "unit.h"
+#include "unit_link_params.h"
 #include "unit_link_requests.h"
 
 #include <stddef.h>
@@ -62,6 +63,9 @@ static void answer_to(unit_t *unit, const hal_devices_t *devices, const command_
     if (status != UNIT_LINK_OK) {
         command_begin(&link->answer, frame->sequence, (uint8_t)(frame->op | UNIT_LINK_ANSWER));
         command_put_u8(&link->answer, (uint8_t)status);
+        if ((status == UNIT_LINK_REFUSED) && (frame->op == UNIT_LINK_SET)) {
+            unit_link_put_refused(unit, &link->answer);
+        }
     }
     command_end(&link->answer);
     link->answered = true;

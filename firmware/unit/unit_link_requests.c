@@ -1,5 +1,6 @@
 #include "unit_link_requests.h"
 
+#include "unit_link_params.h"
 #include "unit_link_records.h"
 #include "unit_signal.h"
 #include "unit_store_background.h"
@@ -53,24 +54,6 @@ static bool in_session(const unit_t *unit, command_reader_t *body)
     return (unit->link.session != 0u) && (number == unit->link.session);
 }
 
-static unit_link_status_t param_info(const unit_t *unit, command_reader_t *body,
-                                     command_writer_t *w)
-{
-    const uint16_t index = command_take_u16(body);
-    const param_info_t *info = params_info(index);
-    if (info == NULL) {
-        return UNIT_LINK_NO_SUCH;
-    }
-    command_put_u8(w, (uint8_t)info->type);
-    command_put_u8(w, (uint8_t)info->access);
-    command_put_float(w, info->minimum);
-    command_put_float(w, info->maximum);
-    command_put_float(w, params_get((unit->image != NULL) ? unit->image : &unit->params, index));
-    command_put_text(w, info->name);
-    command_put_text(w, info->unit);
-    return UNIT_LINK_OK;
-}
-
 static unit_link_status_t signal_info(command_reader_t *body, command_writer_t *w)
 {
     const uint32_t number = command_take_u8(body);
@@ -80,52 +63,6 @@ static unit_link_status_t signal_info(command_reader_t *body, command_writer_t *
     command_put_u8(w, (uint8_t)(unit_signal_is_float(number) ? PARAM_FLOAT : PARAM_UINT));
     command_put_text(w, unit_signal_name(number));
     return UNIT_LINK_OK;
-}
-
-static unit_link_status_t do_get(const unit_t *unit, command_reader_t *body, command_writer_t *w)
-{
-    while (body->left >= 2u) {
-        const uint16_t index = command_take_u16(body);
-        if (params_info(index) == NULL) {
-            return UNIT_LINK_NO_SUCH;
-        }
-        command_put_float(w, params_get(&unit->params, index));
-    }
-    return UNIT_LINK_OK;
-}
-
-static unit_link_status_t of_params(params_status_t status)
-{
-    switch (status) {
-    case PARAMS_GATES_ON:
-        return UNIT_LINK_NOT_NOW;
-    case PARAMS_LOCKED:
-        return UNIT_LINK_PROTECTED;
-    case PARAMS_OK:
-    case PARAMS_NOT_FINITE:
-    case PARAMS_OUT_OF_RANGE:
-    case PARAMS_NOT_WHOLE:
-    case PARAMS_NO_SUCH:
-    default:
-        return (unit_link_status_t)status; /* the same numbers */
-    }
-}
-
-static unit_link_status_t do_set(unit_t *unit, command_reader_t *body)
-{
-    const uint16_t index = command_take_u16(body);
-    const float value = command_take_float(body);
-    params_t changed = unit->params;
-    const params_status_t status =
-        access_write(&unit->store.access, &changed, index, value, !unit_at_rest(unit));
-    if (status != PARAMS_OK) {
-        return of_params(status);
-    }
-    /* The period is the timer's: it comes with the image. */
-    if (float_bits(changed.period_s) != float_bits(unit->params.period_s)) {
-        return UNIT_LINK_REFUSED;
-    }
-    return unit_reconfigure(unit, &changed) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
 }
 
 static void put_u64(command_writer_t *w, uint64_t value)
@@ -167,19 +104,6 @@ static unit_link_status_t do_save(unit_t *unit, const hal_devices_t *devices)
         return UNIT_LINK_PROTECTED;
     }
     return unit_store_save(unit, devices) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
-}
-
-static unit_link_status_t do_store(const unit_t *unit, command_writer_t *w)
-{
-    const unit_store_t *s = &unit->store;
-    const uint32_t words[] = {(uint32_t)s->found,        s->store.wanted ? 1u : 0u,
-                              s->store.failed ? 1u : 0u, s->access.unlocked ? 1u : 0u,
-                              s->report.taken,           s->report.missing,
-                              s->report.unknown,         s->report.refused};
-    for (size_t k = 0u; k < sizeof words / sizeof words[0]; k++) {
-        command_put_u32(w, words[k]);
-    }
-    return UNIT_LINK_OK;
 }
 
 static unit_link_status_t do_command(unit_t *unit, command_reader_t *body)
@@ -281,6 +205,7 @@ static bool length_good(uint8_t op, uint32_t n)
 {
     switch (op) {
     case UNIT_LINK_PARAM_INFO:
+    case UNIT_LINK_STORE_ENTRY:
         return n == 2u;
     case UNIT_LINK_SIGNAL_INFO:
         return n == 1u;
@@ -333,7 +258,7 @@ static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_
     }
     switch (op) {
     case UNIT_LINK_SET:
-        return do_set(unit, body);
+        return unit_link_set(unit, body);
     case UNIT_LINK_SAVE:
         return do_save(unit, devices);
     case UNIT_LINK_CHALLENGE:
@@ -362,13 +287,15 @@ static unit_link_status_t tell(unit_t *unit, const hal_devices_t *devices, uint8
     case UNIT_LINK_SESSION:
         return do_session(unit, devices, w);
     case UNIT_LINK_PARAM_INFO:
-        return param_info(unit, body, w);
+        return unit_link_param_info(unit, body, w);
     case UNIT_LINK_SIGNAL_INFO:
         return signal_info(body, w);
     case UNIT_LINK_GET:
-        return do_get(unit, body, w);
+        return unit_link_get(unit, body, w);
     case UNIT_LINK_STORE:
-        return do_store(unit, w);
+        return unit_link_store(unit, w);
+    case UNIT_LINK_STORE_ENTRY:
+        return unit_link_store_entry(unit, devices, body, w);
     case UNIT_LINK_STATUS:
         return do_status(unit, w);
     case UNIT_LINK_SAMPLE:

@@ -9,7 +9,15 @@
 
 static param_store_config_t store_config(const unit_t *unit, const hal_devices_t *devices)
 {
-    param_store_config_t cfg = {.flash = devices->flash};
+    static const param_rename_t renamed[] = {
+#define PARAM_RENAMED(before, now) {#before, #now},
+#define PARAM_CONSTANT(before, value)
+#define PARAM_DROPPED(before, text)
+#include "param_former.def"
+    };
+    param_store_config_t cfg = {.flash = devices->flash,
+                                .rename = renamed,
+                                .rename_count = sizeof renamed / sizeof renamed[0]};
     if (unit->table != NULL) {
         cfg.table = (gain_table_id_t){unit->table->motor_id, unit->table->crc32c};
     }
@@ -60,6 +68,13 @@ bool unit_store_save(unit_t *unit, const hal_devices_t *devices)
 {
     const param_store_config_t cfg = store_config(unit, devices);
     return param_store_save(&cfg, &unit->store.store, &unit->params);
+}
+
+bool unit_store_entry(const unit_t *unit, const hal_devices_t *devices, uint32_t n,
+                      param_store_entry_t *entry)
+{
+    const param_store_config_t cfg = store_config(unit, devices);
+    return param_store_entry(&cfg, &unit->store.store, n, entry);
 }
 
 void unit_store_background(unit_t *unit, const hal_devices_t *devices)

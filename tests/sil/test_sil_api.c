@@ -118,11 +118,13 @@ static void test_open_names_the_override_it_refuses(void)
     refused_with("adapt_kp", "name=value");
     refused_with("=4", "name=value");
     refused_with("\x01\xff\xfe", "name=value");
-    refused_with("M_H=0.2", "leakage");
+    refused_with("M_H=0.2", "below 0.1059245 H with Ls_H = 0.11 H");
     refused_with("period_s=2e-3\ncurrent_bandwidth_rad_s=600", "current_bandwidth_rad_s");
-    refused_with("eps1_on_Hz=5", "eps1_off_Hz");
-    refused_with("i_d_A=9", "i_d_max_A");
-    refused_with("u_dc_min_V=395", "u_dc_max_V");
+    refused_with("eps1_on_Hz=5", "eps1_off_Hz: is 2.5 Hz; it must be at least 5 Hz");
+    refused_with("i_d_A=9", "i_d_A: is 9 A; it must be at most 8 A with i_d_max_A = 8 A");
+    refused_with("u_dc_min_V=395", "u_dc_max_V = 390 V");
+    refused_with("economy_flux_min=0.05", "economy_flux_min: is 0.05; it must be at least 0.1");
+    refused_with("lost_action=i_f\ni_f_A=0", "above 0 A with lost_action = i_f");
 }
 
 static void test_open_refuses_missing_paths(void)

@@ -163,7 +163,7 @@ def test_opening_again_is_cheap():
         ({"adapt_kp": math.inf}, "not a finite number"),
         ({"adapt_kp": "x; rm"}, "not a number"),
         ({"eps1_mode": 0.5}, "not a whole number"),
-        ({"M_H": 0.12}, "leaves no leakage"),
+        ({"M_H": 0.12}, "M_H: is 0.12 H; it must be below 0.1059245 H with Ls_H = 0.11 H"),
     ],
 )
 def test_bad_override_is_named(overrides, text):

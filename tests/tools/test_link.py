@@ -7,6 +7,8 @@ import contextlib
 import csv
 import dataclasses
 import json
+import re
+import struct
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,9 +26,11 @@ from zerohertz.link import command, run_command
 from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.line import SerialLine, TcpLine
 from zerohertz.link.live import picture
+from zerohertz.link.parameters import Parameter, record_lines
 from zerohertz.link.recording import recording, unit_of, write
 from zerohertz.link.server import LinkedDrive, PtyEnd, TcpEnd, serve
 from zerohertz.link.siphash import DEVELOPMENT_KEY, load_key, siphash_2_4
+from zerohertz.paths import ROOT
 
 QUICK = {"offset_calibration_s": 0.02, "premagnetise_s": 0.5, "observer_gain_enable": 1}
 PERIOD_S = 200e-6
@@ -114,7 +118,78 @@ def test_a_refusal_says_why(drive: Client, name: str, value: float, status: int)
     assert drive.get([name]) == before
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("i_d_A", 500.0, "i_d_A = 500 A has to be at most 8 A with i_d_max_A = 8 A"),
+        ("i_d_max_A", 2.0, "i_d_A = 4.5 A has to be at most 2 A with i_d_max_A = 2 A"),
+        ("i_d_A", 1e9, "is out of range; give 0.01 .. 10000 A"),
+        ("eps1_mode", 3.0, "is out of range; give one of off, always, near_zero"),
+        ("economy_flux_min", 0.05, "economy_flux_min = 0.05 has to be at least 0.1"),
+    ],
+)
+def test_a_refused_value_names_what_is_allowed(
+    drive: Client, name: str, value: float, words: str
+) -> None:
+    with pytest.raises(RefusedError, match=re.escape(words)):
+        drive.set(name, value)
+    assert drive.store().conflict == ""
+
+
+def test_groups_and_choices_come_from_the_drive(drive: Client) -> None:
+    action = drive.parameter("lost_action")
+    assert (action.group, action.choices) == ("orientation", ("warn", "fault", "i_f"))
+    assert drive.parameter("i_d_A").choices == ()
+    assert (action.number("i_f"), action.number("1")) == (2.0, 1.0)
+    with pytest.raises(UserError, match="lost_action: 'trip': give one of warn, fault, i_f"):
+        action.number("trip")
+    # A drive of before them ends its answer at the unit.
+    body = struct.pack("<BBfff", 0, 1, 0.0, 2.0, 1.0) + b"\x03abc\x01A"
+    old = Parameter.from_answer(7, body)
+    assert (old.name, old.unit, old.group, old.choices) == ("abc", "A", "", ())
+
+
+def former_record(kept: Path) -> None:
+    """The record of commit 54f5414 (tests/unit/record_54f5414.h) in the first slot of the file."""
+    text = (ROOT / "tests" / "unit" / "record_54f5414.h").read_text()
+    words = [int(word, 16) for word in re.findall(r"0x([0-9a-f]{8})u", text)]
+    record = struct.pack(f"<{len(words)}I", *words)
+    content = bytearray(kept.read_bytes())
+    at = content.index(struct.pack("<I", words[0]))
+    content[at : at + len(record)] = record
+    kept.write_bytes(content)
+
+
+def test_what_became_of_a_record_of_former_names_is_told(tmp_path: Path) -> None:
+    kept = tmp_path / "drive.zh"
+    tables = {"motor_dir": ROOT / "gain_tables" / "hasegawa2005_recommended"}
+    with LinkedDrive(job(**tables), keep=kept) as sil:
+        Client(SilLine(sil), timeout_s=0.1).save()
+    former_record(kept)
+    with LinkedDrive(job(**tables), keep=kept) as sil:
+        drive = Client(SilLine(sil), timeout_s=0.1)
+        sil.run(300)
+        store = drive.store()
+        assert (store.found, store.taken, store.renamed, store.unknown) == (1, 100, 3, 36)
+        assert "3 renamed, 36 in the record, not known any more" in command.store_text(store)
+        assert drive.get(["i_f_A", "i_d_A"]) == {"i_f_A": 14.0, "i_d_A": 5.0}
+        lines = record_lines(drive.record(), drive.parameters)
+        assert len(lines) == 39
+        assert "impressed_A = 14 is i_f_A now: taken" in lines
+        assert "rs_track_low = 0.95 is a constant now, 0.98" in lines
+        assert "rs_track_high = 1.5 is a constant now, 1.5: the same" in lines
+        assert "rs_low_A = 4.5 is derived now: 0.625 rs_high_A" in lines
+        # The image's table has a number that the simulation's has not: saved anew with the key.
+        assert command.fault_names(drive.status().faults) == "STORE"
+        seconds(sil, 10.5)
+        drive.unlock(DEVELOPMENT_KEY)
+        assert not drive.save().failed
+        assert record_lines(drive.record(), drive.parameters) == []
+
+
 def test_names_that_do_not_exist_are_told_before_anything_is_sent(drive: Client) -> None:
+    with pytest.raises(UserError, match="impressed_A: is called i_f_A now"):
+        drive.set("impressed_A", 1.0)
     with pytest.raises(UserError, match="no such parameter"):
         drive.set("speed", 1.0)
     with pytest.raises(UserError, match="no such signal"):
@@ -337,7 +412,12 @@ def test_the_commands_over_tcp(tmp_path: Path) -> None:
         assert json.loads(zh("connect", "--json"))["status"]["state"] in (0, 1, 2)
         assert "i_d_A = 4.25 A" in zh("set", "i_d_A", "4.25")
         assert json.loads(zh("get", "i_d_A", "--json")) == {"i_d_A": 4.25}
-        assert "premagnetise_s" in zh("get")
+        listed = zh("get")
+        assert "premagnetise_s" in listed
+        assert listed.index("\nmotor") < listed.index("Rs_ohm") < listed.index("\nboard")
+        assert "lost_action = fault" in zh("set", "lost_action", "fault")
+        assert json.loads(zh("get", "lost_action", "--json")) == {"lost_action": 1.0}
+        assert "lost_action = warn" in zh("set", "lost_action", "0")
         zh("run", "--rpm", "60", "--seconds", "0.5", "--valid", "0")
         zh("run", "--torque-Nm", "0.5", "--seconds", "0.5", "--valid", "0")
         out = tmp_path / "t.csv"
@@ -489,8 +569,6 @@ def test_saved_parameters_and_the_fault_record_outlive_the_power(tmp_path: Path)
 
 
 def test_parameters_of_another_table_do_not_run(tmp_path: Path) -> None:
-    from zerohertz.paths import ROOT
-
     kept = tmp_path / "drive.zh"
     tables = ROOT / "gain_tables"
     with LinkedDrive(job(motor_dir=tables / "hasegawa2005"), keep=kept) as sil:

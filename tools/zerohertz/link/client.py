@@ -10,9 +10,11 @@ from enum import IntEnum
 from functools import cached_property
 from typing import Self
 
+from zerohertz import param_list
 from zerohertz.errors import UserError
 from zerohertz.link.frame import BODY_MAX, Frame, Reader, encode
 from zerohertz.link.line import Line
+from zerohertz.link.parameters import Conflict, Parameter, RecordEntry, take_text
 from zerohertz.link.siphash import response
 
 PROTOCOL = 1
@@ -21,6 +23,9 @@ _ANSWER = 0x80
 _TRIES = 4
 _WORDS_U, _WORDS_F = 9, 10  # of a status
 _TRACE_WORDS, _RECORD_WORDS = 6, 5
+_STORE_CONFLICT_AT = struct.calcsize("<8I")
+_STORE_TAIL_AT = _STORE_CONFLICT_AT + struct.calcsize("<HHBf")
+_REFUSED = 10  # status of an answer
 
 
 class Op(IntEnum):
@@ -36,6 +41,7 @@ class Op(IntEnum):
     STORE = 0x13
     CHALLENGE = 0x14
     UNLOCK = 0x15
+    STORE_ENTRY = 0x16
     COMMAND = 0x20
     STATUS = 0x21
     SAMPLE = 0x22
@@ -67,9 +73,10 @@ REASONS = {
 class RefusedError(UserError):
     """The drive's answer had a status other than 0."""
 
-    def __init__(self, what: str, status: int) -> None:
-        super().__init__(f"{what}: {REASONS.get(status, f'refused with status {status}')}")
+    def __init__(self, what: str, status: int, detail: bytes = b"", why: str = "") -> None:
+        super().__init__(f"{what}: {why or REASONS.get(status, f'refused with status {status}')}")
         self.status = status
+        self.detail = detail  # what followed the status
 
 
 @dataclass(frozen=True)
@@ -85,20 +92,6 @@ class Identity:
     period_s: float
     pole_pairs: float
     text: str
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter as the drive describes it."""
-
-    index: int
-    name: str
-    unit: str
-    whole: bool
-    access: str
-    minimum: float
-    maximum: float
-    initial: float
 
 
 @dataclass(frozen=True)
@@ -155,6 +148,9 @@ class StoreState:
     missing: int
     unknown: int
     refused: int
+    renamed: int
+    entries: int  # of the record in the flash
+    conflict: str  # what in the set in use excludes each other, so that the drive does not run
 
 
 FOUND = {
@@ -210,10 +206,6 @@ class FaultRecord:
     signals: tuple[int, ...]
 
 
-def _text(body: bytes) -> tuple[str, bytes]:
-    return body[1 : 1 + body[0]].decode(errors="replace"), body[1 + body[0] :]
-
-
 class Client:
     """Requests to one drive, each answered before the next is sent."""
 
@@ -249,7 +241,7 @@ class Client:
 
     def _body(self, frame: Frame, what: str) -> bytes:
         if not frame.body or frame.body[0] != 0:
-            raise RefusedError(what, frame.body[0] if frame.body else -1)
+            raise RefusedError(what, frame.body[0] if frame.body else -1, frame.body[1:])
         return frame.body[1:]
 
     # --- what there is ---------------------------------------------------------------------
@@ -263,20 +255,15 @@ class Client:
                 f"the drive speaks protocol {struct.unpack_from('<H', body)[0]}, not {PROTOCOL}; "
                 "use the tools of its version"
             )
-        return Identity(*head.unpack_from(body), _text(body[head.size :])[0])
+        return Identity(*head.unpack_from(body), take_text(body[head.size :])[0])
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
         found = {}
         for index in range(self.identity.parameters):
             body = self.request(Op.PARAM_INFO, struct.pack("<H", index))
-            kind, access, minimum, maximum, initial = struct.unpack_from("<BBfff", body)
-            name, rest = _text(body[14:])
-            words = ("run", "ready", "protected")
-            found[name] = Parameter(
-                *(index, name, _text(rest)[0], kind == 1, words[min(access, 2)]),
-                *(minimum, maximum, initial),
-            )
+            parameter = Parameter.from_answer(index, body)
+            found[parameter.name] = parameter
         return found
 
     @cached_property
@@ -284,13 +271,15 @@ class Client:
         found = {}
         for number in range(self.identity.signals):
             body = self.request(Op.SIGNAL_INFO, bytes((number,)))
-            name = _text(body[1:])[0]
+            name = take_text(body[1:])[0]
             found[name] = Signal(number, name, body[0] == 1)
         return found
 
     def parameter(self, name: str) -> Parameter:
         if name not in self.parameters:
-            raise UserError(f"{name}: no such parameter; tools/zh get lists them")
+            was = param_list.former().get(name)
+            why = was.text if was else "no such parameter; tools/zh get lists them"
+            raise UserError(f"{name}: {why}")
         return self.parameters[name]
 
     def signal(self, name: str) -> Signal:
@@ -316,8 +305,29 @@ class Client:
         return values
 
     def set(self, name: str, value: float) -> None:
-        index = self.parameter(name).index
-        self.request(Op.SET, struct.pack("<IHf", self.session, index, value), f"{name} = {value}")
+        """RefusedError says what the value may be, and which other parameter is in the way."""
+        parameter = self.parameter(name)
+        what = f"{name} = {parameter.show(value)}"
+        try:
+            body = struct.pack("<IHf", self.session, parameter.index, value)
+            self.request(Op.SET, body, what)
+        except RefusedError as refused:
+            why = self._why(parameter, value, refused)
+            raise RefusedError(what, refused.status, refused.detail, why) from None
+
+    def _why(self, parameter: Parameter, value: float, refused: RefusedError) -> str:
+        """'' where the status says all there is."""
+        if refused.status in (2, 3):
+            return f"{REASONS[refused.status]}; give {parameter.span}"
+        conflict = Conflict.from_answer(refused.detail)
+        if refused.status != _REFUSED or conflict is None:
+            return ""
+        return f"is refused: {self._conflict_text(conflict, {parameter.name: value})}"
+
+    def _conflict_text(self, conflict: Conflict, asked: dict[str, float]) -> str:
+        involved = (conflict.first, conflict.second)
+        names = [name for name, p in self.parameters.items() if p.index in involved]
+        return conflict.text(self.parameters, self.get(names) | asked)
 
     def unlock(self, key: bytes) -> None:
         """Protected parameters can be set from now on, for some minutes."""
@@ -340,7 +350,19 @@ class Client:
         return state
 
     def store(self) -> StoreState:
-        return StoreState(*struct.unpack_from("<8I", self.request(Op.STORE)))
+        body = self.request(Op.STORE)
+        head = struct.unpack_from("<8I", body)
+        rest = body[_STORE_TAIL_AT:]  # empty from a drive of before
+        tail = struct.unpack_from("<II", rest) if rest else (0, 0)
+        conflict = Conflict.from_answer(body[_STORE_CONFLICT_AT:])
+        return StoreState(*head, *tail, self._conflict_text(conflict, {}) if conflict else "")
+
+    def record(self) -> list[RecordEntry]:
+        """All entries of the record in the drive's flash."""
+        return [
+            RecordEntry.from_answer(self.request(Op.STORE_ENTRY, struct.pack("<H", n)))
+            for n in range(self.store().entries)
+        ]
 
     @property
     def _acting(self) -> bytes:

@@ -23,6 +23,7 @@ from zerohertz.errors import UserError
 from zerohertz.link import client as link
 from zerohertz.link.client import Client
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, SerialLine, TcpLine
+from zerohertz.link.parameters import record_lines
 from zerohertz.link.recording import Recording, recording, write
 from zerohertz.link.siphash import load_key
 
@@ -31,6 +32,7 @@ EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
 CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "impressed current"}
 POLL_S = 0.05
 _NOT_NOW = 8  # status of an answer
+_LOADED = 1  # found at start
 _LOCKED_OUT_S = 11.0
 
 PortOption = Annotated[
@@ -160,6 +162,11 @@ def connect(
             f"trace of {who.trace_words // 8} rows of 8"
         )
         console.print(f"parameters {store_text(store)}")
+        if store.found == _LOADED and (store.renamed or store.unknown or store.refused):
+            for line in record_lines(drive.record(), drive.parameters):
+                console.print(Text(f"  {line}"))
+        if store.conflict:
+            console.print(Text(f"refused: {store.conflict}"))
         console.print(status_line(status))
 
 
@@ -177,19 +184,29 @@ def get(
         if as_json:
             _print_json({name: _short(value) for name, value in values.items()})
             return
-        table = Table(box=None, pad_edge=False)
-        for name in ("name", "value", "unit", "min", "max", "access"):
-            table.add_column(name, justify="right" if name in ("value", "min", "max") else "left")
-        for name, value in values.items():
-            p = drive.parameter(name)
-            row = (name, f"{value:.7g}", p.unit, f"{p.minimum:.7g}", f"{p.maximum:.7g}", p.access)
-            table.add_row(*map(Text, row))
-        Console().print(table)
+        Console().print(_parameter_table(drive, values))
+
+
+def _parameter_table(drive: Client, values: dict[str, float]) -> Table:
+    """A headline per group, a row per parameter."""
+    table = Table(box=None, pad_edge=False)
+    for name in ("name", "value", "unit", "range", "access"):
+        kept = name in ("name", "value", "access")
+        table.add_column(name, justify="right" if name == "value" else "left", no_wrap=kept)
+    group = ""
+    for name, value in values.items():
+        p = drive.parameter(name)
+        if p.group != group:
+            group = p.group
+            table.add_row(Text(group, style="bold"))
+        span = ", ".join(p.choices) or f"{p.minimum:.7g} .. {p.maximum:.7g}"
+        table.add_row(*map(Text, (name, p.show(value, unit=False), p.unit, span, p.access)))
+    return table
 
 
 def set_(
     name: Annotated[str, typer.Argument(help="Parameter.")],
-    value: Annotated[float, typer.Argument(help="In the parameter's unit.")],
+    value: Annotated[str, typer.Argument(help="In the parameter's unit, or a choice's name.")],
     unlock: UnlockOption = False,
     key: KeyOption = None,
     port: PortOption = None,
@@ -200,8 +217,9 @@ def set_(
     """Change a parameter of the drive; it acts from the next control period on."""
     with open_client(port, baud, sil, tcp) as drive:
         unlock_drive(drive, unlock, key)
-        drive.set(name, value)
-        print(f"{name} = {drive.get([name])[name]:.7g} {drive.parameter(name).unit}".rstrip())
+        parameter = drive.parameter(name)
+        drive.set(name, parameter.number(value))
+        print(f"{name} = {parameter.show(drive.get([name])[name])}")
 
 
 def save(
@@ -240,10 +258,11 @@ def store_text(s: link.StoreState) -> str:
     parts = [link.FOUND.get(s.found, f"store {s.found}")]
     for count, what in (
         (s.missing, "not in the record: default"),
+        (s.renamed, "renamed"),
         (s.unknown, "in the record, not known any more"),
         (s.refused, "out of range today: default"),
     ):
-        if count and s.found == 1:
+        if count and s.found == _LOADED:
             parts.append(f"{count} {what}")
     return ", ".join(parts + ["saving"] * bool(s.saving) + ["last save FAILED"] * bool(s.failed))
 

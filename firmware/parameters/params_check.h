@@ -1,0 +1,30 @@
+/* Values that exclude each other although each is in its own range.
+ *
+ * One table of rules for the drive, the host link and the simulation: `first` has to keep a limit
+ * that follows from `second` (and from others the rule names in its comment). The init functions
+ * of the law check the same once more; what they alone refuse has no rule and no names.
+ */
+#ifndef PARAMS_CHECK_H
+#define PARAMS_CHECK_H
+
+#include "params.h"
+
+typedef enum {
+    PARAMS_AT_MOST = 0,
+    PARAMS_BELOW = 1,
+    PARAMS_AT_LEAST = 2,
+    PARAMS_ABOVE = 3,
+    PARAMS_FIXED = 4 /* by the image */
+} params_relation_t;
+
+typedef struct {
+    size_t first; /* params_count(): no rule knows why */
+    size_t second;
+    params_relation_t relation; /* in which first has to be ... */
+    float limit;                /* ... to this, with second as it is */
+} params_conflict_t;
+
+/* False: *conflict is the first rule that is broken. True: it names no parameter. */
+bool params_check(const params_t *params, params_conflict_t *conflict);
+
+#endif
