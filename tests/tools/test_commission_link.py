@@ -149,7 +149,7 @@ def test_values_that_only_fit_together_are_set_whatever_their_order() -> None:
         larger = {"M_H": 0.5, "Ls_H": 0.52, "Lr_H": 0.52}
         board_run.put(client, larger)
         assert client.get(list(larger)) == pytest.approx(larger)
-        with pytest.raises(RefusedError, match="has to be below 0.52 H with Ls_H"):
+        with pytest.raises(RefusedError, match=r"has to be below 0\.52 H with Ls_H"):
             board_run.put(client, {"M_H": 0.6})
 
 

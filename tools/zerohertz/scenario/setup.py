@@ -3,8 +3,8 @@
 host_sim/configs/<name>.toml:  [config] name motor board rig  [params] <firmware parameter> = value
 `motor` is a folder of gain_tables or an absolute path, `board` and `rig` are files of host_sim.
 [params] are parameters of firmware/parameters/param_list.def, choices by name or number; what a
-figure itself prescribes (L, eps1 mode, observer Rs) is in its scenario and wins. Python's standard library alone: the build
-reads them too.
+figure itself prescribes (L, eps1 mode, observer Rs) is in its scenario and wins. Python's standard
+library alone: the build reads them too.
 """
 
 from __future__ import annotations
