@@ -28,49 +28,10 @@ _Static_assert(sizeof(params_t) <= 255u * sizeof(uint32_t), "an index is a byte"
 
 #define INDEX(name) ((uint8_t)(offsetof(params_t, name) / sizeof(uint32_t)))
 
-#define ALWAYS                 INDEX(period_s), 0u
-#define IF_SET(name)           INDEX(name), 0u
-#define IF_CHOICE(name, least) INDEX(name), least
-#define RULE(first, relation, limit, factor, second, when)                                         \
-    {                                                                                              \
-        INDEX(first), INDEX(second), PARAMS_##relation, LIMIT_##limit, factor, when                \
-    }
-
 static const rule_t rules[] = {
-    RULE(M_H, BELOW, LEAKAGE, 1.0f, Ls_H, ALWAYS),
-    RULE(period_s, BELOW, TRANSIENT, 1.0f, Ls_H, ALWAYS),
-    RULE(min_pulse_s, BELOW, SCALED, 0.5f, period_s, ALWAYS),
-    RULE(dead_time_s, BELOW, SCALED, 1.0f, period_s, ALWAYS),
-    RULE(eps1_off_Hz, AT_LEAST, SCALED, 1.0f, eps1_on_Hz, ALWAYS),
-    RULE(current_bandwidth_rad_s, BELOW, PER_PERIOD, 1.0f, period_s, ALWAYS),
-    RULE(i_d_A, AT_MOST, SCALED, 1.0f, i_d_max_A, ALWAYS),
-    RULE(overload_motor_A, AT_MOST, SCALED, 1.0f, i_max_A, ALWAYS),
-    RULE(overload_inverter_A, AT_MOST, SCALED, 1.0f, i_max_A, ALWAYS),
-    /* The acceleration is counted in steps of jerk times period. */
-    RULE(speed_jerk_rad_s3, AT_MOST, RATE, 1.0f, speed_slew_rad_s2, ALWAYS),
-    RULE(speed_jerk_rad_s3, AT_MOST, RATE, 1.0f, ramp_down_rad_s2, ALWAYS),
-    RULE(economy_flux_min, AT_LEAST, NUMBER, 0.1f, economy_flux_min, IF_SET(economy_flux_min)),
-    /* A level lasts 100 periods to 1e6. */
-    RULE(rs_level_s, AT_LEAST, SCALED, 100.0f, period_s, ALWAYS),
-    RULE(rs_level_s, AT_MOST, SCALED, 1e6f, period_s, ALWAYS),
-    /* I-f is there where something asks for it. */
-    RULE(i_f_A, ABOVE, NUMBER, 0.0f, lost_action, IF_CHOICE(lost_action, 2u)),
-    RULE(i_f_A, ABOVE, NUMBER, 0.0f, control_mode, IF_CHOICE(control_mode, 2u)),
-    /* Flying start: the shaft may turn faster than what counts as standing, and by less than half a
-     * turn in the eight periods from block to block. */
-    RULE(omega_max_rad_s, ABOVE, STANDING, 3.0f, Rr_ohm, IF_SET(flying_start)),
-    RULE(omega_max_rad_s, BELOW, PER_PERIOD, NUM_PI / 8.0f, period_s, IF_SET(flying_start)),
-    RULE(u_dc_min_V, BELOW, SCALED, 1.0f, u_dc_max_V, ALWAYS),
-    RULE(regen_start_V, BELOW, SCALED, 1.0f, u_dc_max_V, ALWAYS),
-    RULE(chopper_on_V, AT_MOST, SCALED, 1.0f, u_dc_max_V, ALWAYS),
-    /* The trip would come first; and the supply counts as back at 1.1 times the level held. */
-    RULE(mains_lost_V, ABOVE, SCALED, 1.0f, u_dc_min_V, IF_SET(mains_lost_V)),
-    RULE(mains_lost_V, BELOW, SCALED, 0.79f, u_dc_max_V, IF_SET(mains_lost_V)),
-    /* Counted in slow periods, a million of them. */
-    RULE(stall_s, BELOW, SCALED, 1.599e7f, period_s, ALWAYS),
-    /* Tones of commissioning: twice the slip, 8 periods per turn, ten turns in a million. */
-    RULE(com_slip_Hz, AT_MOST, PER_PERIOD, 1.0f / 16.0f, period_s, ALWAYS),
-    RULE(com_slip_Hz, AT_LEAST, PER_PERIOD, 5e-6f, period_s, ALWAYS),
+#define PARAM_RULE(first, relation, limit, factor, second, when, least)                            \
+    {INDEX(first), INDEX(second), PARAMS_##relation, LIMIT_##limit, factor, INDEX(when), least},
+#include "param_rules.def"
 };
 
 static float limit_of(const params_t *p, const rule_t *rule)

@@ -1,8 +1,8 @@
 /* Values that exclude each other although each is in its own range.
  *
- * One table of rules for the drive, the host link and the simulation: `first` has to keep a limit
- * that follows from `second` (and from others the rule names in its comment). The init functions
- * of the law check the same once more; what they alone refuse has no rule and no names.
+ * One table of rules, param_rules.def, for the drive, the host link, the simulation and the build.
+ * The init functions of the law check the same once more; what they alone refuse has no rule and no
+ * names.
  */
 #ifndef PARAMS_CHECK_H
 #define PARAMS_CHECK_H

@@ -172,6 +172,21 @@ static void test_says_who_it_is(void)
     TEST_ASSERT_EQUAL_UINT8(strlen("ZeroHertz port=host"), command_take_u8(&body));
 }
 
+static void take(command_reader_t *body, size_t n)
+{
+    for (size_t k = 0u; k < n; k++) {
+        (void)command_take_u8(body);
+    }
+}
+
+static void expect_text(const char *text, command_reader_t *body)
+{
+    TEST_ASSERT_EQUAL_UINT8(strlen(text), command_take_u8(body));
+    for (size_t k = 0u; k < strlen(text); k++) {
+        TEST_ASSERT_EQUAL_UINT8(text[k], command_take_u8(body));
+    }
+}
+
 static void test_lists_every_parameter_and_signal(void)
 {
     for (size_t k = 0u; k < params_count(); k++) {
@@ -187,7 +202,15 @@ static void test_lists_every_parameter_and_signal(void)
         TEST_ASSERT_EQUAL_FLOAT(params_get(&params, k), command_take_float(&body));
         TEST_ASSERT_EQUAL_UINT8(strlen(info->name), command_take_u8(&body));
         TEST_ASSERT_EQUAL_MEMORY(info->name, body.at, strlen(info->name));
-        TEST_ASSERT_EQUAL_UINT32(strlen(info->name) + 1u + strlen(info->unit), body.left);
+        take(&body, strlen(info->name));
+        expect_text(info->unit, &body);
+        expect_text(params_group_name(info->group), &body);
+        const uint32_t choices = command_take_u8(&body);
+        TEST_ASSERT_EQUAL_UINT32((info->choice != NULL) ? info->maximum + 1.0f : 0.0f, choices);
+        for (uint32_t n = 0u; n < choices; n++) {
+            expect_text(info->choice[n], &body);
+        }
+        TEST_ASSERT_TRUE(command_all_taken(&body));
     }
     for (uint32_t k = 0u; k < (uint32_t)UNIT_SIGNALS; k++) {
         command_writer_t w = ask(UNIT_LINK_SIGNAL_INFO);
@@ -345,13 +368,13 @@ static void test_a_commissioning_is_started_and_its_refusal_told(void)
 {
     uint32_t word[4];
     float value[6u + 3u * COMMISSIONING_LEVELS];
-    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("com_level_s", 0.02f));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("rs_level_s", 0.02f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_COMMISSION, 0.0f, 0u));
     rounds(50u);
     TEST_ASSERT_EQUAL(SEQUENCE_COMMISSIONING, unit()->machine.id);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, ask_commissioning(word, value));
     TEST_ASSERT_EQUAL_UINT32(COMMISSIONING_BUSY, word[0]);
-    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, set("com_level_s", 0.03f));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, set("rs_level_s", 0.03f));
     rounds(200u);
     TEST_ASSERT_EQUAL(SEQUENCE_FAULT, unit()->machine.id);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, ask_commissioning(word, value));
@@ -892,6 +915,72 @@ static void test_without_a_flash_a_save_is_refused(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, act_only(UNIT_LINK_SAVE));
 }
 
+static uint8_t send_entry(uint16_t n, command_reader_t *body)
+{
+    command_reader_t unused;
+    command_writer_t w = ask(UNIT_LINK_STORE_ENTRY);
+    command_put_u16(&w, n);
+    return send(&w, (body != NULL) ? body : &unused);
+}
+
+static void expect_conflict(const char *first, const char *second, params_relation_t relation,
+                            float limit, command_reader_t *body)
+{
+    TEST_ASSERT_EQUAL_UINT16(params_find(first), command_take_u16(body));
+    TEST_ASSERT_EQUAL_UINT16((second != NULL) ? params_find(second) : UINT16_MAX,
+                             command_take_u16(body));
+    TEST_ASSERT_EQUAL_UINT8(relation, command_take_u8(body));
+    TEST_ASSERT_EQUAL_FLOAT(limit, command_take_float(body));
+}
+
+static command_reader_t refused(const char *name, float value)
+{
+    command_writer_t w = ask(UNIT_LINK_SET);
+    command_put_u32(&w, session);
+    command_put_u16(&w, (uint16_t)params_find(name));
+    command_put_float(&w, value);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, send(&w, &body));
+    return body;
+}
+
+static void test_a_refused_set_tells_which_two_exclude_each_other(void)
+{
+    command_reader_t body = refused("i_d_A", 500.0f);
+    expect_conflict("i_d_A", "i_d_max_A", PARAMS_AT_MOST, params.i_d_max_A, &body);
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+    body = refused("eps1_on_Hz", 9.0f);
+    expect_conflict("eps1_off_Hz", "eps1_on_Hz", PARAMS_AT_LEAST, 9.0f, &body);
+    /* What is in use keeps the rules. */
+    command_writer_t w = ask(UNIT_LINK_STORE);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
+    take(&body, 8u * sizeof(uint32_t));
+    TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, command_take_u16(&body));
+    take(&body, 7u);
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body)); /* renamed */
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body)); /* entries: nothing was saved */
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+}
+
+static void test_the_entries_of_a_saved_record_are_told_one_by_one(void)
+{
+    new_board();
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, send_entry(0u, NULL));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, act_only(UNIT_LINK_SAVE));
+    wait_s(0.2f);
+    for (size_t k = 0u; k < params_count(); k++) {
+        command_reader_t body;
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send_entry((uint16_t)k, &body));
+        const char *name = params_info(k)->name;
+        TEST_ASSERT_EQUAL_HEX32(crc32c(name, strlen(name)), command_take_u32(&body));
+        TEST_ASSERT_EQUAL_FLOAT(params_get(&unit()->params, k), command_take_float(&body));
+        TEST_ASSERT_EQUAL_UINT16(k, command_take_u16(&body));
+        TEST_ASSERT_EQUAL_UINT8(PARAM_STORE_TAKEN, command_take_u8(&body));
+        TEST_ASSERT_TRUE(command_all_taken(&body));
+    }
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, send_entry((uint16_t)params_count(), NULL));
+}
+
 static void test_a_slow_line_gets_whole_answers(void)
 {
     command_writer_t w = ask(UNIT_LINK_STATUS);
@@ -938,6 +1027,8 @@ int main(void)
     RUN_TEST(test_a_trace_set_up_wrongly_is_refused);
     RUN_TEST(test_a_fault_is_listed_recorded_read_and_cleared);
     RUN_TEST(test_a_port_without_recording_says_so);
+    RUN_TEST(test_a_refused_set_tells_which_two_exclude_each_other);
+    RUN_TEST(test_the_entries_of_a_saved_record_are_told_one_by_one);
     RUN_TEST(test_a_slow_line_gets_whole_answers);
     RUN_TEST(test_a_saved_parameter_is_there_after_power_up);
     RUN_TEST(test_nothing_is_saved_while_the_gates_are_on);

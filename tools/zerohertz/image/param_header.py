@@ -16,6 +16,7 @@ from zerohertz.gain_design.stored import JSON_NAME, read_motor_table
 from zerohertz.image.param_values import image_values
 from zerohertz.motor import load_motor
 from zerohertz.param_list import FILES, entries, float32
+from zerohertz.param_rules import RULES
 from zerohertz.scenario.setup import config_file, load_setup
 
 _SAME_PERIOD = 1.0 + 1e-6  # float32 of a parameter against the decimals of motor.toml
@@ -62,7 +63,7 @@ def header(config: str, board: str | None = None, motor: Path | None = None) -> 
     }}
 """
     motor_files = (folder / "motor.toml", folder / JSON_NAME)
-    return Header(text, (config_file(config), board_toml, *motor_files, *FILES))
+    return Header(text, (config_file(config), board_toml, *motor_files, *FILES, RULES))
 
 
 def _require_period(values: dict[str, float], designed_s: float, folder: Path) -> None:

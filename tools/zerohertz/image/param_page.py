@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from zerohertz import param_list
 from zerohertz.param_list import Entry
+from zerohertz.param_rules import Rule, rules
 from zerohertz.paths import ROOT
 
 PAGE = ROOT / "tools" / "docs" / "parameters.md"
@@ -27,6 +28,14 @@ phase, unless the text says "phase". Speeds in rad/s are electrical.
 _COLUMNS = """\
 | name | unit | range or choices | default | access | what |
 |---|---|---|---|---|---|"""
+_RULES = """\
+## Values that exclude each other
+
+From `firmware/parameters/param_rules.def`; a set that breaks a rule is refused, and the answer
+names both parameters and the limit.
+
+| parameter | has to be | |
+|---|---|---|"""
 _FORMER = """\
 ## Names of former lists
 
@@ -45,6 +54,8 @@ def page_text(entries: Iterable[Entry] | None = None) -> str:
         rows = "\n".join(_row(entry) for entry in listed if entry.group == group)
         if rows:
             parts.append(f"## {name[0].upper()}{name[1:]}\n\n{text}\n\n{_COLUMNS}\n{rows}\n")
+    lines = "\n".join(f"| `{r.first}` | {r.words} | {_condition(r)} |" for r in rules())
+    parts.append(f"{_RULES}\n{lines}\n")
     former = "\n".join(f"| `{name}` | {now.text} |" for name, now in param_list.former().items())
     parts.append(f"{_FORMER}\n{former}\n")
     return "\n".join(parts)
@@ -59,6 +70,17 @@ def _row(entry: Entry) -> str:
         span += ", whole"
     text = entry.text.replace("|", "\\|")
     return f"| `{entry.name}` | {entry.unit} | {span} | {default} | {entry.access} | {text} |"
+
+
+def _condition(rule: Rule) -> str:
+    """When the rule holds; '' for always."""
+    if rule.when == "period_s":
+        return ""
+    choices = param_list.entries()[rule.when].choices
+    value = f" is `{choices[rule.least]}`" if rule.least else " is not 0"
+    if choices and not rule.least:
+        value = " is `on`"
+    return f"when `{rule.when}`{value}"
 
 
 def stale() -> bool:

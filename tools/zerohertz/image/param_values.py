@@ -12,14 +12,14 @@ from pathlib import Path
 
 from zerohertz.board import Board
 from zerohertz.errors import UserError
-from zerohertz.motor import Circuit, Motor
+from zerohertz.motor import Motor
 from zerohertz.param_list import Entry, entries, float32
+from zerohertz.param_rules import conflict
 
 Values = dict[str, float]
 
 # Table 1 and the rig of Hasegawa (2005): what the defaults of param_list.def were chosen for.
 _PAPER_VOLTAGE_V, _PAPER_FREQUENCY_HZ, _PAPER_CURRENT_A = 200.0, 60.0, 6.2
-_BANDWIDTH = "current_bandwidth_rad_s"
 _PAPER_M_H, _PAPER_J_KG_M2 = 0.102, 0.015
 
 
@@ -34,7 +34,8 @@ def image_values(motor: Motor, board: Board, given: Mapping[str, float], file: P
     for name, value in (_measured(motor, board) | dict(given)).items():
         where = file if name in given else Path(motor.file if name in _OF_MOTOR else "board")
         values[name] = _checked(listed, name, value, where)
-    _require_consistent(values, file)
+    if broken := conflict(values):
+        raise UserError(f"{file}: {broken}")
     return values
 
 
@@ -99,25 +100,3 @@ def _checked(listed: Mapping[str, Entry], name: str, value: float, where: Path) 
     if parameter.whole and not float(value).is_integer():
         raise UserError(f"{where}: {name}: {value:g} is not a whole number")
     return float32(value)
-
-
-def _require_consistent(v: Values, file: Path) -> None:
-    """What the firmware would refuse at its start, by the names of the two that disagree."""
-    circuit = Circuit(**{name: v[name] for name in _OF_MOTOR[:-1]})
-    if circuit.M_H**2 >= circuit.Ls_H * circuit.Lr_H:
-        raise UserError(f"{file}: M_H: leaves no leakage; it must be below sqrt(Ls_H Lr_H)")
-    limits = (
-        ("eps1_on_Hz", v["eps1_on_Hz"], "eps1_off_Hz", v["eps1_off_Hz"]),
-        ("i_d_A", v["i_d_A"], "i_d_max_A", v["i_d_max_A"]),
-    )
-    for name, value, bound, most in limits:
-        if value > most:
-            raise UserError(f"{file}: {name}: {value:g} is above {bound} = {most:g}; lower it")
-    below = (
-        ("u_dc_min_V", v["u_dc_min_V"], "u_dc_max_V", v["u_dc_max_V"]),
-        ("period_s", v["period_s"], "1 / a11 of the motor", 1.0 / circuit.a11_per_s),
-        (_BANDWIDTH, v[_BANDWIDTH], "1 / period_s", float32(1.0 / v["period_s"])),
-    )
-    for name, value, bound, most in below:
-        if value >= most:
-            raise UserError(f"{file}: {name}: {value:g} is not below {bound} = {most:g}; lower it")
