@@ -51,7 +51,7 @@ static void test_the_duties_of_two_periods_ago_have_acted(void)
     for (int n = 0; n < 2; n++) {
         configure(sources[n]);
         for (int k = 0; k < 6; k++) {
-            const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){7.0f, 8.0f}, 0.0f);
+            const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){7.0f, 8.0f});
             const float of_then_V = (k < 2) ? 0.0f : (float)(k - 2 + 1);
             const ab_t ended_V = {of_then_V, 2.0f * of_then_V};
             assert_same_ab(ended_V, st.ended_V);
@@ -67,8 +67,8 @@ static void test_the_duty_source_asks_no_sensor(void)
     st = (acting_voltage_state_t){.acting_V = {3.0f, -4.0f}, .pending_V = {5.0f, 6.0f}};
     for (int k = 0; k < NOT_FINITE_COUNT; k++) {
         acting_voltage_state_t next = st;
-        const ab_t u_s_V =
-            acting_voltage_step(&cfg, &next, (ab_t){not_finite(k), 1.0f}, not_finite(k));
+        acting_voltage_angle(&cfg, &next, not_finite(k));
+        const ab_t u_s_V = acting_voltage_step(&cfg, &next, (ab_t){not_finite(k), 1.0f});
         assert_same_ab((ab_t){3.0f, -4.0f}, u_s_V);
         assert_same_ab((ab_t){5.0f, 6.0f}, next.acting_V);
     }
@@ -80,7 +80,8 @@ static void test_the_sensed_voltage_is_turned_ahead_by_the_filters_angle(void)
     const float speeds[] = {0.0f, 100.0f, -100.0f, 600.0f, -600.0f};
     const double complex u_V = 120.0 - 75.0 * I;
     for (int n = 0; n < 5; n++) {
-        const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){120.0f, -75.0f}, speeds[n]);
+        acting_voltage_angle(&cfg, &st, speeds[n]);
+        const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){120.0f, -75.0f});
         const double complex expected_V = u_V * cexp(I * (double)speeds[n] * (double)FILTER_S);
         ASSERT_NEAR(3e-5, creal(expected_V), u_s_V.alpha); /* 1e-7 of 140 V, twice */
         ASSERT_NEAR(3e-5, cimag(expected_V), u_s_V.beta);
@@ -91,13 +92,39 @@ static void test_a_wild_speed_turns_by_an_eighth_of_a_turn_at_most(void)
 {
     const float speeds[] = {1e5f, -1e5f, INFINITY, -INFINITY};
     for (int n = 0; n < 4; n++) {
-        const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f}, speeds[n]);
+        acting_voltage_angle(&cfg, &st, speeds[n]);
+        const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f});
         const double angle_rad = copysign((double)TRIG_SMALL_MAX_RAD, (double)speeds[n]);
         ASSERT_NEAR(3e-5, 100.0 * cos(angle_rad), u_s_V.alpha);
         ASSERT_NEAR(3e-5, 100.0 * sin(angle_rad), u_s_V.beta);
     }
-    const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f}, NAN);
+    acting_voltage_angle(&cfg, &st, NAN);
+    const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f});
     TEST_ASSERT_TRUE(ab_finite(u_s_V));
+}
+
+/* Zeroed, the unit vector is (1, 0): what is sensed passes bit for bit. */
+static void test_a_zeroed_state_turns_nothing(void)
+{
+    const ab_t u_V = {123.456f, -0.789f};
+    assert_same_ab(u_V, acting_voltage_step(&cfg, &st, u_V));
+    acting_voltage_angle(&cfg, &st, 0.0f);
+    assert_same_ab((ab_t){0.0f, 0.0f}, st.lag);
+}
+
+/* The angle holds until it is set again, and is none of the duties' business. */
+static void test_the_angle_holds_from_one_setting_to_the_next(void)
+{
+    acting_voltage_angle(&cfg, &st, 600.0f);
+    const ab_t lag = st.lag;
+    TEST_ASSERT_TRUE(lag.beta > 0.2f);
+    const ab_t first_V = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f});
+    st.pending_V = (ab_t){40.0f, 50.0f};
+    for (int k = 0; k < 4; k++) {
+        assert_same_ab(first_V, acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f}));
+        assert_same_ab(lag, st.lag);
+    }
+    assert_same_ab((ab_t){40.0f, 50.0f}, st.ended_V);
 }
 
 int main(void)
@@ -108,5 +135,7 @@ int main(void)
     RUN_TEST(test_the_duty_source_asks_no_sensor);
     RUN_TEST(test_the_sensed_voltage_is_turned_ahead_by_the_filters_angle);
     RUN_TEST(test_a_wild_speed_turns_by_an_eighth_of_a_turn_at_most);
+    RUN_TEST(test_a_zeroed_state_turns_nothing);
+    RUN_TEST(test_the_angle_holds_from_one_setting_to_the_next);
     return UNITY_END();
 }

@@ -20,6 +20,7 @@ static void configure(int machine, observer_method_t method)
     motor = reference_derived(machine);
     params = (estimator_params_t){.period_s = p.period_s,
                                   .i_max_A = 50.0f,
+                                  .lambda_min_Wb = 0.02f,
                                   .lambda_max_Wb = p.lambda_max_Wb,
                                   .method = method,
                                   .adaptation = p.adaptation,
@@ -49,8 +50,7 @@ static estimator_in_t sample(uint32_t *seed)
 {
     return (estimator_in_t){.u_s_V = {40.0f * noise(seed), 40.0f * noise(seed)},
                             .i_s_A = {5.0f * noise(seed), 5.0f * noise(seed)},
-                            .prior_rad_s = 12.0f,
-                            .lambda_min_Wb = 0.02f};
+                            .prior_rad_s = 12.0f};
 }
 
 static cplx of(ab_t x)
@@ -167,8 +167,7 @@ static void test_step_holds_the_dc_equilibrium(void)
         const ab_t i_A = {3.0f, -4.0f};
         const estimator_seed_t seed = {.i_s_A = i_A, .lambda_r_Wb = ab_scale(i_A, m->M_H)};
         estimator_seed(&cfg, &st, &seed);
-        const estimator_in_t in = {
-            .u_s_V = ab_scale(i_A, m->Rs_ohm), .i_s_A = i_A, .lambda_min_Wb = 0.02f};
+        const estimator_in_t in = {.u_s_V = ab_scale(i_A, m->Rs_ohm), .i_s_A = i_A};
         for (int k = 0; k < STEPS; k++) {
             estimator_step(&cfg, &st, &in);
         }
@@ -223,7 +222,7 @@ static void test_what_is_no_number_leaves_numbers(void)
 
 static observer_gain_t gain_of_a_step_at(float omega_rad_s)
 {
-    const estimator_in_t in = {.lambda_min_Wb = 0.02f};
+    const estimator_in_t in = {0};
     in_operation(omega_rad_s);
     estimator_step(&cfg, &st, &in);
     return st.gain;
@@ -275,12 +274,13 @@ static void test_an_imposed_frame_gives_the_frequency_and_nothing_else(void)
 static void test_the_frequency_of_next_to_no_flux_is_finite(void)
 {
     params.gain_enable = false;
-    TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, NULL));
     const float floors_Wb[] = {0.05f, 0.5f};
     for (int n = 0; n < 2; n++) {
+        params.lambda_min_Wb = floors_Wb[n];
+        TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, NULL));
         const estimator_seed_t seed = {.i_s_A = {0.0f, 5.0f}, .lambda_r_Wb = {0.001f, 0.0f}};
         estimator_seed(&cfg, &st, &seed);
-        const estimator_in_t in = {.i_s_A = {0.0f, 5.0f}, .lambda_min_Wb = floors_Wb[n]};
+        const estimator_in_t in = {.i_s_A = {0.0f, 5.0f}};
         estimator_step(&cfg, &st, &in);
         const double m_tau_ohm = (double)(motor.M_H * motor.tau_per_s);
         const double pull_Wb_V =

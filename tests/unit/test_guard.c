@@ -5,7 +5,6 @@
 
 #include "exact.h"
 
-#define SLOTS          16u
 #define VOLTAGE_TURNS  8
 #define PHASES_TURNS   6
 #define ESTIMATE_TURNS 60
@@ -43,9 +42,10 @@ void setUp(void)
     configure();
     meas = (measured_t){.i_A = {3.266f, -1.633f, -1.633f}, .i_s_A = {4.0f, 0.0f}, .u_dc_V = 540.0f};
     estimate = (estimate_t){.lambda_r_hat_Wb = {0.4f, 0.0f}, .lambda_Wb = 0.4f};
-    every_period = (guard_in_t){.meas = &meas, .duty = {0.5f, 0.5f, 0.5f}};
+    every_period = (guard_in_t){.meas = &meas};
     in = (guard_look_t){.meas = &meas,
                         .estimate = &estimate,
+                        .controlled = true,
                         .sensed = true,
                         .oriented = true,
                         .u_duty_V = {6.0f, 0.0f},
@@ -65,7 +65,7 @@ static uint32_t period(void)
 {
     every_period.omega_e_hat_rad_s = estimate.omega_e_rad_s;
     uint32_t faults = guard_step(&cfg, &st, &every_period);
-    if (in.standing || guard_look_is_due(in.slot)) {
+    if (guard_look_is_due(in.slot)) {
         faults |= guard_look(&cfg, &st, &in);
     }
     return faults;
@@ -78,7 +78,7 @@ static uint32_t turns(int count, uint32_t *slots)
     for (int n = 0; n < count; n++) {
         faults = 0u;
         *slots = 0u;
-        for (in.slot = 0u; in.slot < SLOTS; in.slot++) {
+        for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
             const uint32_t now = period();
             faults |= now;
             *slots |= (now != 0u) ? (1u << in.slot) : 0u;
@@ -117,14 +117,17 @@ static void test_init_refuses_what_a_part_refuses(void)
 
 static void test_nothing_is_said_of_a_healthy_drive(void)
 {
-    in.standing = true;
     assert_never_comes();
+    for (int k = 0; k < 100; k++) {
+        TEST_ASSERT_EQUAL_HEX32(
+            0u, guard_standing(&cfg, &st, meas.i_s_A, estimate.i_residual_A));
+    }
 }
 
 /* Limits are judged in every period, whatever the slot and the mode. */
 static void test_limits_are_judged_in_every_slot_of_every_mode(void)
 {
-    for (in.slot = 0u; in.slot < SLOTS; in.slot++) {
+    for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
         in.sensed = (in.slot % 2u) == 0u;
         in.oriented = in.sensed;
         meas.i_A.u = 20.1f;
@@ -136,9 +139,6 @@ static void test_limits_are_judged_in_every_slot_of_every_mode(void)
         every_period.state_sum = NAN;
         TEST_ASSERT_EQUAL_HEX32(FAULT_NON_FINITE, period());
         every_period.state_sum = 0.0f;
-        every_period.duty.v = 1.1f;
-        TEST_ASSERT_EQUAL_HEX32(FAULT_NON_FINITE, period());
-        every_period.duty.v = 0.5f;
     }
 }
 
@@ -146,11 +146,14 @@ static void test_a_voltage_that_the_duties_do_not_explain(void)
 {
     in.oriented = false;
     in.u_s_V.beta = 40.0f;
-    assert_comes(FAULT_VOLTAGE_SENSOR, GUARD_SLOT_VOLTAGE, VOLTAGE_TURNS);
+    assert_comes(FAULT_VOLTAGE_SENSOR, SLOT_GUARD_VOLTAGE, VOLTAGE_TURNS);
     setUp();
     in.u_s_V.beta = 40.0f;
     in.sensed = false; /* nothing was sensed */
     in.oriented = false;
+    assert_never_comes();
+    in.sensed = true;
+    in.controlled = false;
     assert_never_comes();
 }
 
@@ -158,9 +161,14 @@ static void test_a_voltage_that_the_duties_do_not_explain(void)
 static void test_a_phase_without_the_current_that_is_asked_for(void)
 {
     meas.i_A.u = 0.29f;
-    assert_comes(FAULT_OPEN_PHASE, GUARD_SLOT_PHASES, PHASES_TURNS);
+    assert_comes(FAULT_OPEN_PHASE, SLOT_GUARD_PHASES, PHASES_TURNS);
     setUp();
     meas.i_A.u = 0.31f;
+    assert_never_comes();
+    setUp();
+    meas.i_A.u = 0.29f;
+    in.controlled = false; /* nobody asks for a current */
+    in.oriented = false;
     assert_never_comes();
 }
 
@@ -172,13 +180,13 @@ static void test_the_current_asked_for_is_turned_into_the_phases(void)
     assert_never_comes();
     in.i_ref_A = (dq_t){0.0f, -4.0f}; /* along alpha again */
     in.oriented = false;              /* or it would be a stall as well */
-    assert_comes(FAULT_OPEN_PHASE, GUARD_SLOT_PHASES, PHASES_TURNS);
+    assert_comes(FAULT_OPEN_PHASE, SLOT_GUARD_PHASES, PHASES_TURNS);
 }
 
 static void test_a_residual_that_no_current_explains(void)
 {
     estimate.i_residual_A = (ab_t){0.4f, -0.4f};
-    assert_comes(FAULT_OBSERVER, GUARD_SLOT_ESTIMATE, ESTIMATE_TURNS);
+    assert_comes(FAULT_OBSERVER, SLOT_GUARD_ESTIMATE, ESTIMATE_TURNS);
     setUp();
     estimate.i_residual_A = (ab_t){0.4f, -0.4f};
     in.oriented = false;
@@ -188,7 +196,7 @@ static void test_a_residual_that_no_current_explains(void)
 static void test_a_flux_far_below_its_reference(void)
 {
     estimate.lambda_Wb = 0.099f;
-    assert_comes(FAULT_OBSERVER, GUARD_SLOT_ESTIMATE, ESTIMATE_TURNS);
+    assert_comes(FAULT_OBSERVER, SLOT_GUARD_ESTIMATE, ESTIMATE_TURNS);
     setUp();
     estimate.lambda_Wb = 0.099f;
     in.lambda_ref_Wb = 0.39f; /* steered or weakened */
@@ -202,7 +210,7 @@ static void test_power_that_the_torque_does_not_explain(void)
     in.u_s_V = (ab_t){1.5f * 4.0f, 1.5f * 1.2f}; /* heat alone */
     in.u_duty_V = in.u_s_V;
     estimate.omega_s_rad_s = 400.0f;
-    assert_comes(FAULT_OBSERVER, GUARD_SLOT_ESTIMATE, ESTIMATE_TURNS);
+    assert_comes(FAULT_OBSERVER, SLOT_GUARD_ESTIMATE, ESTIMATE_TURNS);
     in.u_s_V.beta += 172.8f / 1.2f; /* and there it is */
     in.u_duty_V = in.u_s_V;
     st = (guard_state_t){0};
@@ -238,7 +246,7 @@ static void test_all_torque_without_speed(void)
     configure();
     in.omega_ref_rad_s = -100.0f;
     in.i_ref_A = (dq_t){4.0f, -11.4f}; /* of 12 */
-    assert_comes(FAULT_STALL, GUARD_SLOT_ESTIMATE, 10);
+    assert_comes(FAULT_STALL, SLOT_GUARD_ESTIMATE, 10);
     const dq_t within_A[] = {{4.0f, 11.3f}, {12.0f, 8.4f}};
     for (int n = 0; n < 2; n++) {
         st = (guard_state_t){0};
@@ -246,7 +254,7 @@ static void test_all_torque_without_speed(void)
         assert_never_comes();
     }
     in.i_ref_A = (dq_t){12.0f, 8.6f}; /* of 9 */
-    assert_comes(FAULT_STALL, GUARD_SLOT_ESTIMATE, 10);
+    assert_comes(FAULT_STALL, SLOT_GUARD_ESTIMATE, 10);
     st = (guard_state_t){0};
     in.omega_ref_rad_s = 0.0f;
     assert_never_comes();
@@ -259,24 +267,20 @@ static void test_all_torque_without_speed(void)
 }
 
 /* v and w exchanged: the conjugate of the estimate, longer than the trip. */
-static void test_exchanged_sensors_are_told_in_every_slot_while_it_stands(void)
+static void test_exchanged_sensors_are_told_in_every_period_while_it_stands(void)
 {
-    meas.i_s_A = (ab_t){8.0f, -19.5f};
-    estimate.i_residual_A = (ab_t){0.0f, 39.0f};
-    in.oriented = false;
-    in.standing = true;
+    ab_t residual_A = {0.0f, 39.0f};
     for (int k = 1; k <= 6; k++) {
-        TEST_ASSERT_EQUAL_HEX32((k < 5) ? 0u : FAULT_CURRENT_SENSOR, period());
+        TEST_ASSERT_EQUAL_HEX32((k < 5) ? 0u : FAULT_CURRENT_SENSOR,
+                                guard_standing(&cfg, &st, (ab_t){8.0f, -19.5f}, residual_A));
     }
-    meas.i_s_A = (ab_t){8.0f, -18.0f}; /* 19.7 A: below the trip */
-    estimate.i_residual_A = (ab_t){0.0f, 36.0f};
-    TEST_ASSERT_EQUAL_HEX32(0u, period());
-    in.standing = false;
+    residual_A.beta = 36.0f; /* 19.7 A: below the trip */
+    TEST_ASSERT_EQUAL_HEX32(0u, guard_standing(&cfg, &st, (ab_t){8.0f, -18.0f}, residual_A));
+    /* Nobody else asks. */
+    in.oriented = false;
     meas.i_s_A = (ab_t){8.0f, -19.5f};
     estimate.i_residual_A = (ab_t){0.0f, 39.0f};
-    for (int k = 0; k < 6; k++) {
-        TEST_ASSERT_EQUAL_HEX32(0u, period());
-    }
+    assert_never_comes();
 }
 
 /* Looked at in another slot, nothing is counted and nothing is found. */
@@ -286,8 +290,8 @@ static void test_only_its_slots_are_due(void)
     meas.i_A.u = 0.0f;
     estimate.lambda_Wb = 0.0f;
     const guard_state_t before = st;
-    for (in.slot = 0u; in.slot < SLOTS; in.slot++) {
-        const bool due = (in.slot == 3u) || (in.slot == 7u) || (in.slot == 10u);
+    for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
+        const bool due = (in.slot == 3u) || (in.slot == 7u) || (in.slot == 11u);
         TEST_ASSERT_EQUAL(due, guard_look_is_due(in.slot));
         st = before;
         TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
@@ -324,7 +328,7 @@ int main(void)
     RUN_TEST(test_power_that_the_torque_does_not_explain);
     RUN_TEST(test_a_speed_that_no_shaft_follows);
     RUN_TEST(test_all_torque_without_speed);
-    RUN_TEST(test_exchanged_sensors_are_told_in_every_slot_while_it_stands);
+    RUN_TEST(test_exchanged_sensors_are_told_in_every_period_while_it_stands);
     RUN_TEST(test_only_its_slots_are_due);
     RUN_TEST(test_at_rest_the_limits_go_on_counting);
     return UNITY_END();

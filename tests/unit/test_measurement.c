@@ -70,8 +70,8 @@ static void test_every_word_length_spans_the_full_scale(void)
         in.i_v_counts = (uint16_t)(codes - 1u);
         in.u_dc_counts = (uint16_t)(codes - 1u);
         const measured_t out = step(&params, &no_offset, in);
-        ASSERT_SAME_FLOAT(-25.0f, out.i_raw_A.u);
-        ASSERT_NEAR(2e-6, 25.0 - 50.0 / codes, out.i_raw_A.v);
+        ASSERT_SAME_FLOAT(-25.0f, out.i_A.u);
+        ASSERT_NEAR(2e-6, 25.0 - 50.0 / codes, out.i_A.v);
         ASSERT_NEAR(5e-5, 400.0 - 400.0 / codes, out.u_dc_V);
         TEST_ASSERT_EQUAL_UINT32(MEASUREMENT_SATURATED | MEASUREMENT_CURRENT_SUM, out.flags);
     }
@@ -93,9 +93,10 @@ static void test_step_is_the_scaling_in_double_precision(void)
         const double i_u = 25.0 * value[0] - 0.125;
         const double i_v = 25.0 * value[1] + 0.25;
         const double i_w = 25.0 * value[2] - 0.0625;
-        ASSERT_NEAR(1e-5, i_u + 0.125, out.i_raw_A.u);
-        ASSERT_NEAR(1e-5, i_v - 0.25, out.i_raw_A.v);
-        ASSERT_NEAR(1e-5, i_w + 0.0625, out.i_raw_A.w);
+        const uvw_t raw_A = measurement_raw_A(&st, out.i_A);
+        ASSERT_NEAR(1e-5, i_u + 0.125, raw_A.u);
+        ASSERT_NEAR(1e-5, i_v - 0.25, raw_A.v);
+        ASSERT_NEAR(1e-5, i_w + 0.0625, raw_A.w);
         ASSERT_NEAR(1e-5, i_u, out.i_A.u);
         ASSERT_NEAR(1e-5, i_v, out.i_A.v);
         ASSERT_NEAR(1e-5, i_w, out.i_A.w);
@@ -117,15 +118,31 @@ static void test_the_voltage_offset_is_taken_off_the_line_voltage_only(void)
     const measurement_state_t st = {.offset_V = {1.5f, -0.25f}};
     const measured_t plain = step(&exact_params, &no_offset, in);
     const measured_t out = step(&exact_params, &st, in);
-    ASSERT_NEAR(1e-5, sqrt(2.0 / 3.0) * 105.0, out.u_raw_V.alpha);
-    ASSERT_NEAR(1e-5, sqrt(0.5) * 10.0, out.u_raw_V.beta);
-    ASSERT_SAME_FLOAT(out.u_raw_V.alpha - 1.5f, out.u_line_V.alpha);
-    ASSERT_SAME_FLOAT(out.u_raw_V.beta + 0.25f, out.u_line_V.beta);
-    ASSERT_SAME_FLOAT(plain.u_raw_V.alpha, plain.u_line_V.alpha);
-    ASSERT_SAME_FLOAT(plain.u_raw_V.beta, plain.u_line_V.beta);
+    ASSERT_NEAR(1e-5, sqrt(2.0 / 3.0) * 105.0, plain.u_line_V.alpha);
+    ASSERT_NEAR(1e-5, sqrt(0.5) * 10.0, plain.u_line_V.beta);
+    ASSERT_SAME_FLOAT(plain.u_line_V.alpha - 1.5f, out.u_line_V.alpha);
+    ASSERT_SAME_FLOAT(plain.u_line_V.beta + 0.25f, out.u_line_V.beta);
     TEST_ASSERT_EQUAL_MEMORY(&plain.i_A, &out.i_A, sizeof out.i_A);
     ASSERT_SAME_FLOAT(plain.u_dc_V, out.u_dc_V);
     TEST_ASSERT_EQUAL_UINT32(0u, out.flags);
+}
+
+/* What the offsets took comes back: the state machine averages what the sensors show. */
+static void test_offsets_that_are_set_are_taken_off_and_put_back(void)
+{
+    measurement_state_t st = {0};
+    const uvw_t offset_A = {1.5f, -2.0f, 0.5f};
+    measurement_set_offsets(&st, offset_A, (ab_t){3.0f, -4.0f});
+    const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
+    const measured_t plain = step(&exact_params, &no_offset, in);
+    const measured_t out = step(&exact_params, &st, in);
+    const uvw_t raw_A = measurement_raw_A(&st, out.i_A);
+    ASSERT_SAME_FLOAT(8.5f, out.i_A.u);
+    ASSERT_SAME_FLOAT(-2.0f, out.i_A.v);
+    ASSERT_SAME_FLOAT(-6.5f, out.i_A.w);
+    TEST_ASSERT_EQUAL_MEMORY(&plain.i_A, &raw_A, sizeof raw_A);
+    ASSERT_SAME_FLOAT(plain.u_line_V.alpha - 3.0f, out.u_line_V.alpha);
+    ASSERT_SAME_FLOAT(plain.u_line_V.beta + 4.0f, out.u_line_V.beta);
 }
 
 static double complex complex_of(ab_t x)
@@ -169,7 +186,7 @@ static void test_swapped_wiring_gives_the_motors_own_order(void)
     const measurement_state_t st = {.offset_A = {0.0f, 1.0f, -1.0f}};
     const measured_t expected = step(&exact_params, &st, straight);
     const measured_t actual = step(&swapped, &st, wired);
-    ASSERT_SAME_FLOAT(10.0f, expected.i_raw_A.u);
+    ASSERT_SAME_FLOAT(10.0f, expected.i_A.u);
     ASSERT_SAME_FLOAT(-5.0f, expected.i_A.v);
     ASSERT_SAME_FLOAT(-5.0f, expected.i_A.w);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
@@ -327,6 +344,7 @@ int main(void)
     RUN_TEST(test_every_word_length_spans_the_full_scale);
     RUN_TEST(test_step_is_the_scaling_in_double_precision);
     RUN_TEST(test_the_voltage_offset_is_taken_off_the_line_voltage_only);
+    RUN_TEST(test_offsets_that_are_set_are_taken_off_and_put_back);
     RUN_TEST(test_next_phase_is_120_degrees_ahead);
     RUN_TEST(test_double_full_scale_doubles_the_values);
     RUN_TEST(test_swapped_wiring_gives_the_motors_own_order);

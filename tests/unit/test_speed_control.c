@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 
 #include "exact.h"
 #include "reference_machine.h"
@@ -31,6 +32,14 @@ static const speed_control_config_t simple = {
     .slew_step_rad_s = 2.0f};
 
 static motor_model_t table1;
+
+/* As the drive does: limits when they are new, and here before each step. */
+static float step(const speed_control_config_t *cfg, speed_control_state_t *st,
+                  const speed_control_in_t *in, float omega_hat_rad_s)
+{
+    speed_control_limit(cfg, st, in);
+    return speed_control_step(cfg, st, in, omega_hat_rad_s);
+}
 
 void setUp(void)
 {
@@ -210,10 +219,9 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
                                         .omega_ref_rad_s = w + (float)sign};
             const speed_control_in_t in = {.flux_pu = 1.0f,
                                            .inv_flux_pu = 1.0f,
-                                           .omega_ref_rad_s = w + (float)sign,
-                                           .omega_hat_rad_s = w};
+                                           .omega_ref_rad_s = w + (float)sign};
             speed_control_schedule(&cfg, &st);
-            ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], speed_control_step(&cfg, &st, &in));
+            ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], step(&cfg, &st, &in, w));
             ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
         }
     }
@@ -224,17 +232,17 @@ static void test_less_flux_takes_more_current_within_the_same_limit(void)
 {
     speed_control_state_t st = {.omega_ref_rad_s = 4.0f};
     speed_control_in_t in = {.flux_pu = 0.5f, .inv_flux_pu = 2.0f, .omega_ref_rad_s = 4.0f};
-    ASSERT_SAME_FLOAT(4.0f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(4.0f, step(&simple, &st, &in, 0.0f));
     ASSERT_SAME_FLOAT(0.5f, st.pi.x); /* at nominal flux: asked and allowed 2 A */
     st = (speed_control_state_t){.omega_ref_rad_s = 40.0f};
     in.omega_ref_rad_s = 40.0f;
-    ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(15.0f, step(&simple, &st, &in, 0.0f));
     /* Asked 20, allowed 7.5: 40/8 - 12.5/4. */
     ASSERT_SAME_FLOAT(1.875f, st.pi.x);
     st = (speed_control_state_t){.omega_ref_rad_s = -40.0f};
     in = (speed_control_in_t){
         .flux_pu = 0.5f, .inv_flux_pu = 2.0f, .omega_ref_rad_s = -40.0f, .i_d_ref_A = 15.0f};
-    ASSERT_SAME_FLOAT(-8.0f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(-8.0f, step(&simple, &st, &in, 0.0f));
 }
 
 static void test_step_holds_the_load_at_the_reference(void)
@@ -242,14 +250,14 @@ static void test_step_holds_the_load_at_the_reference(void)
     const speed_control_in_t in = {.flux_pu = 1.0f,
                                    .inv_flux_pu = 1.0f,
                                    .omega_ref_rad_s = 60.0f,
-                                   .omega_hat_rad_s = 60.0f,
                                    .i_d_ref_A = 5.0f};
     speed_control_state_t st = {.pi = {.x = 7.25f},
                                 .omega_filtered_rad_s = 60.0f,
                                 .omega_ref_rad_s = 60.0f,
                                 .i_q_A = 7.25f};
+    speed_control_limit(&simple, &st, &in);
     const speed_control_state_t before = st;
-    ASSERT_SAME_FLOAT(7.25f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(7.25f, step(&simple, &st, &in, 60.0f));
     TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
 }
 
@@ -262,7 +270,6 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const speed_control_in_t in = {.flux_pu = 1.0f,
                                        .inv_flux_pu = 1.0f,
                                        .omega_ref_rad_s = 41.0f,
-                                       .omega_hat_rad_s = 37.5f,
                                        .i_d_ref_A = 5.0f};
         speed_control_state_t st = {
             .pi = {.x = -1.5f}, .omega_filtered_rad_s = 36.0f, .omega_ref_rad_s = 40.9f};
@@ -271,7 +278,7 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
 
         const double filtered = 36.0 + 0.2 / 3.2 * (37.5 - 36.0);
         const double error = 41.0 - filtered; /* 40.9 + .1 is within the slew step of .2 */
-        const float i_q_A = speed_control_step(&cfg, &st, &in);
+        const float i_q_A = step(&cfg, &st, &in, 37.5f);
         /* 40 rad/s carries 4e-6 of rounding into the error. */
         ASSERT_NEAR(1e-5, filtered, st.omega_filtered_rad_s);
         ASSERT_NEAR(1e-5, 41.0, st.omega_ref_rad_s);
@@ -289,15 +296,13 @@ static void test_step_is_odd(void)
     speed_control_in_t in = {.flux_pu = 1.0f,
                              .inv_flux_pu = 1.0f,
                              .omega_ref_rad_s = 90.0f,
-                             .omega_hat_rad_s = 30.5f,
                              .i_d_ref_A = 5.0f};
-    const float forward_A = speed_control_step(&simple, &plus, &in);
+    const float forward_A = step(&simple, &plus, &in, 30.5f);
     in = (speed_control_in_t){.flux_pu = 1.0f,
                               .inv_flux_pu = 1.0f,
                               .omega_ref_rad_s = -90.0f,
-                              .omega_hat_rad_s = -30.5f,
                               .i_d_ref_A = 5.0f};
-    ASSERT_SAME_FLOAT(-forward_A, speed_control_step(&simple, &minus, &in));
+    ASSERT_SAME_FLOAT(-forward_A, step(&simple, &minus, &in, -30.5f));
     ASSERT_SAME_FLOAT(-plus.pi.x, minus.pi.x);
     ASSERT_SAME_FLOAT(-plus.omega_ref_rad_s, minus.omega_ref_rad_s);
 }
@@ -309,12 +314,12 @@ static void test_the_reference_moves_by_the_slew_step_both_ways(void)
     const float up_rad_s[] = {2.0f, 4.0f, 5.0f, 5.0f};
     const float down_rad_s[] = {3.0f, 1.0f, -1.0f, -3.0f, -3.5f, -3.5f};
     for (unsigned k = 0; k < 4u; k++) {
-        (void)speed_control_step(&simple, &st, &in);
+        (void)step(&simple, &st, &in, 0.0f);
         ASSERT_SAME_FLOAT(up_rad_s[k], st.omega_ref_rad_s);
     }
     in.omega_ref_rad_s = -3.5f;
     for (unsigned k = 0; k < 6u; k++) {
-        (void)speed_control_step(&simple, &st, &in);
+        (void)step(&simple, &st, &in, 0.0f);
         ASSERT_SAME_FLOAT(down_rad_s[k], st.omega_ref_rad_s);
     }
 }
@@ -323,10 +328,10 @@ static void test_the_estimate_passes_a_first_order_filter(void)
 {
     speed_control_config_t cfg;
     speed_control_state_t st = {0};
-    const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_hat_rad_s = 10.0f};
+    const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f};
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &table1, PERIOD_S));
     for (int k = 0; k < 15; k++) {
-        (void)speed_control_step(&cfg, &st, &in);
+        (void)step(&cfg, &st, &in, 10.0f);
     }
     /* 15 periods are one time constant of 3 ms, stepped implicitly. */
     ASSERT_NEAR(1e-5, 10.0 * (1.0 - pow(3.0 / 3.2, 15.0)), st.omega_filtered_rad_s);
@@ -340,7 +345,7 @@ static float limited_A(float i_d_ref_A, float omega_ref_rad_s)
                                    .inv_flux_pu = 1.0f,
                                    .omega_ref_rad_s = omega_ref_rad_s,
                                    .i_d_ref_A = i_d_ref_A};
-    return speed_control_step(&simple, &st, &in);
+    return step(&simple, &st, &in, 0.0f);
 }
 
 static void test_the_torque_current_has_its_own_limit(void)
@@ -357,6 +362,52 @@ static void test_the_flux_current_has_priority(void)
     ASSERT_SAME_FLOAT(8.0f, limited_A(-15.0f, 1000.0f));
 }
 
+/* What the limits were set to holds until they are set again; a zeroed state allows nothing. */
+static void test_limits_hold_from_one_setting_to_the_next(void)
+{
+    speed_control_state_t st = {.omega_ref_rad_s = 1000.0f};
+    speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 1000.0f};
+    ASSERT_SAME_FLOAT(0.0f, speed_control_step(&simple, &st, &in, 0.0f));
+    speed_control_limit(&simple, &st, &in);
+    ASSERT_SAME_FLOAT(-15.0f, st.low_A);
+    ASSERT_SAME_FLOAT(15.0f, st.high_A);
+    in.i_d_ref_A = 15.0f; /* not looked at in a step */
+    for (int k = 0; k < 4; k++) {
+        ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in, 0.0f));
+    }
+    speed_control_limit(&simple, &st, &in);
+    ASSERT_SAME_FLOAT(8.0f, speed_control_step(&simple, &st, &in, 0.0f));
+}
+
+/* Limits are kept at nominal flux: at half the flux a window of 6 A is one of 3 A, and of what the
+ * current leaves, and the window, the narrower counts on either side. */
+static void test_a_window_narrows_either_limit(void)
+{
+    const struct {
+        torque_window_t window;
+        float i_d_A, flux_pu, low_A, high_A;
+    } cases[] = {
+        {{-4.0f, 6.0f}, 0.0f, 1.0f, -4.0f, 6.0f},     /* inside */
+        {{-4.0f, 6.0f}, 0.0f, 0.5f, -2.0f, 3.0f},     /* with less flux */
+        {{-40.0f, 60.0f}, 0.0f, 1.0f, -15.0f, 15.0f}, /* wider than i_q_max */
+        {{-40.0f, 60.0f}, 15.0f, 0.5f, -4.0f, 4.0f},  /* than what i_d leaves */
+        {{-40.0f, 6.0f}, 15.0f, 1.0f, -8.0f, 6.0f},   /* one side each */
+        {{-6.0f, 40.0f}, 15.0f, 1.0f, -6.0f, 8.0f},
+        {{2.0f, 6.0f}, 0.0f, 1.0f, 2.0f, 6.0f}, /* a link that must not fill: it drives */
+        {{-6.0f, -2.0f}, 0.0f, 1.0f, -6.0f, -2.0f},
+    };
+    for (size_t n = 0u; n < sizeof cases / sizeof cases[0]; n++) {
+        speed_control_state_t st = {0};
+        const speed_control_in_t in = {.flux_pu = cases[n].flux_pu,
+                                       .inv_flux_pu = 1.0f / cases[n].flux_pu,
+                                       .i_d_ref_A = cases[n].i_d_A,
+                                       .window = &cases[n].window};
+        speed_control_limit(&simple, &st, &in);
+        ASSERT_SAME_FLOAT(cases[n].low_A, st.low_A);
+        ASSERT_SAME_FLOAT(cases[n].high_A, st.high_A);
+    }
+}
+
 static void test_no_torque_current_is_left_when_the_flux_takes_it_all(void)
 {
     ASSERT_NEAR(0.0, 0.0, limited_A(17.0f, 1000.0f));
@@ -370,7 +421,7 @@ static void test_the_integrator_is_told_the_limited_current(void)
     speed_control_state_t st = {.pi = {.x = 2.0f}, .omega_ref_rad_s = 40.0f};
     const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 40.0f};
     /* Asked 22 A, realised 15: 2 + 40/8 - 7/4. */
-    ASSERT_SAME_FLOAT(15.0f, speed_control_step(&simple, &st, &in));
+    ASSERT_SAME_FLOAT(15.0f, step(&simple, &st, &in, 0.0f));
     ASSERT_SAME_FLOAT(5.25f, st.pi.x);
 }
 
@@ -390,9 +441,8 @@ static void run_up(int machine, const speed_control_config_t *cfg, float target_
         const speed_control_in_t in = {.flux_pu = 1.0f,
                                        .inv_flux_pu = 1.0f,
                                        .omega_ref_rad_s = target_rad_s,
-                                       .omega_hat_rad_s = (float)omega_rad_s,
                                        .i_d_ref_A = 5.0f};
-        const float i_q_A = speed_control_step(cfg, &st, &in);
+        const float i_q_A = step(cfg, &st, &in, (float)omega_rad_s);
         omega_rad_s += (double)PERIOD_S * p * p * kr * 0.5 / 0.015 * (double)i_q_A;
         *peak_rad_s = fmax(*peak_rad_s, omega_rad_s);
     }
@@ -433,10 +483,9 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
         for (int k = 0; k < 40; k++) {
             const speed_control_in_t in = {.flux_pu = 1.0f,
                                            .inv_flux_pu = 1.0f,
-                                           .omega_ref_rad_s = 110.0f,
-                                           .omega_hat_rad_s = (float)w_rad_s};
+                                           .omega_ref_rad_s = 110.0f};
             w_rad_s += (double)PERIOD_S * 4.0 * kr * 0.5 / 0.015 *
-                       (double)speed_control_step(&cfg, &st, &in);
+                       (double)step(&cfg, &st, &in, (float)w_rad_s);
         }
         ASSERT_NEAR(1e-3, 110.0 - 10.0 * pow(1.0 - 124.0 * 2e-4, 40.0), w_rad_s);
     }
@@ -466,9 +515,8 @@ static void test_an_input_that_is_no_number_leaves_the_last_one_in_force(void)
         speed_control_state_t st = {.omega_filtered_rad_s = 58.0f, .omega_ref_rad_s = 60.0f};
         const speed_control_in_t in = {.flux_pu = 1.0f,
                                        .inv_flux_pu = 1.0f,
-                                       .omega_ref_rad_s = not_finite(i),
-                                       .omega_hat_rad_s = not_finite(i)};
-        ASSERT_SAME_FLOAT(1.0f, speed_control_step(&simple, &st, &in));
+                                       .omega_ref_rad_s = not_finite(i)};
+        ASSERT_SAME_FLOAT(1.0f, step(&simple, &st, &in, not_finite(i)));
         ASSERT_SAME_FLOAT(60.0f, st.omega_ref_rad_s);
         ASSERT_SAME_FLOAT(58.0f, st.omega_filtered_rad_s);
     }
@@ -479,8 +527,8 @@ static void test_two_controllers_share_a_config_and_nothing_else(void)
     speed_control_state_t a = {0};
     speed_control_state_t b = {0};
     const speed_control_in_t in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 1.0f};
-    const float first_A = speed_control_step(&simple, &a, &in);
-    ASSERT_SAME_FLOAT(first_A, speed_control_step(&simple, &b, &in));
+    const float first_A = step(&simple, &a, &in, 0.0f);
+    ASSERT_SAME_FLOAT(first_A, step(&simple, &b, &in, 0.0f));
 }
 
 /* 1 A a period, 2 A per Nm, between -20 and 10 rad/s. */
@@ -497,7 +545,7 @@ static speed_control_config_t torque_config(void)
 static float torque_after(speed_control_state_t *st, float speed_rad_s, float torque_Nm, int n)
 {
     const speed_control_config_t cfg = torque_config();
-    const speed_control_in_t in = {.omega_hat_rad_s = speed_rad_s,
+    const speed_control_in_t in = {
                                    .i_d_ref_A = 5.0f,
                                    .flux_pu = 1.0f,
                                    .inv_flux_pu = 1.0f,
@@ -505,7 +553,7 @@ static float torque_after(speed_control_state_t *st, float speed_rad_s, float to
                                    .torque_ref_Nm = torque_Nm};
     float i_q_A = 0.0f;
     for (int k = 0; k < n; k++) {
-        i_q_A = speed_control_step(&cfg, st, &in);
+        i_q_A = step(&cfg, st, &in, speed_rad_s);
     }
     return i_q_A;
 }
@@ -543,15 +591,14 @@ static void test_take_over_is_smooth_both_ways(void)
     speed_control_state_t st = {.omega_ref_rad_s = 4.0f, .omega_filtered_rad_s = 4.0f};
     st.pi.x = 5.0f;
     const speed_control_in_t in = {.omega_ref_rad_s = 4.0f,
-                                   .omega_hat_rad_s = 4.0f,
                                    .i_d_ref_A = 5.0f,
                                    .flux_pu = 1.0f,
                                    .inv_flux_pu = 1.0f};
-    ASSERT_SAME_FLOAT(5.0f, speed_control_step(&cfg, &st, &in));
+    ASSERT_SAME_FLOAT(5.0f, step(&cfg, &st, &in, 4.0f));
     ASSERT_SAME_FLOAT(6.0f, torque_after(&st, 4.0f, 4.0f, 1));
     (void)torque_after(&st, 4.0f, 4.0f, 200);
     ASSERT_SAME_FLOAT(4.0f, st.omega_ref_rad_s);
-    ASSERT_NEAR(1e-4, 8.0, speed_control_step(&cfg, &st, &in));
+    ASSERT_NEAR(1e-4, 8.0, step(&cfg, &st, &in, 4.0f));
 }
 
 static void test_torque_that_is_no_number_moves_nothing(void)
@@ -571,7 +618,7 @@ static void test_less_flux_takes_more_current_for_the_torque(void)
                                    .inv_flux_pu = 2.0f,
                                    .torque = true,
                                    .torque_ref_Nm = 2.0f};
-    ASSERT_SAME_FLOAT(8.0f, speed_control_step(&cfg, &st, &in));
+    ASSERT_SAME_FLOAT(8.0f, step(&cfg, &st, &in, 0.0f));
 }
 
 static void test_init_derives_and_refuses_torque_mode(void)
@@ -613,6 +660,8 @@ int main(void)
     RUN_TEST(test_the_estimate_passes_a_first_order_filter);
     RUN_TEST(test_the_torque_current_has_its_own_limit);
     RUN_TEST(test_the_flux_current_has_priority);
+    RUN_TEST(test_limits_hold_from_one_setting_to_the_next);
+    RUN_TEST(test_a_window_narrows_either_limit);
     RUN_TEST(test_no_torque_current_is_left_when_the_flux_takes_it_all);
     RUN_TEST(test_the_integrator_is_told_the_limited_current);
     RUN_TEST(test_the_loop_has_the_bandwidth_on_both_machines);

@@ -40,6 +40,13 @@ void tearDown(void)
 {
 }
 
+/* As the drive does every fourth period, and here before each one. */
+static voltage_out_t step(voltage_state_t *state)
+{
+    voltage_angle(&cfg, state, in.omega_s_rad_s);
+    return voltage_step(&cfg, state, &in);
+}
+
 static cplx of(ab_t x)
 {
     return (double)x.alpha + I * (double)x.beta;
@@ -68,7 +75,7 @@ static void test_a_current_is_controlled_in_the_frame_of_then(void)
                                       I * kr * (double)in.omega_e_rad_s * (double)in.lambda_Wb;
             const cplx asked_V = kp_ohm * (0.5 - 1.0 * I) + 12.0 - 30.0 * I + 0.9 * decoupling_V;
             const cplx ahead = cexp(I * (double)in.omega_s_rad_s * 1.5 * 200e-6);
-            const voltage_out_t out = voltage_step(&cfg, &st, &in);
+            const voltage_out_t out = step(&st);
             /* 100 V, some roundings. */
             ASSERT_NEAR(1e-4, 0.0, cabs(of(out.u_V) - asked_V * (0.6 + 0.8 * I) * ahead));
             ASSERT_NEAR(1e-3, 0.0, cabs(of(out.u_V) - of_duties(out.duty)));
@@ -84,9 +91,9 @@ static void test_a_current_is_controlled_in_the_frame_of_then(void)
 static void test_no_loss_adds_nothing(void)
 {
     voltage_state_t other = st;
-    const voltage_out_t out = voltage_step(&cfg, &st, &in);
+    const voltage_out_t out = step(&st);
     in.i_s_A = (ab_t){-4.0f, -2.0f};
-    const voltage_out_t opposite = voltage_step(&cfg, &other, &in);
+    const voltage_out_t opposite = step(&other);
     TEST_ASSERT_EQUAL_MEMORY(&out, &opposite, sizeof out);
 }
 
@@ -95,9 +102,9 @@ static void test_the_duties_give_what_the_legs_lose_on_top(void)
 {
     in.omega_s_rad_s = 0.0f;
     voltage_state_t other = st;
-    const voltage_out_t without = voltage_step(&cfg, &other, &in);
+    const voltage_out_t without = step(&other);
     in.leg_loss_V = 10.0f;
-    const voltage_out_t out = voltage_step(&cfg, &st, &in);
+    const voltage_out_t out = step(&st);
     ASSERT_NEAR(1e-4, 0.0, cabs(of(out.u_V) - of(without.u_V)));
     double legs_A[3];
     phases_of(4.0 + 2.0 * I, legs_A);
@@ -115,7 +122,7 @@ static void test_the_legs_current_is_turned_ahead_too(void)
     in.leg_loss_V = 10.0f;
     in.i_s_A = (ab_t){0.0f, -0.1f}; /* linear: below the threshold in every leg */
     in.omega_s_rad_s = 2000.0f;
-    const voltage_out_t out = voltage_step(&cfg, &st, &in);
+    const voltage_out_t out = step(&st);
     const cplx ahead = cexp(I * 2000.0 * 1.5 * 200e-6);
     ASSERT_NEAR(2e-3, 0.0,
                 cabs(of_duties(out.duty) - of(out.u_V) - 10.0 / 0.25 * -0.1 * I * ahead));
@@ -126,7 +133,7 @@ static void test_a_voltage_that_is_asked_for_arrives_as_it_is(void)
     in.follow = true;
     in.u_ref_V = (ab_t){-70.0f, 110.0f};
     in.i_ref_A = in.i_A;
-    const voltage_out_t out = voltage_step(&cfg, &st, &in);
+    const voltage_out_t out = step(&st);
     ASSERT_NEAR(1e-4, 0.0, cabs(of(out.u_V) - (-70.0 + 110.0 * I)));
     ASSERT_NEAR(1e-3, 0.0, cabs(of(out.u_V) - of_duties(out.duty)));
 }
@@ -138,11 +145,11 @@ static void test_the_current_controllers_take_over_without_a_step(void)
     in.u_ref_V = (ab_t){-70.0f, 110.0f};
     in.i_ref_A = in.i_A;
     for (int k = 0; k < 3; k++) {
-        (void)voltage_step(&cfg, &st, &in);
+        (void)step(&st);
     }
     in.follow = false;
     in.u_ref_V = (ab_t){0.0f, 0.0f};
-    const voltage_out_t out = voltage_step(&cfg, &st, &in);
+    const voltage_out_t out = step(&st);
     ASSERT_NEAR(5e-4, 0.0, cabs(of(out.u_V) - (-70.0 + 110.0 * I)));
 }
 
@@ -155,7 +162,7 @@ static void test_integrators_do_not_wind_up_where_the_voltage_ends(void)
     in.i_ref_A.q = 10.0f;
     voltage_out_t out = {0};
     for (int k = 0; k < 5000; k++) {
-        out = voltage_step(&cfg, &st, &in);
+        out = step(&st);
     }
     const double most_V = 100.0 * sqrt(2.0 / 3.0);
     TEST_ASSERT_TRUE(cabs(of(out.u_V)) <= most_V + 1e-3);
@@ -163,7 +170,7 @@ static void test_integrators_do_not_wind_up_where_the_voltage_ends(void)
     const current_control_state_t wound = st.current;
     TEST_ASSERT_TRUE(fabs((double)wound.d.x) < 2.0 * most_V);
     TEST_ASSERT_TRUE(fabs((double)wound.q.x) < 2.0 * most_V);
-    (void)voltage_step(&cfg, &st, &in);
+    (void)step(&st);
     ASSERT_NEAR(1e-3, wound.d.x, st.current.d.x); /* at rest */
     ASSERT_NEAR(1e-3, wound.q.x, st.current.q.x);
     /* The error turns round: the voltage leaves its end in that period, by Kp e. */
@@ -171,21 +178,51 @@ static void test_integrators_do_not_wind_up_where_the_voltage_ends(void)
     const double before_V = cimag(of(out.u_V) * conj(axis_ahead));
     in.i_ref_A.q = in.i_A.q - 2.0f;
     in.i_ref_A.d = in.i_A.d;
-    out = voltage_step(&cfg, &st, &in);
+    out = step(&st);
     ASSERT_NEAR(0.01, before_V - 2.0 * (double)cfg.current.pi.kp,
                 cimag(of(out.u_V) * conj(axis_ahead)));
+}
+
+/* The vector that is added to the axis is the turned one less the axis: (1, 0) where it is zero. */
+static void test_a_zeroed_state_turns_nothing(void)
+{
+    const voltage_out_t zeroed = voltage_step(&cfg, &st, &in);
+    configure(1);
+    voltage_angle(&cfg, &st, 0.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.ahead.alpha);
+    ASSERT_SAME_FLOAT(0.0f, st.ahead.beta);
+    const voltage_out_t standing = voltage_step(&cfg, &st, &in);
+    TEST_ASSERT_EQUAL_MEMORY(&zeroed, &standing, sizeof zeroed);
+}
+
+static void test_the_angle_is_the_delays_and_holds(void)
+{
+    const float speeds[] = {90.0f, -90.0f, 2000.0f, 1e6f, -1e6f};
+    for (int n = 0; n < 5; n++) {
+        const double most = (double)TRIG_SMALL_MAX_RAD;
+        const double angle_rad = fmax(-most, fmin(most, (double)speeds[n] * 1.5 * 200e-6));
+        voltage_angle(&cfg, &st, speeds[n]);
+        ASSERT_NEAR(2e-7, 0.0, cabs(1.0 + of(st.ahead) - cexp(I * angle_rad)));
+        const ab_t ahead = st.ahead;
+        (void)voltage_step(&cfg, &st, &in);
+        TEST_ASSERT_EQUAL_MEMORY(&ahead, &st.ahead, sizeof ahead);
+    }
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        voltage_angle(&cfg, &st, not_finite(k));
+        TEST_ASSERT_TRUE(ab_finite(st.ahead));
+    }
 }
 
 static void test_no_number_and_no_link_give_no_voltage(void)
 {
     in.i_ref_A.d = NAN;
-    voltage_out_t out = voltage_step(&cfg, &st, &in);
+    voltage_out_t out = step(&st);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.u);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.v);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.w);
     configure(0);
     in.u_dc_V = 0.0f;
-    out = voltage_step(&cfg, &st, &in);
+    out = step(&st);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty.u);
     ASSERT_SAME_FLOAT(0.0f, out.u_V.alpha);
     ASSERT_SAME_FLOAT(0.0f, out.u_V.beta);
@@ -201,6 +238,8 @@ int main(void)
     RUN_TEST(test_a_voltage_that_is_asked_for_arrives_as_it_is);
     RUN_TEST(test_the_current_controllers_take_over_without_a_step);
     RUN_TEST(test_integrators_do_not_wind_up_where_the_voltage_ends);
+    RUN_TEST(test_a_zeroed_state_turns_nothing);
+    RUN_TEST(test_the_angle_is_the_delays_and_holds);
     RUN_TEST(test_no_number_and_no_link_give_no_voltage);
     return UNITY_END();
 }
