@@ -129,6 +129,31 @@ static void test_nonnegative_is_positive_or_zero(void)
     }
 }
 
+/* One bad number at any place is enough; no number is none. */
+static void test_a_list_is_judged_by_its_worst_number(void)
+{
+    TEST_ASSERT_TRUE(ALL_FINITE(-1.0f, 0.0f, FLT_MAX));
+    TEST_ASSERT_TRUE(ALL_NONNEGATIVE(0.0f, 1.0f, FLT_MAX));
+    TEST_ASSERT_TRUE(ALL_POSITIVE(FLT_MIN, 1.0f, FLT_MAX));
+    for (size_t at = 0u; at < 3u; at++) {
+        float x[3] = {1.0f, 2.0f, 3.0f};
+        x[at] = -1.0f;
+        TEST_ASSERT_TRUE(all_finite(x, 3u));
+        TEST_ASSERT_FALSE(all_nonnegative(x, 3u));
+        TEST_ASSERT_FALSE(all_positive(x, 3u));
+        x[at] = 0.0f;
+        TEST_ASSERT_TRUE(all_nonnegative(x, 3u));
+        TEST_ASSERT_FALSE(all_positive(x, 3u));
+        for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+            x[at] = not_finite(k);
+            TEST_ASSERT_FALSE(all_finite(x, 3u));
+            TEST_ASSERT_FALSE(all_nonnegative(x, 3u));
+            TEST_ASSERT_FALSE(all_positive(x, 3u));
+            TEST_ASSERT_TRUE(all_finite(x, at));
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -145,5 +170,6 @@ int main(void)
     RUN_TEST(test_bits_are_those_of_ieee_754);
     RUN_TEST(test_duty_is_zero_to_one);
     RUN_TEST(test_nonnegative_is_positive_or_zero);
+    RUN_TEST(test_a_list_is_judged_by_its_worst_number);
     return UNITY_END();
 }

@@ -2,10 +2,8 @@
 
 bool motor_derive(motor_model_t *model, const motor_t *motor)
 {
-    const bool positive = positivef(motor->Rs_ohm) && positivef(motor->Rr_ohm) &&
-                          positivef(motor->Ls_H) && positivef(motor->Lr_H) &&
-                          positivef(motor->M_H) && positivef(motor->pole_pairs);
-    if (!positive) {
+    if (!ALL_POSITIVE(motor->Rs_ohm, motor->Rr_ohm, motor->Ls_H, motor->Lr_H, motor->M_H,
+                      motor->pole_pairs)) {
         return false;
     }
     motor_model_t m = {.Rs_ohm = motor->Rs_ohm, .M_H = motor->M_H, .pole_pairs = motor->pole_pairs};
@@ -16,8 +14,7 @@ bool motor_derive(motor_model_t *model, const motor_t *motor)
     m.a11_per_s = motor_a11_per_s(&m, motor->Rs_ohm);
 
     /* No leakage makes eps <= 0; absurd but positive data overflow or vanish. */
-    const bool usable =
-        positivef(m.kr) && positivef(m.eps_H) && positivef(m.tau_per_s) && positivef(m.a11_per_s);
+    const bool usable = ALL_POSITIVE(m.kr, m.eps_H, m.tau_per_s, m.a11_per_s);
     if (usable) {
         *model = m;
     }

@@ -1,6 +1,6 @@
 /* Small float helpers every module shares.
  *
- * Header only; no state; the same bits on host and target.
+ * No state; the same bits on host and target.
  */
 #ifndef NUM_H
 #define NUM_H
@@ -8,6 +8,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #define NUM_PI       3.14159265358979323846f
@@ -124,5 +125,16 @@ static inline bool nonnegativef(float x)
 {
     return (x >= 0.0f) && (x <= FLT_MAX);
 }
+
+/* The same of each of n values. */
+CHECKED bool all_finite(const float *x, size_t n);
+CHECKED bool all_positive(const float *x, size_t n);
+CHECKED bool all_nonnegative(const float *x, size_t n);
+
+/* And of a list: ALL_POSITIVE(period_s, i_max_A). */
+#define ALL_FINITE(...)      all_finite((const float[]){__VA_ARGS__}, NUM_COUNT(__VA_ARGS__))
+#define ALL_POSITIVE(...)    all_positive((const float[]){__VA_ARGS__}, NUM_COUNT(__VA_ARGS__))
+#define ALL_NONNEGATIVE(...) all_nonnegative((const float[]){__VA_ARGS__}, NUM_COUNT(__VA_ARGS__))
+#define NUM_COUNT(...)       (sizeof((const float[]){__VA_ARGS__}) / sizeof(float))
 
 #endif

@@ -2,6 +2,13 @@
 
 #define RS_TRACKING_MAX_PERIODS 1000000.0f
 
+static bool bands_valid(const rs_tracking_params_t *p)
+{
+    const bool frequency = nonnegativef(p->min_rad_s) && (p->min_rad_s < p->max_rad_s);
+    const bool resistance = positivef(p->low_pu) && (p->low_pu <= 1.0f) && (p->high_pu >= 1.0f);
+    return frequency && resistance && ALL_FINITE(p->max_rad_s, p->high_pu);
+}
+
 bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, float period_s)
 {
     *cfg = (rs_tracking_config_t){0};
@@ -9,13 +16,10 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
         return true; /* off */
     }
     const float i_0_A2 = p->i_0_A * p->i_0_A;
-    const bool law = positivef(p->gain_ohm_per_rad) && positivef(p->i_0_A) && positivef(i_0_A2) &&
-                     positivef(p->speed_err_rad_s) && nonnegativef(p->quiet_s);
-    const bool bands = nonnegativef(p->min_rad_s) && (p->min_rad_s < p->max_rad_s) &&
-                       is_finite(p->max_rad_s) && positivef(p->low_pu) && (p->low_pu <= 1.0f) &&
-                       (p->high_pu >= 1.0f) && is_finite(p->high_pu);
-    if (!law || !bands || !positivef(period_s) ||
-        !(p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s)) {
+    const bool quiet = nonnegativef(p->quiet_s) && positivef(period_s) &&
+                       (p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s);
+    if (!ALL_POSITIVE(p->gain_ohm_per_rad, p->i_0_A, i_0_A2, p->speed_err_rad_s) || !quiet ||
+        !bands_valid(p)) {
         return false;
     }
     *cfg = (rs_tracking_config_t){

@@ -23,19 +23,19 @@
 
 static bool params_valid(const supervisor_params_t *p)
 {
-    return positivef(p->corner_rad_s) && nonnegativef(p->Rs_uncertainty_pu) &&
-           nonnegativef(p->Rr_uncertainty_pu) && nonnegativef(p->i_uncertainty_pu) &&
-           nonnegativef(p->u_uncertainty_V) && positivef(p->residual_pu) && is_finite(p->lost_pu) &&
-           (p->residual_pu <= p->lost_pu) && nonnegativef(p->confirm_s) &&
-           nonnegativef(p->return_s) && positivef(p->lambda_nominal_Wb) &&
-           positivef(p->omega_max_rad_s);
+    const bool uncertainty = ALL_NONNEGATIVE(p->Rs_uncertainty_pu, p->Rr_uncertainty_pu,
+                                             p->i_uncertainty_pu, p->u_uncertainty_V);
+    const bool residual = (p->residual_pu <= p->lost_pu) && is_finite(p->lost_pu);
+    return ALL_POSITIVE(p->corner_rad_s, p->residual_pu, p->lambda_nominal_Wb,
+                        p->omega_max_rad_s) &&
+           uncertainty && residual && ALL_NONNEGATIVE(p->confirm_s, p->return_s);
 }
 
 bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                      const motor_model_t *motor, float period_s)
 {
-    if (!params_valid(params) || !positivef(period_s) || !positivef(motor->kr) ||
-        !positivef(motor->eps_H) || !positivef(motor->tau_per_s) || !positivef(motor->M_H)) {
+    if (!params_valid(params) ||
+        !ALL_POSITIVE(period_s, motor->kr, motor->eps_H, motor->tau_per_s, motor->M_H)) {
         return false;
     }
     const float turn_s = (float)SLOT_COUNT * period_s;

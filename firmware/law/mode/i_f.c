@@ -17,14 +17,10 @@ bool i_f_init(i_f_config_t *cfg, const i_f_params_t *params, const motor_model_t
     if (!(params->current_A > 0.0f) && nonnegativef(params->current_A)) {
         return true; /* off */
     }
-    const bool numbers = positivef(params->current_A) && positivef(params->slew_A_per_s) &&
-                         positivef(params->slew_rad_s2) && positivef(params->return_rad_s) &&
-                         nonnegativef(params->timeout_s);
-    if (!numbers || !positivef(period_s) || !positivef(motor->M_H) || !positivef(motor->kr)) {
-        return false;
-    }
     const float periods = params->timeout_s / period_s;
-    if (!(periods < I_F_MAX_PERIODS)) {
+    if (!ALL_POSITIVE(params->current_A, params->slew_A_per_s, params->slew_rad_s2,
+                      params->return_rad_s, period_s, motor->M_H, motor->kr) ||
+        !nonnegativef(params->timeout_s) || !(periods < I_F_MAX_PERIODS)) {
         return false;
     }
     *cfg = (i_f_config_t){

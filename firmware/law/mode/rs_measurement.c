@@ -14,12 +14,11 @@
 
 static bool params_valid(const rs_measurement_params_t *p, float Rs_nameplate_ohm, float period_s)
 {
-    const bool levels = positivef(p->low_A) && positivef(p->high_A) && (p->low_A < p->high_A);
-    const bool times = positivef(period_s) && (p->average_s >= period_s) &&
-                       (p->average_s <= p->level_s) && (p->level_s <= RS_MAX_PERIODS * period_s) &&
+    const bool times = (p->average_s >= period_s) && (p->average_s <= p->level_s) &&
+                       (p->level_s <= RS_MAX_PERIODS * period_s) &&
                        (p->average_s <= RS_AVERAGE_MAX_PERIODS * period_s);
-    const bool ratios = positivef(p->bias) && (p->ratio_max > 1.0f) && is_finite(p->ratio_max);
-    return levels && times && ratios && positivef(Rs_nameplate_ohm);
+    return times && (p->low_A < p->high_A) && (p->ratio_max > 1.0f) &&
+           ALL_POSITIVE(p->low_A, p->high_A, p->bias, p->ratio_max, Rs_nameplate_ohm, period_s);
 }
 
 bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_params_t *params,

@@ -13,16 +13,15 @@ static bool is_off(float x)
 
 static bool params_valid(const flux_reference_params_t *p)
 {
-    const bool weakening = nonnegativef(p->voltage_share) && (p->voltage_share <= 1.0f) &&
-                           positivef(p->bandwidth_rad_s) && positivef(p->pull_out_share) &&
-                           (p->pull_out_share <= 1.0f);
-    const bool enough =
+    const bool shares = nonnegativef(p->voltage_share) && (p->voltage_share <= 1.0f) &&
+                        (p->pull_out_share <= 1.0f) && (p->economy_min_pu <= 1.0f);
+    const bool lowest =
         is_off(p->economy_min_pu) || (p->economy_min_pu * p->lambda_nominal_Wb >= p->lambda_min_Wb);
-    const bool economy = enough && (p->economy_min_pu <= 1.0f) &&
-                         nonnegativef(p->economy_from_rad_s) && positivef(p->economy_filter_s) &&
-                         positivef(p->economy_slew_Wb_per_s);
-    return weakening && economy && positivef(p->lambda_nominal_Wb) && positivef(p->lambda_min_Wb) &&
-           (p->lambda_min_Wb <= p->lambda_nominal_Wb) && positivef(p->i_q_max_A);
+    return shares && lowest && (p->lambda_min_Wb <= p->lambda_nominal_Wb) &&
+           nonnegativef(p->economy_from_rad_s) &&
+           ALL_POSITIVE(p->bandwidth_rad_s, p->pull_out_share, p->economy_filter_s,
+                        p->economy_slew_Wb_per_s, p->lambda_nominal_Wb, p->lambda_min_Wb,
+                        p->i_q_max_A);
 }
 
 bool flux_reference_init(flux_reference_config_t *cfg, const flux_reference_params_t *params,

@@ -6,19 +6,28 @@
 #define LINK_LIMIT_HOLD_FULL   1.2f
 #define LINK_LIMIT_CHOPPER_OFF 0.97f
 
+static bool params_valid(const link_limit_params_t *p)
+{
+    return ALL_NONNEGATIVE(p->chopper_on_V, p->regen_start_V, p->hold_V) &&
+           positivef(p->u_dc_max_V) && (p->regen_start_V < p->u_dc_max_V) &&
+           (p->chopper_on_V <= p->u_dc_max_V);
+}
+
+/* The lowest dc link at which a limit for high voltage begins. The resistor's lower level is
+ * inside: until it is reached, `acting` keeps watching. */
+static float first_limit_V(const link_limit_params_t *p)
+{
+    float high_V = p->u_dc_max_V;
+    high_V = (p->chopper_on_V > 0.0f) ? minf(high_V, p->chopper_on_V) : high_V;
+    return (p->regen_start_V > 0.0f) ? minf(high_V, p->regen_start_V) : high_V;
+}
+
 bool link_limit_init(link_limit_config_t *cfg, const link_limit_params_t *params)
 {
     const link_limit_params_t p = *params;
-    if (!nonnegativef(p.chopper_on_V) || !nonnegativef(p.regen_start_V) ||
-        !nonnegativef(p.hold_V) || !positivef(p.u_dc_max_V)) {
-        return false;
-    }
     const float low_V = LINK_LIMIT_HOLD_FULL * p.hold_V;
-    /* The resistor's lower level is inside: until it is reached, `acting` keeps watching. */
-    float high_V = p.u_dc_max_V;
-    high_V = (p.chopper_on_V > 0.0f) ? minf(high_V, p.chopper_on_V) : high_V;
-    high_V = (p.regen_start_V > 0.0f) ? minf(high_V, p.regen_start_V) : high_V;
-    if ((p.regen_start_V >= p.u_dc_max_V) || (p.chopper_on_V > p.u_dc_max_V) || (low_V >= high_V)) {
+    const float high_V = first_limit_V(&p);
+    if (!params_valid(&p) || (low_V >= high_V)) {
         return false;
     }
     link_limit_config_t c = {.chopper_on_V = p.chopper_on_V,

@@ -2,6 +2,12 @@
 
 #define MAINS_LOSS_MAX_PERIODS 1e9f
 
+static bool levels_valid(const mains_loss_params_t *p)
+{
+    return positivef(p->u_lost_V) && (p->u_lost_V < p->u_hold_V) && (p->u_hold_V < p->u_back_V) &&
+           is_finite(p->u_back_V);
+}
+
 bool mains_loss_init(mains_loss_config_t *cfg, const mains_loss_params_t *params,
                      const motor_model_t *motor, float period_s)
 {
@@ -9,14 +15,11 @@ bool mains_loss_init(mains_loss_config_t *cfg, const mains_loss_params_t *params
     if (!(params->u_lost_V > 0.0f) && nonnegativef(params->u_lost_V)) {
         return true; /* off: no dc link is below 0 */
     }
-    const bool levels = positivef(params->u_lost_V) && (params->u_lost_V < params->u_hold_V) &&
-                        (params->u_hold_V < params->u_back_V) && is_finite(params->u_back_V);
     const float back = params->back_s / period_s;
     /* P = T w/p, T = p kr lambda i_q. */
     const float A_rad_s_per_V = params->gain_W_per_V / (motor->kr * params->lambda_Wb);
-    if (!levels || !nonnegativef(back) || !(back < MAINS_LOSS_MAX_PERIODS) ||
-        !positivef(params->gain_W_per_V) || !positivef(A_rad_s_per_V) ||
-        !positivef(params->stop_rad_s) || !positivef(params->i_q_max_A)) {
+    if (!levels_valid(params) || !nonnegativef(back) || !(back < MAINS_LOSS_MAX_PERIODS) ||
+        !ALL_POSITIVE(params->gain_W_per_V, A_rad_s_per_V, params->stop_rad_s, params->i_q_max_A)) {
         return false;
     }
     *cfg = (mains_loss_config_t){

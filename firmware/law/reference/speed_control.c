@@ -45,15 +45,13 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     };
 
     /* Two negative factors would make a positive product: each is looked at. */
-    if (!positivef(params->J_kg_m2) || !positivef(params->bandwidth_rad_s) ||
-        !positivef(params->lambda_Wb) || !positivef(p) || !nonnegativef(params->filter_s)) {
+    if (!ALL_POSITIVE(params->J_kg_m2, params->bandwidth_rad_s, params->lambda_Wb, p,
+                      params->i_max_A, c.i_max2_A2, c.slew_step_rad_s) ||
+        !nonnegativef(params->filter_s)) {
         return false;
     }
-    if (!positivef(params->i_max_A) || !positivef(c.i_max2_A2) || !positivef(c.slew_step_rad_s) ||
-        !pi_init(&c.pi, kp, ki_per_s, params->i_q_max_A, period_s)) {
-        return false;
-    }
-    if (!init_schedule(&c, params) || !init_torque(&c, params, motor, period_s)) {
+    if (!pi_init(&c.pi, kp, ki_per_s, params->i_q_max_A, period_s) || !init_schedule(&c, params) ||
+        !init_torque(&c, params, motor, period_s)) {
         return false;
     }
     *cfg = c;

@@ -2,10 +2,16 @@
 
 #include <stddef.h>
 
+static bool head_valid(const gain_table_t *table)
+{
+    return (table->entry != NULL) && (table->magic == GAIN_TABLE_MAGIC) &&
+           (table->version == GAIN_TABLE_VERSION) && (table->entry_count > 0u) &&
+           (table->entry_count <= GAIN_TABLE_MAX_ENTRIES);
+}
+
 static bool gain_finite(const observer_gain_t *gain)
 {
-    return is_finite(gain->l1_re_per_s) && is_finite(gain->l1_im_per_s) &&
-           is_finite(gain->l2_re_ohm) && is_finite(gain->l2_im_ohm);
+    return ALL_FINITE(gain->l1_re_per_s, gain->l1_im_per_s, gain->l2_re_ohm, gain->l2_im_ohm);
 }
 
 /* Zero of either sign, without comparing floats for equality. */
@@ -16,13 +22,7 @@ static bool is_zero(float x)
 
 bool gain_table_valid(const gain_table_t *table)
 {
-    if ((table == NULL) || (table->entry == NULL)) {
-        return false;
-    }
-    if ((table->magic != GAIN_TABLE_MAGIC) || (table->version != GAIN_TABLE_VERSION)) {
-        return false;
-    }
-    if ((table->entry_count == 0u) || (table->entry_count > GAIN_TABLE_MAX_ENTRIES)) {
+    if ((table == NULL) || !head_valid(table)) {
         return false;
     }
     for (uint32_t k = 0u; k < table->entry_count; k++) {

@@ -4,10 +4,10 @@
 
 static bool params_valid(const speed_adaptation_params_t *p)
 {
-    const bool gains = nonnegativef(p->kp_rad_per_s_Wb_A) && nonnegativef(p->ki_rad_per_s2_Wb_A) &&
-                       nonnegativef(p->leak_per_s_Wb_A) && positivef(p->omega_max_rad_s);
-    const bool near_zero = nonnegativef(p->near_zero_on_rad_s) &&
-                           nonnegativef(p->near_zero_off_rad_s) &&
+    const bool gains =
+        ALL_NONNEGATIVE(p->kp_rad_per_s_Wb_A, p->ki_rad_per_s2_Wb_A, p->leak_per_s_Wb_A) &&
+        positivef(p->omega_max_rad_s);
+    const bool near_zero = ALL_NONNEGATIVE(p->near_zero_on_rad_s, p->near_zero_off_rad_s) &&
                            (p->near_zero_off_rad_s >= p->near_zero_on_rad_s);
     const bool phi =
         (p->phi_factor >= 0.0f) && (p->phi_factor <= 1.0f) && positivef(p->phi_ramp_rad_s);
@@ -20,9 +20,8 @@ static bool params_valid(const speed_adaptation_params_t *p)
 bool speed_adaptation_init(speed_adaptation_config_t *cfg, const speed_adaptation_params_t *params,
                            const motor_model_t *motor, float period_s)
 {
-    const bool machine = positivef(motor->a11_per_s) && positivef(motor->tau_per_s) &&
-                         positivef(motor->eps_H) && positivef(motor->M_H);
-    if (!params_valid(params) || !machine || !positivef(period_s)) {
+    if (!params_valid(params) ||
+        !ALL_POSITIVE(motor->a11_per_s, motor->tau_per_s, motor->eps_H, motor->M_H, period_s)) {
         return false;
     }
     *cfg = (speed_adaptation_config_t){
