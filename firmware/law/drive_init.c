@@ -42,30 +42,40 @@ static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const mot
            mains_loss_init(&cfg->mains, &p->modes.mains, motor, p->period_s);
 }
 
+static bool control_known(modes_control_t control)
+{
+    return (control == MODES_CONTROL_VECTOR) || (control == MODES_CONTROL_VOLTS_PER_HERTZ) ||
+           (control == MODES_CONTROL_I_F);
+}
+
+static bool init_premagnetise(premagnetise_config_t *cfg, const drive_params_t *p, float Rs_ohm)
+{
+    cfg->Rs_ohm = Rs_ohm;
+    cfg->identify_leg_loss = p->dead_time_identify;
+    return rs_measurement_init(&cfg->measurement, &p->rs_measurement, p->motor.Rs_ohm, p->period_s);
+}
+
+static bool init_open_loop(modes_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
+{
+    const bool volts = p->modes.control == MODES_CONTROL_VOLTS_PER_HERTZ;
+    return i_f_init(&cfg->i_f, &p->impressed, motor, p->period_s) &&
+           (!volts || volts_per_hertz_init(&cfg->volts, &p->modes.volts, p->period_s));
+}
+
+/* Search and brake share the direct current. */
 static bool init_modes(modes_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
 {
     const modes_params_t *modes = &p->modes;
-    if ((modes->control != MODES_CONTROL_VECTOR) &&
-        (modes->control != MODES_CONTROL_VOLTS_PER_HERTZ) &&
-        (modes->control != MODES_CONTROL_I_F)) {
-        return false;
-    }
+    const bool direct = modes->flying.enable || (modes->brake.current_A > 0.0f);
     cfg->control = modes->control;
-    cfg->fixed = (modes->control == MODES_CONTROL_VECTOR) && !modes->flying.enable &&
-                 !(modes->brake.current_A > 0.0f);
-    cfg->premagnetise.Rs_ohm = motor->Rs_ohm;
-    cfg->premagnetise.identify_leg_loss = p->dead_time_identify;
-    const bool volts = modes->control == MODES_CONTROL_VOLTS_PER_HERTZ;
-    const bool stands = modes->flying.enable || (modes->brake.current_A > 0.0f);
-    return init_vector(&cfg->vector, p, motor) &&
-           rs_measurement_init(&cfg->premagnetise.measurement, &p->rs_measurement, p->motor.Rs_ohm,
-                               p->period_s) &&
-           i_f_init(&cfg->i_f, &p->impressed, motor, p->period_s) &&
+    cfg->fixed = (modes->control == MODES_CONTROL_VECTOR) && !direct;
+    return control_known(modes->control) && init_vector(&cfg->vector, p, motor) &&
+           init_premagnetise(&cfg->premagnetise, p, motor->Rs_ohm) &&
+           init_open_loop(cfg, p, motor) &&
            flying_start_init(&cfg->flying, &modes->flying, motor, p->period_s) &&
-           (!stands ||
+           (!direct ||
             dc_current_init(&cfg->dc_current, modes->dc_bandwidth_rad_s, motor, p->period_s)) &&
-           dc_brake_init(&cfg->brake, &modes->brake, p->period_s) &&
-           (!volts || volts_per_hertz_init(&cfg->volts, &modes->volts, p->period_s));
+           dc_brake_init(&cfg->brake, &modes->brake, p->period_s);
 }
 
 static bool init_voltage(voltage_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
@@ -83,8 +93,9 @@ static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
     cfg->guard.i_q_max2_A2 = cfg->modes.vector.speed.i_q_max2_A2;
     cfg->guard.i_max2_A2 = cfg->modes.vector.speed.i_max2_A2;
     cfg->guard.kr = cfg->motor.kr;
-    return torque_limits_init(&cfg->limits, &p->link, &p->overload, &cfg->motor, p->speed.i_q_max_A,
-                              turn_s) &&
+    const torque_limits_params_t limits = {
+        .link = p->link, .overload = p->overload, .i_q_max_A = p->speed.i_q_max_A};
+    return torque_limits_init(&cfg->limits, &limits, &cfg->motor, turn_s) &&
            guard_init(&cfg->guard, &p->monitor, &p->plausibility, turn_s);
 }
 

@@ -46,7 +46,8 @@ static observer_config_t config(int machine, observer_method_t m)
 {
     observer_config_t cfg = {0};
     const motor_model_t motor = reference_derived(machine);
-    TEST_ASSERT_TRUE(observer_init(&cfg, &motor, PERIOD_S, I_MAX_A, LAMBDA_MAX_WB, m));
+    const observer_params_t params = {I_MAX_A, LAMBDA_MAX_WB, m};
+    TEST_ASSERT_TRUE(observer_init(&cfg, &params, &motor, PERIOD_S));
     return cfg;
 }
 
@@ -421,8 +422,8 @@ static void test_tracked_resistance_is_that_of_a_warm_machine(void)
         TEST_ASSERT_TRUE(motor_derive(&warm_model, &warm));
         const motor_model_t cold_model = reference_derived(machine);
         observer_config_t expected = config(machine, OBSERVER_EULER);
-        TEST_ASSERT_TRUE(observer_init(&expected, &warm_model, PERIOD_S, I_MAX_A, LAMBDA_MAX_WB,
-                                       OBSERVER_EULER));
+        const observer_params_t params = {I_MAX_A, LAMBDA_MAX_WB, OBSERVER_EULER};
+        TEST_ASSERT_TRUE(observer_init(&expected, &params, &warm_model, PERIOD_S));
         observer_config_t actual = config(machine, OBSERVER_EULER);
         observer_set_rs(&actual, &cold_model, warm.Rs_ohm);
         TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
@@ -443,7 +444,8 @@ static void test_senseless_tracked_resistance_is_ignored(void)
 static bool accepted(const motor_model_t *motor, float period_s, float i_max_A, float lambda_max_Wb)
 {
     observer_config_t cfg;
-    return observer_init(&cfg, motor, period_s, i_max_A, lambda_max_Wb, OBSERVER_EULER);
+    const observer_params_t params = {i_max_A, lambda_max_Wb, OBSERVER_EULER};
+    return observer_init(&cfg, &params, motor, period_s);
 }
 
 static void test_init_refuses_senseless_machine_data(void)
@@ -483,8 +485,8 @@ static void test_init_refuses_an_unknown_method(void)
 {
     const motor_model_t m = reference_derived(0);
     observer_config_t cfg;
-    TEST_ASSERT_FALSE(
-        observer_init(&cfg, &m, PERIOD_S, I_MAX_A, LAMBDA_MAX_WB, (observer_method_t)2));
+    const observer_params_t params = {I_MAX_A, LAMBDA_MAX_WB, (observer_method_t)2};
+    TEST_ASSERT_FALSE(observer_init(&cfg, &params, &m, PERIOD_S));
 }
 
 int main(void)

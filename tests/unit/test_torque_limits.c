@@ -9,16 +9,16 @@
 static torque_limits_config_t cfg;
 static torque_limits_state_t st;
 static motor_model_t motor;
-static link_limit_params_t link;
-static overload_params_t overload;
+static torque_limits_params_t params;
 
 void setUp(void)
 {
     motor = reference_derived(1);
-    link = (link_limit_params_t){.regen_start_V = 600.0f, .hold_V = 300.0f, .u_dc_max_V = 700.0f};
-    overload =
-        (overload_params_t){.cont_A = {5.0f, 0.0f}, .tau_s = {10.0f, 10.0f}, .i_max_A = 15.0f};
-    TEST_ASSERT_TRUE(torque_limits_init(&cfg, &link, &overload, &motor, MOST_A, 3.2e-3f));
+    params = (torque_limits_params_t){
+        .link = {.regen_start_V = 600.0f, .hold_V = 300.0f, .u_dc_max_V = 700.0f},
+        .overload = {.cont_A = {5.0f, 0.0f}, .tau_s = {10.0f, 10.0f}, .i_max_A = 15.0f},
+        .i_q_max_A = MOST_A};
+    TEST_ASSERT_TRUE(torque_limits_init(&cfg, &params, &motor, 3.2e-3f));
     st = (torque_limits_state_t){0};
 }
 
@@ -36,13 +36,13 @@ static void assert_window(float low_A, float high_A, float omega_rad_s, float i_
 
 static void test_init_refuses_what_a_part_refuses(void)
 {
-    link.u_dc_max_V = 0.0f;
-    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &link, &overload, &motor, MOST_A, 3.2e-3f));
+    params.link.u_dc_max_V = 0.0f;
+    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, &motor, 3.2e-3f));
     setUp();
-    overload.cont_A[0] = -1.0f;
-    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &link, &overload, &motor, MOST_A, 3.2e-3f));
+    params.overload.cont_A[0] = -1.0f;
+    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, &motor, 3.2e-3f));
     setUp();
-    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &link, &overload, &motor, MOST_A, 0.0f));
+    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, &motor, 0.0f));
 }
 
 static void test_nothing_limits_a_healthy_drive(void)

@@ -83,6 +83,13 @@ static void next_stage(commissioning_state_t *st, commissioning_stage_t stage)
     st->tone = (tone_state_t){0};
 }
 
+/* The interval that has just ended. */
+typedef struct {
+    ab_t i_A;      /* at its end */
+    float i_mid_A; /* along the axis, in its middle */
+    float u_V;     /* likewise */
+} interval_t;
+
 /* Does no current flow across the axis, and is the mean along it the one that was asked for? With v
  * or w open the controllers of both fight for the one current that is left. */
 static bool follows(commissioning_state_t *st, float mean_A, float asked_A, float periods)
@@ -97,16 +104,17 @@ static bool follows(commissioning_state_t *st, float mean_A, float asked_A, floa
     return false;
 }
 
-static void step_rs(const commissioning_config_t *cfg, commissioning_state_t *st, ab_t i_A,
-                    float u_V, commissioning_out_t *out)
+static void step_rs(const commissioning_config_t *cfg, commissioning_state_t *st,
+                    const interval_t *ended, commissioning_out_t *out)
 {
-    const rs_measurement_in_t in = {.i_A = i_A.alpha, .u_V = u_V, .u_duty_V = u_V};
+    const rs_measurement_in_t in = {
+        .i_A = ended->i_A.alpha, .u_V = ended->u_V, .u_duty_V = ended->u_V};
     const rs_measurement_out_t rs = rs_measurement_step(&cfg->rs, &st->rs, &in);
     const float n = (float)cfg->average_periods;
     out->i_ref_A = rs.i_ref_A;
     if ((st->periods < cfg->level_periods) &&
         (st->periods >= (cfg->level_periods - cfg->average_periods))) {
-        st->across_A += i_A.beta;
+        st->across_A += ended->i_A.beta;
     }
     st->periods++;
     if ((rs.status == RS_MEASUREMENT_BUSY) ||
@@ -143,9 +151,9 @@ static bool level_flux(const commissioning_config_t *cfg, commissioning_state_t 
         st->refusal = COMMISSIONING_UNSETTLED;
         return false;
     }
-    const float below_Wb =
+    const float before_Wb =
         (st->level > 0u) ? st->result.flux_Wb[st->level - 1u] : (change_Wb * st->settled_A / end_A);
-    st->result.flux_Wb[st->level] = below_Wb + change_Wb;
+    st->result.flux_Wb[st->level] = before_Wb + change_Wb;
     return true;
 }
 
@@ -169,24 +177,24 @@ static void end_level(const commissioning_config_t *cfg, commissioning_state_t *
                                                       : COMMISSIONING_STAGE_BIAS);
 }
 
-static void step_level(const commissioning_config_t *cfg, commissioning_state_t *st, ab_t i_A,
-                       float i_mid_A, float u_V, commissioning_out_t *out)
+static void step_level(const commissioning_config_t *cfg, commissioning_state_t *st,
+                       const interval_t *ended, commissioning_out_t *out)
 {
     const float level_A = (st->stage == COMMISSIONING_STAGE_LOWEST)
                               ? cfg->lowest_A
                               : ((float)(st->level + 1u) * cfg->level_step_A);
-    const float more_A = i_mid_A - st->settled_A;
-    const float more_V = (u_V - st->result.Rs_ohm * i_mid_A) - st->settled_V;
+    const float change_A = ended->i_mid_A - st->settled_A;
+    const float change_V = (ended->u_V - st->result.Rs_ohm * ended->i_mid_A) - st->settled_V;
     const uint32_t left = cfg->level_periods - st->periods;
     out->i_ref_A = level_A;
-    st->sum_V += more_V;
-    st->i_sum_A += more_A;
+    st->sum_V += change_V;
+    st->i_sum_A += change_A;
     if (left <= cfg->average_periods) {
         const bool first = (2u * left) > cfg->average_periods;
-        st->first_V += first ? more_V : 0.0f;
-        st->last_V += first ? 0.0f : more_V;
-        st->i_end_A += more_A;
-        st->across_A += i_A.beta;
+        st->first_V += first ? change_V : 0.0f;
+        st->last_V += first ? 0.0f : change_V;
+        st->i_end_A += change_A;
+        st->across_A += ended->i_A.beta;
     }
     st->periods++;
     if (left <= 1u) {
@@ -225,11 +233,12 @@ static void end_slow(const commissioning_config_t *cfg, commissioning_state_t *s
     next_stage(st, COMMISSIONING_STAGE_END);
 }
 
-static void step_tone(const commissioning_config_t *cfg, commissioning_state_t *st, float i_mid_A,
-                      float u_V, commissioning_out_t *out)
+static void step_tone(const commissioning_config_t *cfg, commissioning_state_t *st,
+                      const interval_t *ended, commissioning_out_t *out)
 {
     const bool fast = st->stage == COMMISSIONING_STAGE_FAST;
-    const bool all = tone_step(fast ? &cfg->fast : &cfg->slow, &st->tone, i_mid_A, u_V);
+    const bool all =
+        tone_step(fast ? &cfg->fast : &cfg->slow, &st->tone, ended->i_mid_A, ended->u_V);
     out->i_ref_A = cfg->bias_A + cfg->swing_A * st->tone.unit.alpha;
     if (all && fast) {
         end_fast(cfg, st);
@@ -254,8 +263,8 @@ commissioning_out_t commissioning_step(const commissioning_config_t *cfg, commis
                                        const commissioning_in_t *in)
 {
     commissioning_out_t out = {.status = COMMISSIONING_BUSY};
-    const float u_V = st->u_coming_V; /* of the interval that has just ended */
-    const float i_mid_A = 0.5f * (st->i_before_A + in->i_A.alpha);
+    const interval_t ended = {
+        .i_A = in->i_A, .i_mid_A = 0.5f * (st->i_before_A + in->i_A.alpha), .u_V = st->u_coming_V};
     st->u_coming_V = in->u_coming_V;
     st->i_before_A = in->i_A.alpha;
 
@@ -265,11 +274,11 @@ commissioning_out_t commissioning_step(const commissioning_config_t *cfg, commis
     }
     switch (st->stage) {
     case COMMISSIONING_STAGE_RS:
-        step_rs(cfg, st, in->i_A, u_V, &out);
+        step_rs(cfg, st, &ended, &out);
         break;
     case COMMISSIONING_STAGE_LOWEST:
     case COMMISSIONING_STAGE_CURVE:
-        step_level(cfg, st, in->i_A, i_mid_A, u_V, &out);
+        step_level(cfg, st, &ended, &out);
         break;
     case COMMISSIONING_STAGE_BIAS:
         out.i_ref_A = cfg->bias_A;
@@ -277,7 +286,7 @@ commissioning_out_t commissioning_step(const commissioning_config_t *cfg, commis
         break;
     case COMMISSIONING_STAGE_FAST:
     case COMMISSIONING_STAGE_SLOW:
-        step_tone(cfg, st, i_mid_A, u_V, &out);
+        step_tone(cfg, st, &ended, &out);
         break;
     case COMMISSIONING_STAGE_END:
     default:

@@ -5,13 +5,13 @@
 /* Slower than a slip of so many 1/Tr a motor that brakes takes from the dc link. */
 #define TORQUE_LIMITS_FEEDS_TAU 3.0f
 
-bool torque_limits_init(torque_limits_config_t *cfg, const link_limit_params_t *link,
-                        const overload_params_t *overload, const motor_model_t *motor,
-                        float i_q_max_A, float turn_s)
+bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_t *params,
+                        const motor_model_t *motor, float schedule_s)
 {
     cfg->feeds_rad_s = TORQUE_LIMITS_FEEDS_TAU * motor->tau_per_s;
-    cfg->i_q_max_A = i_q_max_A;
-    return link_limit_init(&cfg->link, link) && overload_init(&cfg->overload, overload, turn_s);
+    cfg->i_q_max_A = params->i_q_max_A;
+    return link_limit_init(&cfg->link, &params->link) &&
+           overload_init(&cfg->overload, &params->overload, schedule_s);
 }
 
 torque_window_t torque_limits_window(const torque_limits_config_t *cfg,

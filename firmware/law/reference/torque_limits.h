@@ -12,6 +12,12 @@
 #include "speed_control.h"
 
 typedef struct {
+    link_limit_params_t link;
+    overload_params_t overload;
+    float i_q_max_A;
+} torque_limits_params_t;
+
+typedef struct {
     link_limit_config_t link;
     overload_config_t overload;
     float feeds_rad_s; /* slower than this a motor that brakes takes from the dc link */
@@ -23,10 +29,9 @@ typedef struct {
     overload_state_t overload;
 } torque_limits_state_t;
 
-/* False for what one of the parts refuses. turn_s: between two steps of the overload. */
-CHECKED bool torque_limits_init(torque_limits_config_t *cfg, const link_limit_params_t *link,
-                                const overload_params_t *overload, const motor_model_t *motor,
-                                float i_q_max_A, float turn_s);
+/* False for what one of the parts refuses. schedule_s: between two steps of the overload. */
+CHECKED bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_t *params,
+                                const motor_model_t *motor, float schedule_s);
 
 static inline bool torque_limits_active(const torque_limits_state_t *st)
 {

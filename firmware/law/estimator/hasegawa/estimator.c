@@ -21,8 +21,10 @@ bool estimator_init(estimator_config_t *cfg, const estimator_params_t *params,
             cfg->table_end_rad_s = table->step_rad_s * (float)(table->entry_count - 1u);
         }
     }
-    return observer_init(&cfg->observer, motor, params->period_s, params->i_max_A,
-                         params->lambda_max_Wb, params->method) &&
+    const observer_params_t observer = {.i_max_A = params->i_max_A,
+                                        .lambda_max_Wb = params->lambda_max_Wb,
+                                        .method = params->method};
+    return observer_init(&cfg->observer, &observer, motor, params->period_s) &&
            speed_adaptation_init(&cfg->adaptation, &params->adaptation, motor, params->period_s);
 }
 

@@ -8,22 +8,21 @@ typedef struct {
 
 static bool motor_model_valid(const motor_model_t *motor)
 {
-    return positivef(motor->Rs_ohm) && positivef(motor->M_H) && positivef(motor->sigma_Ls_H) &&
-           positivef(motor->eps_H) && positivef(motor->tau_per_s) && positivef(motor->kr) &&
-           positivef(motor->a11_per_s);
+    return ALL_POSITIVE(motor->Rs_ohm, motor->M_H, motor->sigma_Ls_H, motor->eps_H,
+                        motor->tau_per_s, motor->kr, motor->a11_per_s);
 }
 
-bool observer_init(observer_config_t *cfg, const motor_model_t *motor, float period_s,
-                   float i_max_A, float lambda_max_Wb, observer_method_t method)
+bool observer_init(observer_config_t *cfg, const observer_params_t *params,
+                   const motor_model_t *motor, float period_s)
 {
-    if (!motor_model_valid(motor) || !positivef(period_s) || !positivef(i_max_A) ||
-        !positivef(lambda_max_Wb)) {
+    if (!motor_model_valid(motor) ||
+        !ALL_POSITIVE(period_s, params->i_max_A, params->lambda_max_Wb)) {
         return false;
     }
     if (!(motor->a11_per_s * period_s < 1.0f)) {
         return false;
     }
-    if ((method != OBSERVER_EULER) && (method != OBSERVER_SECOND_ORDER)) {
+    if ((params->method != OBSERVER_EULER) && (params->method != OBSERVER_SECOND_ORDER)) {
         return false;
     }
     *cfg = (observer_config_t){
@@ -33,9 +32,9 @@ bool observer_init(observer_config_t *cfg, const motor_model_t *motor, float per
         .inv_eps_per_H = 1.0f / motor->eps_H,
         .m_tau_ohm = motor->M_H * motor->tau_per_s,
         .inv_sigma_Ls_per_H = 1.0f / motor->sigma_Ls_H,
-        .i_max_A = i_max_A,
-        .lambda_max_Wb = lambda_max_Wb,
-        .method = method,
+        .i_max_A = params->i_max_A,
+        .lambda_max_Wb = params->lambda_max_Wb,
+        .method = params->method,
     };
     return true;
 }

@@ -21,13 +21,19 @@ typedef enum {
 } observer_method_t;
 
 typedef struct {
+    float i_max_A; /* the states are held inside +-max (e1: twice that) */
+    float lambda_max_Wb;
+    observer_method_t method;
+} observer_params_t;
+
+typedef struct {
     float period_s;
     float a11_per_s;     /* (Rs + M^2 Rr/Lr^2)/(sigma Ls) */
     float tau_per_s;     /* Rr/Lr */
     float inv_eps_per_H; /* 1/epsilon */
     float m_tau_ohm;     /* M Rr/Lr */
     float inv_sigma_Ls_per_H;
-    float i_max_A; /* the states are held inside +-max (e1: twice that) */
+    float i_max_A;
     float lambda_max_Wb;
     observer_method_t method;
 } observer_config_t;
@@ -47,8 +53,8 @@ typedef struct {
 
 /* False for bad machine data, limits or method, and for a period in which the current decays
  * completely (a11 T >= 1): Euler would swing. */
-CHECKED bool observer_init(observer_config_t *cfg, const motor_model_t *motor, float period_s,
-                           float i_max_A, float lambda_max_Wb, observer_method_t method);
+CHECKED bool observer_init(observer_config_t *cfg, const observer_params_t *params,
+                           const motor_model_t *motor, float period_s);
 
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in);
 
