@@ -35,24 +35,45 @@ static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_lo
                                 in->estimate->omega_e_rad_s, in->omega_ref_rad_s);
 }
 
+static uint32_t look_at_voltage(const guard_config_t *cfg, guard_state_t *st,
+                                const guard_look_t *in)
+{
+    const bool wrong =
+        in->controlled && in->sensed &&
+        plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, in->u_s_V, in->u_duty_V);
+    return wrong ? FAULT_VOLTAGE_SENSOR : 0u;
+}
+
+static uint32_t look_at_phases(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
+{
+    const bool open =
+        in->controlled && plausibility_phase_open(&cfg->plausibility, &st->plausibility,
+                                                  in->meas->i_A, ab_from_dq(in->i_ref_A, in->axis));
+    return open ? FAULT_OPEN_PHASE : 0u;
+}
+
+static uint32_t look_at_estimate(const guard_config_t *cfg, guard_state_t *st,
+                                 const guard_look_t *in)
+{
+    if (!in->oriented) {
+        return 0u;
+    }
+    const uint32_t observer = estimate_wrong(cfg, st, in) ? FAULT_OBSERVER : 0u;
+    return observer | (stalled(cfg, st, in) ? FAULT_STALL : 0u);
+}
+
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
-    plausibility_state_t *p = &st->plausibility;
-    uint32_t faults = 0u;
-    if ((in->slot == SLOT_GUARD_VOLTAGE) && in->controlled && in->sensed &&
-        plausibility_voltage_wrong(&cfg->plausibility, p, in->u_s_V, in->u_duty_V)) {
-        faults |= FAULT_VOLTAGE_SENSOR;
+    switch (in->slot) {
+    case SLOT_GUARD_VOLTAGE:
+        return look_at_voltage(cfg, st, in);
+    case SLOT_GUARD_PHASES:
+        return look_at_phases(cfg, st, in);
+    case SLOT_GUARD_ESTIMATE:
+        return look_at_estimate(cfg, st, in);
+    default:
+        return 0u;
     }
-    if ((in->slot == SLOT_GUARD_PHASES) && in->controlled &&
-        plausibility_phase_open(&cfg->plausibility, p, in->meas->i_A,
-                                ab_from_dq(in->i_ref_A, in->axis))) {
-        faults |= FAULT_OPEN_PHASE;
-    }
-    if ((in->slot == SLOT_GUARD_ESTIMATE) && in->oriented) {
-        faults |= estimate_wrong(cfg, st, in) ? FAULT_OBSERVER : 0u;
-        faults |= stalled(cfg, st, in) ? FAULT_STALL : 0u;
-    }
-    return faults;
 }
 
 /* A vector as long as the trip: its largest phase is at .7 to .8 of it. */

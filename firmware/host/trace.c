@@ -63,13 +63,11 @@ static bool is_above(const trace_setup_t *s, uint32_t word)
 static bool triggered(trace_t *t, uint32_t word)
 {
     const bool above = is_above(&t->setup, word);
-    const bool rises = t->looked && above && !t->above;
-    const bool falls = t->looked && !above && t->above;
+    const bool crosses = t->looked && (above != t->above);
     t->above = above;
     t->looked = true;
-    const bool rising = (t->setup.edge == TRACE_RISING) || (t->setup.edge == TRACE_EITHER);
-    const bool falling = (t->setup.edge == TRACE_FALLING) || (t->setup.edge == TRACE_EITHER);
-    return (t->setup.edge == TRACE_NOW) || (rising && rises) || (falling && falls);
+    const trace_edge_t other = above ? TRACE_FALLING : TRACE_RISING;
+    return (t->setup.edge == TRACE_NOW) || (crosses && (t->setup.edge != other));
 }
 
 bool trace_watch(trace_t *t, uint32_t trigger_word, uint32_t period)

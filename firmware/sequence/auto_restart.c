@@ -36,6 +36,15 @@ static bool due(const auto_restart_config_t *cfg, auto_restart_state_t *st,
     return st->periods > cfg->delay_periods;
 }
 
+/* A run long enough clears the count of restarts. */
+static void forgive(const auto_restart_config_t *cfg, auto_restart_state_t *st)
+{
+    st->periods++;
+    if (st->periods > cfg->forgive_periods) {
+        st->used = 0u;
+    }
+}
+
 uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_t *st,
                            const auto_restart_in_t *in)
 {
@@ -59,10 +68,7 @@ uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_
             return SEQUENCE_CMD_FAULT_RESET;
         }
     } else if ((in->id == SEQUENCE_RUN) && (st->used > 0u)) {
-        st->periods++;
-        if (st->periods > cfg->forgive_periods) {
-            st->used = 0u;
-        }
+        forgive(cfg, st);
     } else {
         /* on the way */
     }

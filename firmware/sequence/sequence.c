@@ -118,6 +118,17 @@ static void fault_state(sequence_state_t *st, const sequence_in_t *in, uint32_t 
     }
 }
 
+static void ready(sequence_state_t *st, uint32_t start)
+{
+    if ((start & SEQUENCE_CMD_RUN) != 0u) {
+        energise(st, SEQUENCE_PREMAGNETISE);
+    } else if ((start & SEQUENCE_CMD_COMMISSION) != 0u) {
+        energise(st, SEQUENCE_COMMISSIONING);
+    } else {
+        /* waits */
+    }
+}
+
 static void premagnetise(const sequence_config_t *cfg, sequence_state_t *st,
                          const sequence_in_t *in, bool run)
 {
@@ -167,50 +178,44 @@ static void coast(const sequence_config_t *cfg, sequence_state_t *st, const sequ
     }
 }
 
+/* The states with the gates on. */
+static void powered_states(const sequence_config_t *cfg, sequence_state_t *st,
+                           const sequence_in_t *in, uint32_t start)
+{
+    const bool run = (start & SEQUENCE_CMD_RUN) != 0u;
+    if (st->id == SEQUENCE_PREMAGNETISE) {
+        premagnetise(cfg, st, in, run);
+    } else if (st->id != SEQUENCE_COMMISSIONING) {
+        running(cfg, st, in, run);
+    } else if (((start & SEQUENCE_CMD_COMMISSION) == 0u) || in->commissioned) {
+        st->run_blocked = true; /* a command still standing does not begin it again */
+        let_go(cfg, st);
+    } else {
+        /* goes on */
+    }
+}
+
 /* Transitions of the states that no fault has ended. */
 static void normal_states(const sequence_config_t *cfg, sequence_state_t *st,
                           const sequence_in_t *in, sequence_out_t *out)
 {
     const uint32_t start = st->run_blocked ? 0u : in->command;
-    const bool run = (start & SEQUENCE_CMD_RUN) != 0u;
-    const bool commission = (start & SEQUENCE_CMD_COMMISSION) != 0u;
-
-    switch (st->id) {
-    case SEQUENCE_BOOT:
+    if (powered(st->id)) {
+        powered_states(cfg, st, in, start);
+    } else if (st->id == SEQUENCE_BOOT) {
         enter(st, SEQUENCE_SELF_TEST);
-        break;
-    case SEQUENCE_SELF_TEST:
+    } else if (st->id == SEQUENCE_SELF_TEST) {
         self_test(cfg, st, in, out);
-        break;
-    case SEQUENCE_READY:
-        if (run || commission) {
-            energise(st, run ? SEQUENCE_PREMAGNETISE : SEQUENCE_COMMISSIONING);
-        }
-        break;
-    case SEQUENCE_PREMAGNETISE:
-        premagnetise(cfg, st, in, run);
-        break;
-    case SEQUENCE_RUN:
-    case SEQUENCE_RAMP_DOWN:
-        running(cfg, st, in, run);
-        break;
-    case SEQUENCE_COAST:
+    } else if (st->id == SEQUENCE_READY) {
+        ready(st, start);
+    } else if (st->id == SEQUENCE_COAST) {
         coast(cfg, st, in);
-        break;
-    case SEQUENCE_COMMISSIONING:
-        if (!commission || in->commissioned) {
-            st->run_blocked = true; /* a command still standing does not begin it again */
-            let_go(cfg, st);
-        }
-        break;
-    case SEQUENCE_TORQUE_OFF:
+    } else if (st->id == SEQUENCE_TORQUE_OFF) {
         let_go(cfg, st);
-        break;
-    case SEQUENCE_FAULT: /* not from here */
-    default:
+    } else {
+        /* FAULT does not come here, and no other state exists. */
         st->faults |= FAULT_CONFIG;
         enter(st, SEQUENCE_FAULT);
-        break;
     }
 }
 
@@ -260,23 +265,13 @@ static void transitions(const sequence_config_t *cfg, sequence_state_t *st, cons
 
 static drive_mode_t mode_of(sequence_id_t id)
 {
-    switch (id) {
-    case SEQUENCE_PREMAGNETISE:
+    if (id == SEQUENCE_PREMAGNETISE) {
         return DRIVE_PREMAGNETISE;
-    case SEQUENCE_RUN:
-    case SEQUENCE_RAMP_DOWN:
-        return DRIVE_RUN;
-    case SEQUENCE_COMMISSIONING:
-        return DRIVE_COMMISSION;
-    case SEQUENCE_BOOT:
-    case SEQUENCE_SELF_TEST:
-    case SEQUENCE_READY:
-    case SEQUENCE_COAST:
-    case SEQUENCE_FAULT:
-    case SEQUENCE_TORQUE_OFF:
-    default:
-        return DRIVE_OFF;
     }
+    if (id == SEQUENCE_COMMISSIONING) {
+        return DRIVE_COMMISSION;
+    }
+    return powered(id) ? DRIVE_RUN : DRIVE_OFF;
 }
 
 sequence_out_t sequence_step(const sequence_config_t *cfg, sequence_state_t *st,

@@ -103,23 +103,20 @@ static request_t volts_per_hertz(const modes_config_t *cfg, modes_state_t *st, c
 request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
                      const mode_in_t *in, uint32_t *faults)
 {
-    switch (mode) {
-    case MODE_COMMISSIONING:
+    if (mode == MODE_COMMISSIONING) {
         return commissioning(in);
-    case MODE_FLYING_START:
-        return search(cfg, st, in, faults);
-    case MODE_TAKE_OVER:
-    case MODE_I_F:
-        return i_f(&st->i_f);
-    case MODE_VOLTS_PER_HERTZ:
-        return volts_per_hertz(cfg, st, in);
-    case MODE_DC_BRAKE:
-        return voltage(dc_brake_step(&cfg->brake, &cfg->dc_current, &st->brake, in));
-    case MODE_OFF:
-    case MODE_PREMAGNETISE:
-    case MODE_VECTOR:
-    case MODE_REMAGNETISE:
-    default:
-        return premagnetise(cfg, st, in, faults);
     }
+    if (mode == MODE_FLYING_START) {
+        return search(cfg, st, in, faults);
+    }
+    if ((mode == MODE_TAKE_OVER) || (mode == MODE_I_F)) {
+        return i_f(&st->i_f);
+    }
+    if (mode == MODE_VOLTS_PER_HERTZ) {
+        return volts_per_hertz(cfg, st, in);
+    }
+    if (mode == MODE_DC_BRAKE) {
+        return voltage(dc_brake_step(&cfg->brake, &cfg->dc_current, &st->brake, in));
+    }
+    return premagnetise(cfg, st, in, faults);
 }

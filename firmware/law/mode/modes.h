@@ -56,24 +56,16 @@ static inline bool modes_open_loop(mode_id_t mode)
 /* Number of a mode without orientation for telemetry: search 1, brake 2, V/f 3, I-f 4; else 0. */
 static inline uint32_t modes_open_number(mode_id_t mode)
 {
-    switch (mode) {
-    case MODE_FLYING_START:
+    if (mode == MODE_FLYING_START) {
         return 1u;
-    case MODE_DC_BRAKE:
-        return 2u;
-    case MODE_VOLTS_PER_HERTZ:
-        return 3u;
-    case MODE_I_F:
-        return 4u;
-    case MODE_OFF:
-    case MODE_PREMAGNETISE:
-    case MODE_COMMISSIONING:
-    case MODE_REMAGNETISE:
-    case MODE_VECTOR:
-    case MODE_TAKE_OVER:
-    default:
-        return 0u;
     }
+    if (mode == MODE_DC_BRAKE) {
+        return 2u;
+    }
+    if (mode == MODE_VOLTS_PER_HERTZ) {
+        return 3u;
+    }
+    return (mode == MODE_I_F) ? 4u : 0u;
 }
 
 /* Flux-oriented: with or without torque. */
