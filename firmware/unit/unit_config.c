@@ -53,10 +53,6 @@
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
 
-/* Loss of the supply: held above mains_lost_V by this; braking power per volt of dip over i_max. */
-#define CONFIG_MAINS_HOLD_PU 1.15f
-#define CONFIG_MAINS_GAIN_PU 1.2658228f
-
 /* The paper gives eps1 = .008 without a unit; the law wants c in 1/(s Wb A). */
 static float leak(const params_t *p)
 {
@@ -113,9 +109,8 @@ static void config_estimator(drive_params_t *d, const params_t *p)
                                     .phi_ramp_rad_s = p->Rr_ohm / p->Lr_H / CONFIG_PHI_RAMP_TAU};
 }
 
-static void config_control(drive_params_t *d, const params_t *p)
+static void config_speed(drive_params_t *d, const params_t *p)
 {
-    d->delay_comp_periods = p->delay_comp_periods;
     d->speed = (speed_control_params_t){.bandwidth_rad_s = p->speed_bandwidth_rad_s,
                                         .ki_factor = p->speed_ki_factor,
                                         .J_kg_m2 = p->speed_J_kg_m2,
@@ -140,10 +135,11 @@ static void config_control(drive_params_t *d, const params_t *p)
     d->ramp = (speed_ramp_params_t){.acceleration_rad_s2 = p->speed_slew_rad_s2,
                                     .jerk_rad_s3 = p->speed_jerk_rad_s3,
                                     .stop_rad_s2 = p->ramp_down_rad_s2};
-    d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
-                                      .i_d_A = p->i_d_A,
-                                      .bandwidth_rad_s = CONFIG_FLUX_RAD_S,
-                                      .i_d_max_A = p->i_d_max_A};
+}
+
+static void config_voltage(drive_params_t *d, const params_t *p)
+{
+    d->delay_comp_periods = p->delay_comp_periods;
     /* The integrators never need more than the largest dc link gives. */
     d->current = (current_control_params_t){.bandwidth_rad_s = p->current_bandwidth_rad_s,
                                             .ki_factor = p->current_ki_factor,
@@ -152,28 +148,11 @@ static void config_control(drive_params_t *d, const params_t *p)
     d->svpwm = (svpwm_params_t){.min_pulse_s = p->min_pulse_s,
                                 .u_dc_min_V = 0.5f * p->u_dc_min_V + 1.0f,
                                 .swap_vw = p->swap_vw != 0u};
-    d->supervisor =
-        (supervisor_params_t){.corner_rad_s = NUM_TWO_PI * CONFIG_SUP_CORNER_HZ,
-                              .Rs_uncertainty_pu = p->sup_Rs_uncertainty,
-                              .Rr_uncertainty_pu = CONFIG_SUP_RR_PU,
-                              .i_uncertainty_pu = CONFIG_SUP_I_PU,
-                              .u_uncertainty_V = CONFIG_SUP_U_PU * p->line_voltage_full_scale_V,
-                              .residual_pu = CONFIG_SUP_RESIDUAL_PU,
-                              .lost_pu = CONFIG_SUP_LOST_PU,
-                              .confirm_s = CONFIG_SUP_CONFIRM_S,
-                              .return_s = CONFIG_SUP_RETURN_S,
-                              .lambda_nominal_Wb = p->M_H * p->i_d_A,
-                              .omega_max_rad_s = p->omega_max_rad_s};
-    d->lost_action = (drive_lost_action_t)p->lost_action;
-    d->impressed = (i_f_params_t){.current_A = p->i_f_A,
-                                  .slew_A_per_s = CONFIG_I_F_PER_S * p->i_f_A,
-                                  .slew_rad_s2 = p->open_loop_slew_rad_s2,
-                                  .return_rad_s = NUM_TWO_PI * CONFIG_I_F_RETURN_HZ,
-                                  .timeout_s = CONFIG_I_F_TIMEOUT_S};
     d->dead_time = (inverter_error_params_t){.fraction = p->dead_time_fraction,
                                              .dead_time_s = p->dead_time_s,
                                              .drop_V = p->device_drop_V,
                                              .i_threshold_A = p->dead_time_i_threshold_A};
+    d->dead_time_identify = p->dead_time_identify != 0u;
 }
 
 /* What protects motor, inverter and dc link, and what judges the sensors. */
@@ -194,10 +173,9 @@ static void config_protection(drive_params_t *d, const params_t *p)
                                               .stall_s = p->stall_s};
 }
 
-/* What goes beyond the paper. */
-static void config_means(drive_params_t *d, const params_t *p)
+/* Rs at the start and while running. */
+static void config_resistance(drive_params_t *d, const params_t *p)
 {
-    d->dead_time_identify = p->dead_time_identify != 0u;
     d->rs_measurement =
         (rs_measurement_params_t){.enable = p->rs_measure != 0u,
                                   .high_A = p->rs_high_A,
@@ -215,6 +193,14 @@ static void config_means(drive_params_t *d, const params_t *p)
                                             .high_pu = CONFIG_TRACK_HIGH_PU,
                                             .quiet_s = CONFIG_TRACK_QUIET_S,
                                             .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S};
+}
+
+static void config_flux(drive_params_t *d, const params_t *p)
+{
+    d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
+                                      .i_d_A = p->i_d_A,
+                                      .bandwidth_rad_s = CONFIG_FLUX_RAD_S,
+                                      .i_d_max_A = p->i_d_max_A};
     const float lambda_Wb = p->M_H * p->i_d_A;
     const float torque_Nm = p->pole_pairs * (p->M_H / p->Lr_H) * lambda_Wb * p->i_q_max_A;
     d->steering = (flux_steering_params_t){.min_rad_s = NUM_TWO_PI * p->steer_min_Hz,
@@ -228,73 +214,40 @@ static void config_means(drive_params_t *d, const params_t *p)
                                            .i_q_max_A = p->i_q_max_A};
 }
 
-/* Times and shares that nobody has to tune; a slip of three times 1/Tr is where the rotor follows
- * direct current. */
-#define CONFIG_FLYING_SETTLE_S    0.02f
-#define CONFIG_FLYING_WINDOW_S    0.15f
-#define CONFIG_WEAKEN_RAD_S       20.0f
-#define CONFIG_ECONOMY_FROM_RAD_S 31.4f
-#define CONFIG_MAINS_BACK_PU      1.1f
-#define CONFIG_STANDS_TAU         3.0f
-#define CONFIG_PULL_OUT_SHARE     0.8f
-#define CONFIG_WEAK_FLUX_MIN_PU   0.1f
-#define CONFIG_ECONOMY_FILTER_S   0.5f
-#define CONFIG_ECONOMY_RISE_PU    0.7f /* of the rate that i_d_max_A begins with */
-#define CONFIG_MAINS_BACK_S       0.1f
-#define CONFIG_BRAKE_RISE_S       0.1f
-
-/* Modes and range. */
-static void config_modes(modes_params_t *m, const params_t *p)
+/* What judges the estimate, and what takes over when it is lost. */
+static void config_confidence(drive_params_t *d, const params_t *p)
 {
-    const float mains_hold_V = CONFIG_MAINS_HOLD_PU * p->mains_lost_V;
-    const float stands_rad_s = CONFIG_STANDS_TAU * p->Rr_ohm / p->Lr_H;
-    const float lambda_Wb = p->M_H * p->i_d_A;
-    m->control = (modes_control_t)p->control_mode;
-    m->level =
-        (flux_reference_params_t){.voltage_share = p->weaken_share,
-                                  .bandwidth_rad_s = CONFIG_WEAKEN_RAD_S,
-                                  .pull_out_share = CONFIG_PULL_OUT_SHARE,
-                                  .economy_min_pu = p->economy_flux_min,
-                                  .economy_from_rad_s = CONFIG_ECONOMY_FROM_RAD_S,
-                                  .economy_filter_s = CONFIG_ECONOMY_FILTER_S,
-                                  .economy_slew_Wb_per_s = CONFIG_ECONOMY_RISE_PU * p->M_H *
-                                                           p->i_d_max_A * p->Rr_ohm / p->Lr_H,
-                                  .lambda_nominal_Wb = lambda_Wb,
-                                  .lambda_min_Wb = CONFIG_WEAK_FLUX_MIN_PU * lambda_Wb,
-                                  .i_q_max_A = p->i_q_max_A};
-    m->flying = (flying_start_params_t){.enable = p->flying_start != 0u,
-                                        .current_A = p->i_d_A,
-                                        .settle_s = CONFIG_FLYING_SETTLE_S,
-                                        .window_s = CONFIG_FLYING_WINDOW_S,
-                                        .stand_rad_s = stands_rad_s,
-                                        .omega_max_rad_s = p->omega_max_rad_s};
-    m->volts = (volts_per_hertz_params_t){.psi_Wb = p->Ls_H * p->i_d_A,
-                                          .boost_V = p->vf_boost_V,
-                                          .slew_rad_s2 = p->open_loop_slew_rad_s2,
-                                          .i_max_A = p->i_max_A};
-    m->mains = (mains_loss_params_t){.u_lost_V = p->mains_lost_V,
-                                     .u_hold_V = mains_hold_V,
-                                     .u_back_V = CONFIG_MAINS_BACK_PU * mains_hold_V,
-                                     .back_s = CONFIG_MAINS_BACK_S,
-                                     .gain_W_per_V = CONFIG_MAINS_GAIN_PU * p->i_max_A,
-                                     .stop_rad_s = stands_rad_s,
-                                     .lambda_Wb = lambda_Wb,
-                                     .i_q_max_A = p->i_q_max_A};
-    m->brake.current_A = p->dc_brake_A;
-    m->brake.from_rad_s = NUM_TWO_PI * p->dc_brake_from_Hz;
-    m->brake.least_s = p->dc_brake_s;
-    m->brake.slew_A_per_s = p->dc_brake_A / CONFIG_BRAKE_RISE_S;
-    m->dc_bandwidth_rad_s = p->current_bandwidth_rad_s;
+    d->supervisor =
+        (supervisor_params_t){.corner_rad_s = NUM_TWO_PI * CONFIG_SUP_CORNER_HZ,
+                              .Rs_uncertainty_pu = p->sup_Rs_uncertainty,
+                              .Rr_uncertainty_pu = CONFIG_SUP_RR_PU,
+                              .i_uncertainty_pu = CONFIG_SUP_I_PU,
+                              .u_uncertainty_V = CONFIG_SUP_U_PU * p->line_voltage_full_scale_V,
+                              .residual_pu = CONFIG_SUP_RESIDUAL_PU,
+                              .lost_pu = CONFIG_SUP_LOST_PU,
+                              .confirm_s = CONFIG_SUP_CONFIRM_S,
+                              .return_s = CONFIG_SUP_RETURN_S,
+                              .lambda_nominal_Wb = p->M_H * p->i_d_A,
+                              .omega_max_rad_s = p->omega_max_rad_s};
+    d->lost_action = (drive_lost_action_t)p->lost_action;
+    d->impressed = (i_f_params_t){.current_A = p->i_f_A,
+                                  .slew_A_per_s = CONFIG_I_F_PER_S * p->i_f_A,
+                                  .slew_rad_s2 = p->open_loop_slew_rad_s2,
+                                  .return_rad_s = NUM_TWO_PI * CONFIG_I_F_RETURN_HZ,
+                                  .timeout_s = CONFIG_I_F_TIMEOUT_S};
 }
 
 void unit_config_drive(drive_params_t *drive, const params_t *params)
 {
     config_board(drive, params);
     config_estimator(drive, params);
-    config_control(drive, params);
+    config_resistance(drive, params);
+    config_confidence(drive, params);
+    config_speed(drive, params);
+    config_flux(drive, params);
+    config_voltage(drive, params);
     config_protection(drive, params);
-    config_means(drive, params);
-    config_modes(&drive->modes, params);
+    unit_config_modes(&drive->modes, params);
 }
 
 void unit_config_commissioning(commissioning_params_t *c, const params_t *p)

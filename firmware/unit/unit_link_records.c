@@ -43,7 +43,7 @@ unit_link_status_t unit_link_trace_setup(unit_t *unit, command_reader_t *body, c
     return UNIT_LINK_OK;
 }
 
-unit_link_status_t unit_link_trace_status(const unit_t *unit, command_writer_t *w)
+static unit_link_status_t trace_status(const unit_t *unit, command_writer_t *w)
 {
     const trace_t *t = &unit->trace;
     const uint32_t words[] = {t->state,          trace_rows(t),       trace_trigger_row(t),
@@ -58,8 +58,8 @@ unit_link_status_t unit_link_trace_status(const unit_t *unit, command_writer_t *
 }
 
 /* Rows from the one asked for, as many whole ones as fit. */
-unit_link_status_t unit_link_trace_read(const unit_t *unit, command_reader_t *body,
-                                        command_writer_t *w)
+static unit_link_status_t trace_read(const unit_t *unit, command_reader_t *body,
+                                     command_writer_t *w)
 {
     const trace_t *t = &unit->trace;
     uint32_t row = command_take_u32(body);
@@ -75,7 +75,7 @@ unit_link_status_t unit_link_trace_read(const unit_t *unit, command_reader_t *bo
     return UNIT_LINK_OK;
 }
 
-unit_link_status_t unit_link_commissioning(const unit_t *unit, command_writer_t *w)
+static unit_link_status_t commissioning(const unit_t *unit, command_writer_t *w)
 {
     const commissioning_state_t *c = &unit->commissioning;
     const commissioning_result_t *r = &c->result;
@@ -97,7 +97,7 @@ unit_link_status_t unit_link_commissioning(const unit_t *unit, command_writer_t 
     return UNIT_LINK_OK;
 }
 
-unit_link_status_t unit_link_fault_log(const unit_t *unit, command_writer_t *w)
+static unit_link_status_t fault_log(const unit_t *unit, command_writer_t *w)
 {
     const fault_memory_t *memory = unit->fault_recorder.memory;
     if (memory == NULL) {
@@ -115,7 +115,7 @@ unit_link_status_t unit_link_fault_log(const unit_t *unit, command_writer_t *w)
     return UNIT_LINK_OK;
 }
 
-unit_link_status_t unit_link_fault_record(const unit_t *unit, command_writer_t *w)
+static unit_link_status_t fault_record(const unit_t *unit, command_writer_t *w)
 {
     const fault_recorder_t *r = &unit->fault_recorder;
     if ((r->memory == NULL) || (r->memory->kept.number == 0u)) {
@@ -133,8 +133,8 @@ unit_link_status_t unit_link_fault_record(const unit_t *unit, command_writer_t *
     return UNIT_LINK_OK;
 }
 
-unit_link_status_t unit_link_fault_read(const unit_t *unit, command_reader_t *body,
-                                        command_writer_t *w)
+static unit_link_status_t fault_read(const unit_t *unit, command_reader_t *body,
+                                     command_writer_t *w)
 {
     const fault_memory_t *memory = unit->fault_recorder.memory;
     uint32_t row = command_take_u32(body);
@@ -148,4 +148,25 @@ unit_link_status_t unit_link_fault_read(const unit_t *unit, command_reader_t *bo
         row++;
     }
     return UNIT_LINK_OK;
+}
+
+unit_link_status_t unit_link_records(const unit_t *unit, uint8_t op, command_reader_t *body,
+                                     command_writer_t *w)
+{
+    switch (op) {
+    case UNIT_LINK_COMMISSIONING:
+        return commissioning(unit, w);
+    case UNIT_LINK_TRACE_STATE:
+        return trace_status(unit, w);
+    case UNIT_LINK_TRACE_READ:
+        return trace_read(unit, body, w);
+    case UNIT_LINK_FAULT_LOG:
+        return fault_log(unit, w);
+    case UNIT_LINK_FAULT_RECORD:
+        return fault_record(unit, w);
+    case UNIT_LINK_FAULT_READ:
+        return fault_read(unit, body, w);
+    default:
+        return UNIT_LINK_NO_SUCH_OP;
+    }
 }

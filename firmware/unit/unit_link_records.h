@@ -5,15 +5,9 @@
 #include "unit.h"
 
 unit_link_status_t unit_link_trace_setup(unit_t *unit, command_reader_t *body, command_writer_t *w);
-unit_link_status_t unit_link_trace_status(const unit_t *unit, command_writer_t *w);
-unit_link_status_t unit_link_trace_read(const unit_t *unit, command_reader_t *body,
-                                        command_writer_t *w);
 
-unit_link_status_t unit_link_commissioning(const unit_t *unit, command_writer_t *w);
-
-unit_link_status_t unit_link_fault_log(const unit_t *unit, command_writer_t *w);
-unit_link_status_t unit_link_fault_record(const unit_t *unit, command_writer_t *w);
-unit_link_status_t unit_link_fault_read(const unit_t *unit, command_reader_t *body,
-                                        command_writer_t *w);
+/* What any of the recorders has to tell; NO_SUCH_OP for every other request. */
+unit_link_status_t unit_link_records(const unit_t *unit, uint8_t op, command_reader_t *body,
+                                     command_writer_t *w);
 
 #endif

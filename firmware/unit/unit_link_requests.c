@@ -1,20 +1,13 @@
 #include "unit_link_requests.h"
 
+#include "unit_link_drive.h"
 #include "unit_link_params.h"
 #include "unit_link_records.h"
 #include "unit_signal.h"
 #include "unit_store_background.h"
 #include "crc32c.h"
-#include "handover.h"
 
 #include <stddef.h>
-
-#define KNOWN_COMMANDS                                                                             \
-    (SEQUENCE_CMD_RUN | SEQUENCE_CMD_FAULT_RESET | SEQUENCE_CMD_TORQUE_OFF |                       \
-     SEQUENCE_CMD_COMMISSION | SEQUENCE_CMD_TORQUE_MODE)
-
-/* A consistent sample is one that no control period fell into; the second look nearly always is. */
-#define SAMPLE_TRIES 4u
 
 static unit_link_status_t do_hello(const unit_t *unit, const hal_devices_t *devices,
                                    command_writer_t *w)
@@ -52,17 +45,6 @@ static bool in_session(const unit_t *unit, command_reader_t *body)
 {
     const uint32_t number = command_take_u32(body);
     return (unit->link.session != 0u) && (number == unit->link.session);
-}
-
-static unit_link_status_t signal_info(command_reader_t *body, command_writer_t *w)
-{
-    const uint32_t number = command_take_u8(body);
-    if (number >= (uint32_t)UNIT_SIGNALS) {
-        return UNIT_LINK_NO_SUCH;
-    }
-    command_put_u8(w, (uint8_t)(unit_signal_is_float(number) ? PARAM_FLOAT : PARAM_UINT));
-    command_put_text(w, unit_signal_name(number));
-    return UNIT_LINK_OK;
 }
 
 static void put_u64(command_writer_t *w, uint64_t value)
@@ -106,148 +88,49 @@ static unit_link_status_t do_save(unit_t *unit, const hal_devices_t *devices)
     return unit_store_save(unit, devices) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
 }
 
-static unit_link_status_t do_command(unit_t *unit, command_reader_t *body)
-{
-    const uint32_t bits = command_take_u32(body);
-    const float omega_m_ref_rad_s = command_take_float(body);
-    const uint32_t valid_ms = command_take_u16(body);
-    const float torque_ref_Nm = (body->left > 0u) ? command_take_float(body) : 0.0f;
-    if ((bits & ~KNOWN_COMMANDS) != 0u) {
-        return UNIT_LINK_OUT_OF_RANGE;
-    }
-    if (!is_finite(omega_m_ref_rad_s) || !is_finite(torque_ref_Nm)) {
-        return UNIT_LINK_NOT_FINITE;
-    }
-    unit_link_t *link = &unit->link;
-    link->command = bits;
-    link->omega_m_ref_rad_s = omega_m_ref_rad_s;
-    link->torque_ref_Nm = torque_ref_Nm;
-    link->commands++;
-    link->reset = (bits & SEQUENCE_CMD_FAULT_RESET) != 0u;
-    link->expired = false;
-    link->commanded_at = unit->period_count;
-    link->valid_periods = 0u;
-    if (valid_ms != 0u) {
-        link->valid_periods = 1u + (uint32_t)((float)valid_ms * 1e-3f / unit->params.period_s);
-    }
-    return UNIT_LINK_OK;
-}
+/* Whether a request acts on the drive, and the length of its body: least, least + step .. most. */
+typedef struct {
+    uint8_t op;
+    bool acts;
+    uint8_t least;
+    uint8_t most;
+    uint8_t step;
+} link_request_t;
 
-static unit_link_status_t do_status(const unit_t *unit, command_writer_t *w)
-{
-    unit_telemetry_t t;
-    unit_telemetry(unit, &t);
-    const unit_link_t *link = &unit->link;
-    const uint32_t words[] = {t.state,
-                              t.faults,
-                              link->command,
-                              unit->period_count,
-                              link->expired ? 1u : 0u,
-                              link->parser.good,
-                              link->parser.bad,
-                              t.confidence,
-                              t.supervisor_reasons};
-    const float values[] = {link->omega_m_ref_rad_s,
-                            t.omega_m_hat_rad_s,
-                            t.omega_m_bound_rad_s,
-                            t.lambda_hat_Wb,
-                            t.i_d_A,
-                            t.i_q_A,
-                            t.i_q_ref_A,
-                            unit->last.meas.u_dc_V,
-                            t.stator_frequency_Hz,
-                            t.Rs_hat_ohm};
-    for (size_t k = 0u; k < sizeof words / sizeof words[0]; k++) {
-        command_put_u32(w, words[k]);
-    }
-    for (size_t k = 0u; k < sizeof values / sizeof values[0]; k++) {
-        command_put_float(w, values[k]);
-    }
-    return UNIT_LINK_OK;
-}
+/* Requests with a body; any other has none and only reads. */
+static const link_request_t requests[] = {
+    {UNIT_LINK_PARAM_INFO, false, 2u, 2u, 1u},
+    {UNIT_LINK_SIGNAL_INFO, false, 1u, 1u, 1u},
+    {UNIT_LINK_GET, false, 0u, COMMAND_BODY_MAX, 2u},
+    {UNIT_LINK_SET, true, 10u, 10u, 1u},
+    {UNIT_LINK_SAVE, true, 4u, 4u, 1u},
+    {UNIT_LINK_CHALLENGE, true, 4u, 4u, 1u},
+    {UNIT_LINK_UNLOCK, true, 12u, 12u, 1u},
+    {UNIT_LINK_STORE_ENTRY, false, 2u, 2u, 1u},
+    {UNIT_LINK_COMMAND, true, 14u, 18u, 4u},
+    {UNIT_LINK_SAMPLE, false, 0u, TRACE_SIGNALS_MAX, 1u},
+    /* Exact once its signals are counted. */
+    {UNIT_LINK_TRACE_ARM, true, 4u, COMMAND_BODY_MAX, 1u},
+    {UNIT_LINK_TRACE_READ, false, 4u, 4u, 1u},
+    {UNIT_LINK_TRACE_STOP, true, 4u, 4u, 1u},
+    {UNIT_LINK_FAULT_READ, false, 4u, 4u, 1u},
+    {UNIT_LINK_FAULT_CLEAR, true, 4u, 4u, 1u},
+};
 
-/* Some signals of one and the same period. */
-static unit_link_status_t do_sample(const unit_t *unit, command_reader_t *body, command_writer_t *w)
+static link_request_t request_of(uint8_t op)
 {
-    uint32_t value[TRACE_SIGNALS_MAX];
-    uint8_t number[TRACE_SIGNALS_MAX];
-    const uint32_t n = body->left;
-    if (n > TRACE_SIGNALS_MAX) {
-        return UNIT_LINK_OUT_OF_RANGE;
-    }
-    for (uint32_t k = 0u; k < n; k++) {
-        number[k] = command_take_u8(body);
-        if (number[k] >= (uint32_t)UNIT_SIGNALS) {
-            return UNIT_LINK_NO_SUCH;
+    for (size_t k = 0u; k < sizeof requests / sizeof requests[0]; k++) {
+        if (requests[k].op == op) {
+            return requests[k];
         }
     }
-    uint32_t period = 0u;
-    for (uint32_t tries = 0u; tries < SAMPLE_TRIES; tries++) {
-        period = unit->period_count;
-        handover();
-        for (uint32_t k = 0u; k < n; k++) {
-            value[k] = unit_signal(unit, &unit->output, number[k]);
-        }
-        handover();
-        if (period == unit->period_count) {
-            break;
-        }
-    }
-    command_put_u32(w, period);
-    for (uint32_t k = 0u; k < n; k++) {
-        command_put_u32(w, value[k]);
-    }
-    return UNIT_LINK_OK;
+    return (link_request_t){.op = op, .step = 1u};
 }
 
-/* Bytes of a body, before anything is done: a request with more or less is of another protocol. */
-static bool length_good(uint8_t op, uint32_t n)
+/* Checked before anything is done: a request of another length is of another protocol. */
+static bool length_good(const link_request_t *r, uint32_t n)
 {
-    switch (op) {
-    case UNIT_LINK_PARAM_INFO:
-    case UNIT_LINK_STORE_ENTRY:
-        return n == 2u;
-    case UNIT_LINK_SIGNAL_INFO:
-        return n == 1u;
-    case UNIT_LINK_GET:
-        return (n % 2u) == 0u;
-    case UNIT_LINK_SET:
-        return n == 10u;
-    case UNIT_LINK_COMMAND:
-        return (n == 14u) || (n == 18u);
-    case UNIT_LINK_SAMPLE:
-        return n <= TRACE_SIGNALS_MAX;
-    case UNIT_LINK_TRACE_ARM:
-        return n >= 4u; /* the rest when its signals were counted */
-    case UNIT_LINK_UNLOCK:
-        return n == 12u;
-    case UNIT_LINK_SAVE:
-    case UNIT_LINK_CHALLENGE:
-    case UNIT_LINK_TRACE_READ:
-    case UNIT_LINK_TRACE_STOP:
-    case UNIT_LINK_FAULT_READ:
-    case UNIT_LINK_FAULT_CLEAR:
-        return n == 4u;
-    default:
-        return n == 0u;
-    }
-}
-
-static bool acts(uint8_t op)
-{
-    switch (op) {
-    case UNIT_LINK_SET:
-    case UNIT_LINK_SAVE:
-    case UNIT_LINK_CHALLENGE:
-    case UNIT_LINK_UNLOCK:
-    case UNIT_LINK_COMMAND:
-    case UNIT_LINK_TRACE_ARM:
-    case UNIT_LINK_TRACE_STOP:
-    case UNIT_LINK_FAULT_CLEAR:
-        return true;
-    default:
-        return false;
-    }
+    return (n >= r->least) && (n <= r->most) && (((n - r->least) % r->step) == 0u);
 }
 
 static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_t op,
@@ -266,7 +149,7 @@ static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_
     case UNIT_LINK_UNLOCK:
         return do_unlock(unit, body);
     case UNIT_LINK_COMMAND:
-        return do_command(unit, body);
+        return unit_link_drive_command(unit, body);
     case UNIT_LINK_TRACE_ARM:
         return unit_link_trace_setup(unit, body, w);
     case UNIT_LINK_TRACE_STOP:
@@ -289,7 +172,7 @@ static unit_link_status_t tell(unit_t *unit, const hal_devices_t *devices, uint8
     case UNIT_LINK_PARAM_INFO:
         return unit_link_param_info(unit, body, w);
     case UNIT_LINK_SIGNAL_INFO:
-        return signal_info(body, w);
+        return unit_link_signal_info(body, w);
     case UNIT_LINK_GET:
         return unit_link_get(unit, body, w);
     case UNIT_LINK_STORE:
@@ -297,35 +180,24 @@ static unit_link_status_t tell(unit_t *unit, const hal_devices_t *devices, uint8
     case UNIT_LINK_STORE_ENTRY:
         return unit_link_store_entry(unit, devices, body, w);
     case UNIT_LINK_STATUS:
-        return do_status(unit, w);
+        return unit_link_status(unit, w);
     case UNIT_LINK_SAMPLE:
-        return do_sample(unit, body, w);
-    case UNIT_LINK_COMMISSIONING:
-        return unit_link_commissioning(unit, w);
-    case UNIT_LINK_TRACE_STATE:
-        return unit_link_trace_status(unit, w);
-    case UNIT_LINK_TRACE_READ:
-        return unit_link_trace_read(unit, body, w);
-    case UNIT_LINK_FAULT_LOG:
-        return unit_link_fault_log(unit, w);
-    case UNIT_LINK_FAULT_RECORD:
-        return unit_link_fault_record(unit, w);
-    case UNIT_LINK_FAULT_READ:
-        return unit_link_fault_read(unit, body, w);
+        return unit_link_sample(unit, body, w);
     default:
-        return UNIT_LINK_NO_SUCH_OP;
+        return unit_link_records(unit, op, body, w);
     }
 }
 
 unit_link_status_t unit_link_request(unit_t *unit, const hal_devices_t *devices, uint8_t op,
                                      command_reader_t *body)
 {
-    if (!length_good(op, body->left)) {
+    const link_request_t request = request_of(op);
+    if (!length_good(&request, body->left)) {
         return UNIT_LINK_BAD_LENGTH;
     }
     command_writer_t *w = &unit->link.answer;
     command_put_u8(w, (uint8_t)UNIT_LINK_OK);
     const unit_link_status_t done =
-        acts(op) ? act(unit, devices, op, body, w) : tell(unit, devices, op, body, w);
+        request.acts ? act(unit, devices, op, body, w) : tell(unit, devices, op, body, w);
     return w->full ? UNIT_LINK_BAD_LENGTH : done;
 }
