@@ -24,6 +24,13 @@ void check_period(const params_t &params, const GainFile &gain)
 
 } // namespace
 
+NamedSignal::NamedSignal(std::string_view name) : number_(0)
+{
+    while (number_ < UNIT_SIGNALS && unit_signal_name(number_) != name) {
+        ++number_;
+    }
+}
+
 Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     : params_(params), gain_(std::move(gain))
 {

@@ -2,9 +2,11 @@
 #ifndef ZH_FIRMWARE_HPP
 #define ZH_FIRMWARE_HPP
 
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "firmware_headers.hpp"
 #include "gain_file.hpp"
@@ -20,6 +22,19 @@ constexpr float rad_s_from_rpm(float speed_rpm)
 {
     return speed_rpm * (NUM_PI / 30.0F);
 }
+
+// A float among the traced signals, by its name; 0 where the estimator linked has no such signal.
+class NamedSignal {
+public:
+    explicit NamedSignal(std::string_view name);
+    float value(const unit_t &unit) const
+    {
+        return std::bit_cast<float>(unit_signal(&unit, &unit.output, number_));
+    }
+
+private:
+    std::uint32_t number_;
+};
 
 // One drive: application, host port and the table it reads. Not copyable: the port points into
 // itself.

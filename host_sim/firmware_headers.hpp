@@ -2,16 +2,14 @@
 #ifndef ZH_FIRMWARE_HEADERS_HPP
 #define ZH_FIRMWARE_HEADERS_HPP
 
+#include "law_headers.hpp"
+
 // Compound literals in the inline functions are C, and an extension here.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 extern "C" {
-#include "crc32c.h"
-#include "gain_table.h"
 #include "host_port.h"
-#include "params.h"
-#include "params_check.h"
 #include "ram_flash.h"
 #include "unit_config.h"
 #include "unit_signal.h"

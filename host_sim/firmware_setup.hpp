@@ -11,8 +11,8 @@
 #include <string_view>
 
 #include "board.hpp"
-#include "firmware.hpp"
 #include "gain_file.hpp"
+#include "law_headers.hpp"
 
 namespace zh {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware_headers.hpp"
+#include "law_headers.hpp"
 
 namespace zh {
 

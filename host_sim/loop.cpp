@@ -144,7 +144,8 @@ void Loop::record(const hal_output_t &output)
     r.e1_abs_A = magnitude({r.t.e1_alpha_A, r.t.e1_beta_A});
     r.gates_on = output.gates_on ? 1.0 : 0.0;
     r.Rs_true_ohm = run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
-    r.x_rad_s = static_cast<double>(unit.drive.estimator.adaptation.x_rad_s);
+    static const NamedSignal x_rad_s("x_rad_s");
+    r.x_rad_s = static_cast<double>(x_rad_s.value(unit));
     float *cell = out_.data.data() + out_.rows;
 #define COLUMN(name, value, text)                                                                  \
     *cell = static_cast<float>(value);                                                             \

@@ -58,6 +58,21 @@ zh_sil_out gates_off()
     return o;
 }
 
+// What only some estimators have.
+void show_estimator(const unit_t &unit, zh_sil_out &o)
+{
+    static const zh::NamedSignal l1_re("l1_re_per_s");
+    static const zh::NamedSignal l1_im("l1_im_per_s");
+    static const zh::NamedSignal l2_re("l2_re_ohm");
+    static const zh::NamedSignal l2_im("l2_im_ohm");
+    static const zh::NamedSignal x("x_rad_s");
+    o.l1_re = l1_re.value(unit);
+    o.l1_im = l1_im.value(unit);
+    o.l2_re = l2_re.value(unit);
+    o.l2_im = l2_im.value(unit);
+    o.x_rad_s = x.value(unit);
+}
+
 zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
 {
     const unit_telemetry_t t = firmware.telemetry();
@@ -77,11 +92,7 @@ zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
     o.e1_alpha_A = t.e1_alpha_A;
     o.e1_beta_A = t.e1_beta_A;
     o.stator_frequency_Hz = t.stator_frequency_Hz;
-    o.l1_re = t.gain.l1_re_per_s;
-    o.l1_im = t.gain.l1_im_per_s;
-    o.l2_re = t.gain.l2_re_ohm;
-    o.l2_im = t.gain.l2_im_ohm;
-    o.x_rad_s = firmware.unit().drive.estimator.adaptation.x_rad_s;
+    show_estimator(firmware.unit(), o);
     return o;
 }
 

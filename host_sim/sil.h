@@ -21,8 +21,9 @@
 extern "C" {
 #endif
 
-/* Raised when a struct grows or a meaning changes; structs only ever grow at their end. */
-#define ZH_SIL_VERSION 1u
+/* Raised when a struct grows, a meaning changes or a function goes; structs only ever grow at their
+ * end. 2: the observer alone became sil_estimator.h. */
+#define ZH_SIL_VERSION 2u
 
 #define ZH_SIL_RUN         (1u << 0) /* level: run; has to be seen low once after a fault */
 #define ZH_SIL_FAULT_RESET (1u << 1) /* rising edge */
@@ -114,7 +115,7 @@ typedef struct {
     float e1_alpha_A; /* estimated minus measured stator current */
     float e1_beta_A;
     float stator_frequency_Hz;
-    float l1_re; /* observer gain L in use; l1 in 1/s */
+    float l1_re; /* observer gain L in use; l1 in 1/s; 0, as x_rad_s, with an estimator without */
     float l1_im;
     float l2_re; /* l2 in ohm */
     float l2_im;
@@ -162,38 +163,6 @@ ZH_API void zh_sil_close(zh_sil *handle);
 
 /* What went wrong in the last call that failed on this thread; never NULL. */
 ZH_API const char *zh_sil_error(void);
-
-/* The observer core alone (observer, gain table, speed adaptation), on recorded signals. */
-typedef struct zh_observer zh_observer;
-
-typedef struct {
-    uint32_t struct_size; /* sizeof(zh_observer_out), set by the caller */
-    float omega_e_hat_rad_s;
-    float omega_s_hat_rad_s; /* of the rotor flux */
-    float i_hat_alpha_A;
-    float i_hat_beta_A;
-    float lambda_hat_alpha_Wb;
-    float lambda_hat_beta_Wb;
-    float e1_alpha_A;
-    float e1_beta_A;
-    float x_rad_s; /* of the adaptation's integrator */
-} zh_observer_out;
-
-/* Parameters as above; motor data and table from motor_dir, no board. */
-ZH_API zh_observer *zh_observer_open(const char *motor_dir, const char *overrides, float period_s);
-
-/* Starts from this speed instead of 0. */
-ZH_API int zh_observer_set_speed(zh_observer *handle, float omega_e_rad_s);
-
-/* Voltage: mean over the interval that just ended; current: sampled now. Power invariant. */
-ZH_API int zh_observer_step(zh_observer *handle, float u_alpha_V, float u_beta_V, float i_alpha_A,
-                            float i_beta_A, zh_observer_out *out);
-
-/* `count` steps at once: rows of u_alpha u_beta i_alpha i_beta in, rows of the nine floats of
- * zh_observer_out out. Stops with ZH_BAD_INPUT at the first row that is not finite. */
-ZH_API int zh_observer_run(zh_observer *handle, size_t count, const float *in, float *out);
-
-ZH_API void zh_observer_close(zh_observer *handle);
 
 #ifdef __cplusplus
 }

@@ -1,26 +1,10 @@
 #include "drive_params.h"
 
-/* Below this share of the flux reference the estimate does not say where the flux is. */
-#define DRIVE_LAMBDA_MIN_PU 0.05f
-
-static float lambda_min_Wb(const drive_params_t *p)
-{
-    return DRIVE_LAMBDA_MIN_PU * p->motor.M_H * p->flux.i_d_A;
-}
-
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const gain_table_t *table)
 {
-    const estimator_params_t estimator = {.period_s = p->period_s,
-                                          .i_max_A = 2.0f * p->measurement.current_full_scale_A,
-                                          .lambda_min_Wb = lambda_min_Wb(p),
-                                          .lambda_max_Wb = p->lambda_max_Wb,
-                                          .method = p->observer_method,
-                                          .adaptation = p->adaptation,
-                                          .gain_enable = p->observer_gain_enable,
-                                          .gain_beyond_table = p->modes.level.voltage_share > 0.0f};
     return measurement_init(&cfg->measurement, &p->measurement) &&
            acting_voltage_init(&cfg->acting, p->voltage_source, p->voltage_filter_comp_s) &&
-           estimator_init(&cfg->estimator, &estimator, &cfg->motor, table) &&
+           estimator_init(&cfg->estimator, p->list, &cfg->motor, table) &&
            supervisor_init(&cfg->supervisor, &p->supervisor, &cfg->motor, p->period_s) &&
            rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, (float)SLOT_COUNT * p->period_s);
 }
@@ -30,7 +14,7 @@ static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const mot
     const float lambda_Wb = p->motor.M_H * p->flux.i_d_A;
     cfg->motor = *motor;
     cfg->inv_lambda_ref_per_Wb = 1.0f / lambda_Wb;
-    cfg->lambda_min_Wb = lambda_min_Wb(p);
+    cfg->lambda_min_Wb = ESTIMATE_LAMBDA_MIN_PU * p->motor.M_H * p->flux.i_d_A;
     cfg->ride_through = p->modes.mains.u_lost_V > 0.0f;
     const float turn_s = (float)SLOT_COUNT * p->period_s;
     const float quarter_s = (float)SLOT_QUARTERS * p->period_s;

@@ -15,16 +15,13 @@ typedef struct {
 } modes_params_t;
 
 struct drive_params {
+    const params_t *list; /* the parameters as they are, for the estimator */
     float period_s;
     motor_t motor;
     measurement_params_t measurement;
     acting_voltage_source_t voltage_source;
     float voltage_filter_comp_s; /* sensor voltage is turned ahead by w_s times this */
     float delay_comp_periods;    /* reference voltage is turned ahead by w_s T times this */
-    observer_method_t observer_method;
-    bool observer_gain_enable; /* false: L = 0 */
-    float lambda_max_Wb;
-    speed_adaptation_params_t adaptation;
     speed_control_params_t speed;
     speed_ramp_params_t ramp;
     flux_control_params_t flux;

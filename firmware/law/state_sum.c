@@ -27,20 +27,19 @@ static float of_protection(const drive_state_t *st)
     const supervisor_state_t *s = &st->supervisor;
     const torque_limits_state_t *l = &st->limits;
     return l->link.braking_pu + l->link.motoring_pu + l->overload.image_pu[OVERLOAD_MOTOR] +
-           l->overload.image_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + state_sum_ab(s->s_Wb) +
+           l->overload.image_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + ab_sum(s->s_Wb) +
            s->found.residual_pu + s->found.lambda_Wb + s->found.i_s_A + s->found.excess_pu +
-           s->omega_s_rad_s + state_sum_ab(s->emf_sum_V) + state_sum_ab(s->d_Wb) +
-           s->flux_error_bound_pu + s->omega_bound_rad_s +
-           st->guard.plausibility.omega_before_rad_s;
+           s->omega_s_rad_s + ab_sum(s->emf_sum_V) + ab_sum(s->d_Wb) + s->flux_error_bound_pu +
+           s->omega_bound_rad_s + st->guard.plausibility.omega_before_rad_s;
 }
 
 /* What the search for a turning motor gathers is not here: its result goes into the estimate. */
 static float of_modes(const modes_state_t *m)
 {
-    return state_sum_ab(m->i_f.axis) + m->i_f.current_A + m->i_f.omega_rad_s +
-           state_sum_ab(m->flying_current.i_before_A) + state_sum_ab(m->flying_current.e_V) +
-           state_sum_ab(m->brake.current.i_before_A) + state_sum_ab(m->brake.current.e_V) +
-           state_sum_ab(m->brake.i_ref_A) + m->brake.omega_rad_s + state_sum_ab(m->volts.off_axis) +
+    return ab_sum(m->i_f.axis) + m->i_f.current_A + m->i_f.omega_rad_s +
+           ab_sum(m->flying_current.i_before_A) + ab_sum(m->flying_current.e_V) +
+           ab_sum(m->brake.current.i_before_A) + ab_sum(m->brake.current.e_V) +
+           ab_sum(m->brake.i_ref_A) + m->brake.omega_rad_s + ab_sum(m->volts.off_axis) +
            m->volts.omega_rad_s + m->volts.boost_V;
 }
 

@@ -10,25 +10,15 @@
 
 #include "drive.h"
 
-static inline float state_sum_ab(ab_t x)
-{
-    return x.alpha + x.beta;
-}
-
 static inline float state_sum_fast(const drive_state_t *st)
 {
-    const estimator_state_t *e = &st->estimator;
-    const observer_state_t *o = &e->observer;
-    const float believed = state_sum_ab(o->i_s_hat_A) + state_sum_ab(o->lambda_r_hat_Wb) +
-                           state_sum_ab(o->e1_A) + e->adaptation.x_rad_s +
-                           e->estimate.omega_e_rad_s + e->estimate.omega_s_rad_s;
     const float acting = st->voltage.current.d.x + st->voltage.current.q.x +
-                         st->modes.vector.speed.pi.x + state_sum_ab(st->acting.acting_V) +
-                         state_sum_ab(st->acting.pending_V) + state_sum_ab(st->acting.lag) +
-                         state_sum_ab(st->voltage.ahead);
+                         st->modes.vector.speed.pi.x + ab_sum(st->acting.acting_V) +
+                         ab_sum(st->acting.pending_V) + ab_sum(st->acting.lag) +
+                         ab_sum(st->voltage.ahead);
     const measurement_state_t *m = &st->measurement;
-    const float offsets = m->offset_A.u + m->offset_A.v + m->offset_A.w + state_sum_ab(m->offset_V);
-    return believed + acting + offsets;
+    const float offsets = m->offset_A.u + m->offset_A.v + m->offset_A.w + ab_sum(m->offset_V);
+    return estimator_sum(&st->estimator) + acting + offsets;
 }
 
 COLD float state_sum_slow(const drive_state_t *st);

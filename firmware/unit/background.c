@@ -35,7 +35,7 @@ void unit_post_command(unit_t *unit, const unit_command_t *command)
 /* Running check of the table: flash can lose a bit after the check at start. */
 static void check_table_slice(unit_t *unit)
 {
-    const gain_table_t *table = unit_config(unit)->drive.estimator.table;
+    const gain_table_t *table = estimator_table(&unit_config(unit)->drive.estimator);
     if (table == NULL) {
         return;
     }

@@ -52,7 +52,7 @@ COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_ta
 /* What speaks against the table; with L = 0 none is used. */
 static uint32_t table_faults(const unit_t *unit, const gain_table_id_t *made_for)
 {
-    if (unit_config(unit)->drive.estimator.table == NULL) {
+    if (estimator_table(&unit_config(unit)->drive.estimator) == NULL) {
         return 0u;
     }
     if (table_crc(unit->table, 0u, 0u, unit->table->entry_count) != unit->table->crc32c) {

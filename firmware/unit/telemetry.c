@@ -25,6 +25,5 @@ COLD void unit_telemetry(const unit_t *unit, unit_telemetry_t *t)
                             .Rs_hat_ohm = unit->configured ? drive_rs_ohm(&cfg->drive, d) : 0.0f,
                             .confidence = (uint32_t)d->supervisor.confidence,
                             .supervisor_reasons = d->supervisor.reasons,
-                            .omega_m_bound_rad_s = d->supervisor.omega_bound_rad_s / p,
-                            .gain = d->estimator.gain};
+                            .omega_m_bound_rad_s = d->supervisor.omega_bound_rad_s / p};
 }

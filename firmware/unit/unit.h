@@ -115,7 +115,6 @@ typedef struct {
     uint32_t confidence;         /* supervisor: 0 closed loop, 1 degraded, 2 impressed current */
     uint32_t supervisor_reasons; /* SUPERVISOR_* */
     float omega_m_bound_rad_s;   /* of the speed error, as far as the drive can tell */
-    observer_gain_t gain;
 } unit_telemetry_t;
 
 /* The configuration in force. */

@@ -3,9 +3,6 @@
 /* Sensors: a flag that lasts so long is a fault. */
 #define CONFIG_PLAUSIBILITY_S 0.01f
 
-/* Adaptation angle: grows up to this share of the rotor's 1/Tr. */
-#define CONFIG_PHI_RAMP_TAU 1.7760728f
-
 /* Speed loop: the bandwidth changes from speed_slow_rad_s to so many times that. */
 #define CONFIG_SPEED_FAST_PU 1.5079365f
 
@@ -53,20 +50,9 @@
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
 
-/* The paper gives eps1 = .008 without a unit; the law wants c in 1/(s Wb A). */
-static float leak(const params_t *p)
-{
-    if (p->eps1_unit == 0u) {
-        return speed_adaptation_leak_from_literal(p->eps1);
-    }
-    if (p->eps1_unit == 1u) {
-        return speed_adaptation_leak_from_adaptive(p->eps1, p->adapt_ki);
-    }
-    return speed_adaptation_leak_per_sample(p->eps1, p->period_s);
-}
-
 static void config_board(drive_params_t *d, const params_t *p)
 {
+    d->list = p;
     d->period_s = p->period_s;
     d->motor = (motor_t){.Rs_ohm = p->Rs_ohm,
                          .Rr_ohm = p->Rr_ohm,
@@ -89,24 +75,10 @@ static void config_board(drive_params_t *d, const params_t *p)
                                         (uint32_t)(CONFIG_PLAUSIBILITY_S / p->period_s + 0.5f)};
 }
 
-static void config_estimator(drive_params_t *d, const params_t *p)
+static void config_source(drive_params_t *d, const params_t *p)
 {
     d->voltage_source = (acting_voltage_source_t)p->voltage_source;
     d->voltage_filter_comp_s = p->voltage_filter_comp_s;
-    d->observer_method = (observer_method_t)p->observer_method;
-    d->observer_gain_enable = p->observer_gain_enable != 0u;
-    d->lambda_max_Wb = p->lambda_max_Wb;
-    d->adaptation =
-        (speed_adaptation_params_t){.kp_rad_per_s_Wb_A = p->adapt_kp,
-                                    .ki_rad_per_s2_Wb_A = p->adapt_ki,
-                                    .leak_per_s_Wb_A = leak(p),
-                                    .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
-                                    .leak_to_prior = false,
-                                    .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
-                                    .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
-                                    .omega_max_rad_s = p->omega_max_rad_s,
-                                    .phi_factor = p->phi_factor,
-                                    .phi_ramp_rad_s = p->Rr_ohm / p->Lr_H / CONFIG_PHI_RAMP_TAU};
 }
 
 static void config_speed(drive_params_t *d, const params_t *p)
@@ -240,7 +212,7 @@ static void config_confidence(drive_params_t *d, const params_t *p)
 void unit_config_drive(drive_params_t *drive, const params_t *params)
 {
     config_board(drive, params);
-    config_estimator(drive, params);
+    config_source(drive, params);
     config_resistance(drive, params);
     config_confidence(drive, params);
     config_speed(drive, params);

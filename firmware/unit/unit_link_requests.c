@@ -12,7 +12,7 @@
 static unit_link_status_t do_hello(const unit_t *unit, const hal_devices_t *devices,
                                    command_writer_t *w)
 {
-    const gain_table_t *table = unit_config(unit)->drive.estimator.table;
+    const gain_table_t *table = estimator_table(&unit_config(unit)->drive.estimator);
     command_put_u16(w, (uint16_t)UNIT_LINK_PROTOCOL);
     command_put_u16(w, (uint16_t)params_count());
     command_put_u16(w, (uint16_t)UNIT_SIGNALS);

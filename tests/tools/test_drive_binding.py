@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import zerohertz
-from zerohertz.drive import Access, Drive, Fault, Observer, State, parameters
+from zerohertz.drive import Access, Drive, Fault, State, parameters
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
@@ -312,30 +312,6 @@ def test_a_table_written_anew_is_read_anew(motor_dir):
     assert before == pytest.approx(-820.0, rel=0.5)
     edit_table(motor_dir, double)
     assert l1_at_standstill() == pytest.approx(2.0 * before)
-
-
-def test_observer_follows_a_turning_field():
-    """A synthetic motor at 60 rad/s el., no load: the core must find that speed from u and i."""
-    Rs, M, Ls, w = 0.93, 0.102, 0.110, 60.0
-    t = np.arange(10000) * 200e-6
-    i = 4.0 * np.exp(1j * w * t)  # no slip: rotor current 0, flux M i
-    u = (Rs + 1j * w * Ls) * 4.0 * np.exp(1j * w * (t - 100e-6))  # mean over the ended interval
-    with Observer(MOTOR, period_s=200e-6, omega_e_rad_s=40.0) as core:
-        out = core.run(u.real, u.imag, i.real, i.imag)
-    assert set(out) == set(Observer.COLUMNS)
-    late = out["omega_e_hat_rad_s"][-1000:]
-    assert late.mean() == pytest.approx(w, abs=0.3)
-    flux = np.hypot(out["lambda_hat_alpha_Wb"], out["lambda_hat_beta_Wb"])[-1000:]
-    assert flux.mean() == pytest.approx(4.0 * M, rel=0.02)
-
-
-def test_observer_refuses_bad_input():
-    with pytest.raises(UserError, match="period_s"):
-        Observer(MOTOR, period_s=math.nan)
-    with Observer(MOTOR, period_s=200e-6) as core:
-        zero = np.zeros(3)
-        with pytest.raises(UserError, match="row 1"):
-            core.run(np.array([0.0, math.nan, 0.0]), zero, zero, zero)
 
 
 def test_the_example_reaches_its_speed(capsys):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import math
 import os
 from collections.abc import Iterator, Mapping
 from ctypes import (
@@ -20,23 +19,18 @@ from ctypes import (
     c_char_p,
     c_float,
     c_int,
-    c_size_t,
     c_uint16,
     c_uint32,
     c_void_p,
 )
 from dataclasses import dataclass, fields
 from enum import IntEnum, IntFlag
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from zerohertz.build import ensure_built
 from zerohertz.errors import UserError
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-VERSION = 1
+VERSION = 2
 StrPath = str | os.PathLike[str]
 
 _RUN, _FAULT_RESET, _TORQUE_OFF = 1, 2, 4
@@ -189,10 +183,6 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "zh_sil_name_count": (c_uint32, ()),
     "zh_sil_name": (c_char_p, (c_uint32,)),
     "zh_sil_describe": (c_int, (c_uint32, POINTER(_NameInfo))),
-    "zh_observer_open": (c_void_p, (c_char_p, c_char_p, c_float)),
-    "zh_observer_close": (None, (c_void_p,)),
-    "zh_observer_set_speed": (c_int, (c_void_p, c_float)),
-    "zh_observer_run": (c_int, (c_void_p, c_size_t, POINTER(c_float), POINTER(c_float))),
 }
 
 
@@ -267,7 +257,7 @@ def _choices(info: _NameInfo) -> tuple[str, ...]:
     return tuple(info.choice[k].decode() for k in range(int(info.maximum) + 1))
 
 
-class _Handle:
+class Handle:
     """An object of the library, closed once: by close(), a with block or the collector."""
 
     _CLOSE: str  # name of the library's function
@@ -288,8 +278,13 @@ class _Handle:
             getattr(self._lib, self._CLOSE)(self._handle)
             self._handle = None
 
+    def _open_handle(self) -> int:
+        if not self._handle:
+            raise UserError(f"{type(self).__name__}: is closed; open another one")
+        return self._handle
 
-class Drive(_Handle):
+
+class Drive(Handle):
     """One drive. Not for two threads at a time; any number of drives side by side."""
 
     _CLOSE = "zh_sil_close"
@@ -353,73 +348,5 @@ class Drive(_Handle):
     def __iter__(self) -> Iterator[str]:
         return iter(p.name for p in parameters())
 
-    def _open_handle(self) -> int:
-        if not self._handle:
-            raise UserError("Drive: is closed; open another one")
-        return self._handle
-
 
 _OUTPUT_NAMES = tuple(f.name for f in fields(Output))
-
-
-class Observer(_Handle):
-    """The observer core alone (observer, gain table, speed adaptation) on recorded signals."""
-
-    _CLOSE = "zh_observer_close"
-    COLUMNS = (
-        "omega_e_hat_rad_s",
-        "omega_s_hat_rad_s",
-        "i_hat_alpha_A",
-        "i_hat_beta_A",
-        "lambda_hat_alpha_Wb",
-        "lambda_hat_beta_Wb",
-        "e1_alpha_A",
-        "e1_beta_A",
-        "x_rad_s",
-    )
-
-    def __init__(
-        self,
-        motor_dir: StrPath,
-        overrides: Mapping[str, float] | None = None,
-        *,
-        period_s: float,
-        omega_e_rad_s: float = 0.0,
-    ) -> None:
-        self._handle = None
-        self._lib = library()
-        lines = override_lines(overrides or {})
-        self._handle = self._lib.zh_observer_open(os.fsencode(motor_dir), lines, period_s)
-        if not self._handle:
-            raise_last_error()
-        if not math.isclose(omega_e_rad_s, 0.0):
-            check(self._lib.zh_observer_set_speed(self._handle, omega_e_rad_s))
-
-    def run(
-        self,
-        u_alpha_V: npt.ArrayLike,
-        u_beta_V: npt.ArrayLike,
-        i_alpha_A: npt.ArrayLike,
-        i_beta_A: npt.ArrayLike,
-    ) -> dict[str, npt.NDArray[np.float32]]:
-        """One step per sample; state is kept between calls.
-
-        Voltage: mean over the interval that ended at the sample. Power invariant. Keys: COLUMNS.
-        """
-        import numpy as np
-
-        if not self._handle:
-            raise UserError("Observer: is closed; open another one")
-        columns = (u_alpha_V, u_beta_V, i_alpha_A, i_beta_A)
-        rows = np.ascontiguousarray(np.stack(columns, axis=1), dtype=np.float32)
-        out = np.empty((len(rows), len(self.COLUMNS)), dtype=np.float32)
-        pointer = POINTER(c_float)
-        check(
-            self._lib.zh_observer_run(
-                self._handle,
-                len(rows),
-                rows.ctypes.data_as(pointer),
-                out.ctypes.data_as(pointer),
-            )
-        )
-        return {name: out[:, k].copy() for k, name in enumerate(self.COLUMNS)}

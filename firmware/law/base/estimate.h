@@ -4,6 +4,9 @@
 
 #include "frames.h"
 
+/* Below this share of the flux reference an estimate does not say where the flux is. */
+#define ESTIMATE_LAMBDA_MIN_PU 0.05f
+
 typedef struct {
     ab_t lambda_r_hat_Wb;   /* rotor flux */
     float lambda_Wb;        /* its length */

@@ -62,6 +62,12 @@ static inline float ab_cross(ab_t a, ab_t b)
     return a.alpha * b.beta - a.beta * b.alpha;
 }
 
+/* A number that stands for both components where only NaN matters. */
+static inline float ab_sum(ab_t a)
+{
+    return a.alpha + a.beta;
+}
+
 static inline float ab_norm2(ab_t a)
 {
     return a.alpha * a.alpha + a.beta * a.beta;

@@ -1,12 +1,16 @@
 /* The contract of an estimator: everything that turns stator voltage and current into rotor flux
  * and speed. Stationary frame, electrical speeds.
  *
- * The folder chosen by ZH_ESTIMATOR supplies estimator_types.h (estimator_config_t and
- * estimator_state_t, whose member `estimate` is the estimate in force) and the functions below. The
- * image, the SIL and `zh replay` call the same ones.
+ * The folder chosen by ZH_ESTIMATOR supplies
+ *   estimator_types.h      estimator_config_t; estimator_state_t, whose member `estimate` is the
+ *                          estimate in force; estimator_sum
+ *   estimator_signals.def  what it has to show beside the estimate, possibly nothing: lines as in
+ *                          firmware/unit/signal_list.def, of the state ESTIMATOR_STATE
+ *   CMakeLists.txt         zh_firmware(law_estimator_<folder> SOURCES ... USES law_base parameters)
+ * and the functions below. The image, the SIL and `zh replay` call the same ones.
  *
- * A zeroed state is a motor at rest without flux. One of step, hold or off runs in every period
- * with the gates on; seed may come before any of them.
+ * A zeroed state is a motor at rest without flux; the drive zeroes it while the gates are off. One
+ * of step, hold or off runs in every period with the gates on; seed may come before any of them.
  */
 #ifndef ESTIMATOR_H
 #define ESTIMATOR_H
@@ -15,7 +19,9 @@
 
 #include "estimate.h"
 #include "estimator_types.h"
+#include "gain_table.h"
 #include "motor.h"
+#include "params.h"
 
 /* One period: what the estimator is given. */
 typedef struct {
@@ -34,6 +40,14 @@ typedef struct {
     float omega_e_rad_s;
 } estimator_seed_t;
 
+/* Takes from the parameters what it needs. table: the motor's, NULL where it has none. False: some
+ * number, the motor or the table is refused; then *cfg must not be used. */
+CHECKED COLD bool estimator_init(estimator_config_t *cfg, const params_t *params,
+                                 const motor_model_t *motor, const gain_table_t *table);
+
+/* The gain table in use, which the background goes on checking; NULL: none. */
+COLD const gain_table_t *estimator_table(const estimator_config_t *cfg);
+
 /* Estimates. */
 void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in);
 
@@ -46,5 +60,11 @@ COLD void estimator_off(estimator_state_t *st, ab_t i_s_A, float omega_e_rad_s);
 
 COLD void estimator_seed(const estimator_config_t *cfg, estimator_state_t *st,
                          const estimator_seed_t *seed);
+
+/* In estimator_types.h, inline: a sum over all that is remembered, NaN if one of them is (law's
+ * state_sum.h).
+ *
+ * static inline float estimator_sum(const estimator_state_t *st);
+ */
 
 #endif

@@ -1,4 +1,4 @@
-"""`zh replay`: the observer on a recorded log."""
+"""`zh replay`: the estimator on a recorded log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from zerohertz.replay.log import (
     read_log,
 )
 from zerohertz.replay.motor_folder import folder_with_table
-from zerohertz.replay.observer import Estimate, run_observer
+from zerohertz.replay.estimate import Estimate, run_estimator
 from zerohertz.replay.resample import Stream, resample
 from zerohertz.replay.statistics import SpeedError, speed_error
 
@@ -164,7 +164,7 @@ def run(log: Log, motor: Motor, motor_dir: Path, settings: Settings) -> tuple[St
         **settings.overrides,
     }
     folder = folder_with_table(motor, motor_dir)
-    return stream, run_observer(folder, overrides, stream, settings.initial_rad_s)
+    return stream, run_estimator(folder, overrides, stream, settings.initial_rad_s)
 
 
 def _uses_table(motor: Motor, settings: Settings) -> bool:

@@ -48,14 +48,12 @@ MAY_INCLUDE = {
     ),
     "hal/include": (),
 }
-# The gain table of the one estimator, in the store's record and in the unit: delete a row when it
-# holds without.
-NOT_YET = {
-    "firmware/host": (f"{_ESTIMATOR}/*",),
-    "firmware/unit": (f"{_ESTIMATOR}/*",),
+# The background works on devices, as one struct of operations (CONVENTIONS 9). The list of signals
+# ends with those of the estimator that is linked.
+ALSO = {
+    "firmware/host": ("hal_devices.h",),
+    "firmware/unit": ("estimator_signals.def",),
 }
-# The background works on devices, as one struct of operations (CONVENTIONS 9).
-ALSO = {"firmware/host": ("hal_devices.h",)}
 # <stdatomic.h> for the fence of handover.h, which holds the compiler and is no instruction.
 # <math.h> for sqrtf and fabsf alone, exact and one instruction each: any other function of it is
 # refused by name (source_rules) and by object_rules.
@@ -138,7 +136,7 @@ def _refused(folder: str, path: Path, name: str, files: list[Path]) -> str | Non
     headers = _found(path, name, files)
     if not headers:
         return f'"{name}" is in none of {", ".join(_LAYERED)}'
-    allowed = (folder, *MAY_INCLUDE[folder], *NOT_YET.get(folder, ()))
+    allowed = (folder, *MAY_INCLUDE[folder])
     for header in headers:
         if _row_of(header) not in allowed and header.name not in ALSO.get(folder, ()):
             return f'{folder} may not include "{name}" of {header.parent.as_posix()}'

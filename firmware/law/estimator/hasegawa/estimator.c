@@ -8,26 +8,6 @@
  * bounds has it. */
 #define ESTIMATOR_BEYOND_TABLE_MAX 3.0f
 
-bool estimator_init(estimator_config_t *cfg, const estimator_params_t *params,
-                    const motor_model_t *motor, const gain_table_t *table)
-{
-    *cfg = (estimator_config_t){.lambda_min_Wb = params->lambda_min_Wb, .table_end_rad_s = FLT_MAX};
-    if (params->gain_enable) {
-        if (!gain_table_valid(table)) {
-            return false;
-        }
-        cfg->table = table;
-        if (params->gain_beyond_table) {
-            cfg->table_end_rad_s = table->step_rad_s * (float)(table->entry_count - 1u);
-        }
-    }
-    const observer_params_t observer = {.i_max_A = params->i_max_A,
-                                        .lambda_max_Wb = params->lambda_max_Wb,
-                                        .method = params->method};
-    return observer_init(&cfg->observer, &observer, motor, params->period_s) &&
-           speed_adaptation_init(&cfg->adaptation, &params->adaptation, motor, params->period_s);
-}
-
 /* Beyond the table's end l1 = .. - j w no longer fits: a braking motor would swing (zh modes). */
 COLD static void extrapolate(const estimator_config_t *cfg, observer_gain_t *gain,
                              float omega_e_rad_s)

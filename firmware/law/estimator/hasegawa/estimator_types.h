@@ -3,6 +3,7 @@
 #define ESTIMATOR_TYPES_H
 
 #include "estimate.h"
+#include "frames.h"
 #include "gain_table.h"
 #include "observer.h"
 #include "speed_adaptation.h"
@@ -22,19 +23,11 @@ typedef struct {
     observer_gain_t gain; /* of the last step */
 } estimator_state_t;
 
-typedef struct {
-    float period_s;
-    float i_max_A;
-    float lambda_min_Wb;
-    float lambda_max_Wb;
-    observer_method_t method;
-    speed_adaptation_params_t adaptation;
-    bool gain_enable;       /* false: L = 0, and table may be NULL */
-    bool gain_beyond_table; /* L grows with the speed beyond the table's end (field weakening) */
-} estimator_params_t;
-
-/* False: some number, the motor or the table is refused; then *cfg must not be used. */
-CHECKED bool estimator_init(estimator_config_t *cfg, const estimator_params_t *params,
-                            const motor_model_t *motor, const gain_table_t *table);
+static inline float estimator_sum(const estimator_state_t *st)
+{
+    const observer_state_t *o = &st->observer;
+    return ab_sum(o->i_s_hat_A) + ab_sum(o->lambda_r_hat_Wb) + ab_sum(o->e1_A) +
+           st->adaptation.x_rad_s + st->estimate.omega_e_rad_s + st->estimate.omega_s_rad_s;
+}
 
 #endif

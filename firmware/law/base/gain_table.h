@@ -1,8 +1,8 @@
 /* Observer gain L over speed: nearest entry of a table with one entry per 2 elec. min^-1.
  *
  * xh' = A(wh) xh + B u_s + L e1, L = [l1; l2] complex, e1 = i_s_hat - i_s (eq. (3), (17)).
- * L(-w) = conj L(w); beyond the table's end the last entry holds (with weakening drive.c turns it).
- * Designed and proven offline (tools/zh design, tools/zh certify).
+ * L(-w) = conj L(w); beyond the table's end the last entry holds. Designed and proven offline
+ * (tools/zh design, tools/zh certify). It comes with the motor, whatever estimator is linked.
  */
 #ifndef GAIN_TABLE_H
 #define GAIN_TABLE_H

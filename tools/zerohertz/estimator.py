@@ -1,0 +1,145 @@
+"""An estimator of the firmware alone, on recorded signals: binding of host_sim/sil_estimator.h.
+
+    with Estimator(motor_dir, period_s=200e-6) as estimator:
+        out = estimator.run(events(count, u_alpha_V=..., i_alpha_A=...))
+        out["omega_e_rad_s"]
+
+Without a library it is the estimator of the drive in the SIL library; built_library names others,
+which may be loaded beside it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+from collections.abc import Mapping
+from ctypes import c_char_p, c_float, c_int, c_size_t, c_uint32, c_void_p
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from zerohertz.build import ensure_built
+from zerohertz.drive import Handle, StrPath, override_lines
+from zerohertz.errors import UserError
+
+
+class Verb(IntEnum):
+    """A function of the contract (firmware/law/estimator/estimator.h)."""
+
+    STEP = 0
+    HOLD = 1
+    OFF = 2
+    SEED = 3
+    RESET = 4
+
+
+EVENT = np.dtype(
+    [
+        ("verb", np.uint32),
+        ("frame_imposed", np.uint32),
+        ("u_alpha_V", np.float32),
+        ("u_beta_V", np.float32),
+        ("i_alpha_A", np.float32),
+        ("i_beta_A", np.float32),
+        ("prior_rad_s", np.float32),
+        ("omega_frame_rad_s", np.float32),
+        ("omega_e_rad_s", np.float32),
+        ("lambda_alpha_Wb", np.float32),
+        ("lambda_beta_Wb", np.float32),
+    ]
+)
+ESTIMATE = np.dtype(
+    [
+        ("omega_e_rad_s", np.float32),
+        ("omega_s_rad_s", np.float32),
+        ("lambda_alpha_Wb", np.float32),
+        ("lambda_beta_Wb", np.float32),
+        ("residual_alpha_A", np.float32),
+        ("residual_beta_A", np.float32),
+        ("correction_alpha_V", np.float32),
+        ("correction_beta_V", np.float32),
+    ]
+)
+
+_PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "zh_estimator_open": (c_void_p, (c_char_p, c_char_p, c_float)),
+    "zh_estimator_close": (None, (c_void_p,)),
+    "zh_estimator_run": (c_int, (c_void_p, c_size_t, c_void_p, c_void_p)),
+    "zh_estimator_signal_name": (c_char_p, (c_uint32,)),
+    "zh_estimator_signal": (c_float, (c_void_p, c_uint32)),
+    "zh_estimator_error": (c_char_p, ()),
+}
+
+
+def events(count: int, **columns: npt.ArrayLike) -> npt.NDArray[Any]:
+    """`count` steps with these columns of EVENT; the others are 0."""
+    rows = np.zeros(count, dtype=EVENT)
+    for name, values in columns.items():
+        rows[name] = values
+    return rows
+
+
+def built_library(name: str) -> Path:
+    """The library of one estimator by itself, built when out of date."""
+    target = f"zh_estimator_{name}"
+    return ensure_built(target).folder / "host_sim" / f"lib{target}.so"
+
+
+@functools.cache
+def _library(path: Path) -> ctypes.CDLL:
+    """Its symbols stay its own (RTLD_LOCAL): another estimator's have the same names."""
+    try:
+        lib = ctypes.CDLL(os.fspath(path), mode=ctypes.RTLD_LOCAL)
+        for name, (result, arguments) in _PROTOTYPES.items():
+            function = getattr(lib, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:
+        raise UserError(f"{path}: cannot be loaded ({error}); build it anew") from None
+    return lib
+
+
+class Estimator(Handle):
+    """One estimator, from a motor at rest without flux. Not for two threads at a time."""
+
+    _CLOSE = "zh_estimator_close"
+
+    def __init__(
+        self,
+        motor_dir: StrPath,
+        overrides: Mapping[str, float] | None = None,
+        *,
+        period_s: float,
+        library: Path | None = None,
+    ) -> None:
+        self._handle = None
+        self._lib = _library(library or ensure_built().sil_library)
+        lines = override_lines(overrides or {})
+        self._handle = self._lib.zh_estimator_open(os.fsencode(motor_dir), lines, period_s)
+        if not self._handle:
+            self._raise_last_error()
+
+    def run(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Rows of EVENT, one after the other; the estimate after each, rows of ESTIMATE."""
+        rows = np.ascontiguousarray(rows, dtype=EVENT)
+        out = np.empty(len(rows), dtype=ESTIMATE)
+        status = self._lib.zh_estimator_run(
+            self._open_handle(), len(rows), rows.ctypes.data, out.ctypes.data
+        )
+        if status != 0:
+            self._raise_last_error()
+        return out
+
+    def signals(self) -> dict[str, float]:
+        """What this estimator shows beside the estimate."""
+        handle = self._open_handle()
+        shown: dict[str, float] = {}
+        while (name := self._lib.zh_estimator_signal_name(len(shown))) is not None:
+            shown[name.decode()] = self._lib.zh_estimator_signal(handle, len(shown))
+        return shown
+
+    def _raise_last_error(self) -> None:
+        raise UserError(self._lib.zh_estimator_error().decode(errors="replace"))
