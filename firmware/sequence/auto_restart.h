@@ -18,13 +18,6 @@
 #define AUTO_RESTART_FAULTS (FAULT_DC_UNDER_VOLTAGE | FAULT_MAINS_LOST)
 
 typedef struct {
-    uint32_t count;  /* restarts on end; 0: off */
-    float delay_s;   /* the cause has been gone for so long */
-    float forgive_s; /* of running, after which the count begins anew */
-    float period_s;
-} auto_restart_params_t;
-
-typedef struct {
     uint32_t count;
     uint32_t delay_periods;
     uint32_t forgive_periods;
@@ -46,7 +39,7 @@ typedef struct {
 } auto_restart_in_t;
 
 /* False for a time that is negative, not a number or too long to count. */
-CHECKED bool auto_restart_init(auto_restart_config_t *cfg, const auto_restart_params_t *params);
+CHECKED bool auto_restart_init(auto_restart_config_t *cfg, const params_t *params);
 
 static inline bool auto_restart_on(const auto_restart_config_t *cfg)
 {

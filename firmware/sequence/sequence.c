@@ -3,6 +3,9 @@
 /* Longest time that fits a period counter with room to spare. */
 #define SEQUENCE_MAX_PERIODS 1000000000.0f
 
+/* Zero-current offset above this share of full scale is a sensor fault, not an offset. */
+#define SEQUENCE_OFFSET_MAX_PU 0.02f
+
 /* Standard deviation, over the largest offset, from which the voltage is a turning motor's. */
 #define SEQUENCE_SWING_PU 0.25f
 
@@ -19,21 +22,21 @@ static bool whole_periods(uint32_t *periods, float time_s, float period_s)
     return true;
 }
 
-bool sequence_init(sequence_config_t *cfg, const sequence_params_t *params)
+bool sequence_init(sequence_config_t *cfg, const params_t *params)
 {
-    cfg->offset_max_A = params->offset_max_A;
-    cfg->offset_max_V = params->offset_max_V;
-    cfg->coast_max_V2 = params->coast_max_V * params->coast_max_V;
-    cfg->stop = params->stop;
-    if ((params->stop != SEQUENCE_STOP_COAST) && (params->stop != SEQUENCE_STOP_RAMP)) {
+    cfg->offset_max_A = SEQUENCE_OFFSET_MAX_PU * params->current_full_scale_A;
+    cfg->offset_max_V = SEQUENCE_OFFSET_MAX_PU * params->line_voltage_full_scale_V;
+    cfg->coast_max_V2 = params->coast_V * params->coast_V;
+    cfg->stop = (sequence_stop_t)params->stop_mode;
+    if ((cfg->stop != SEQUENCE_STOP_COAST) && (cfg->stop != SEQUENCE_STOP_RAMP)) {
         return false;
     }
-    return whole_periods(&cfg->offset_periods, params->offset_s, params->period_s) &&
+    return whole_periods(&cfg->offset_periods, params->offset_calibration_s, params->period_s) &&
            whole_periods(&cfg->premagnetise_periods, params->premagnetise_s, params->period_s) &&
            whole_periods(&cfg->ramp_down_periods, params->ramp_down_s, params->period_s) &&
            whole_periods(&cfg->coast_periods, params->coast_s, params->period_s) &&
-           nonnegativef(params->coast_max_V) && is_finite(cfg->coast_max_V2) &&
-           positivef(params->offset_max_A) && positivef(params->offset_max_V);
+           nonnegativef(params->coast_V) && is_finite(cfg->coast_max_V2) &&
+           positivef(cfg->offset_max_A) && positivef(cfg->offset_max_V);
 }
 
 /* Only in these may the gates be on. */

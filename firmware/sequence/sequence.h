@@ -13,6 +13,7 @@
 
 #include "drive.h"
 #include "fault_reaction.h"
+#include "params.h"
 
 typedef enum {
     SEQUENCE_BOOT = 0,
@@ -53,18 +54,6 @@ typedef struct {
 } sequence_config_t;
 
 typedef struct {
-    float offset_s; /* 0: no averaging */
-    float premagnetise_s;
-    float ramp_down_s;
-    float coast_s;
-    float coast_max_V;
-    sequence_stop_t stop;
-    float offset_max_A;
-    float offset_max_V;
-    float period_s;
-} sequence_params_t;
-
-typedef struct {
     sequence_id_t id;
     uint32_t energised; /* SEQUENCE_ENERGISED while the gates are on, else 0 */
     uint32_t periods;   /* in this state */
@@ -96,8 +85,8 @@ typedef struct {
     bool offsets_ready; /* one period: take the machine's offsets */
 } sequence_out_t;
 
-/* False for a time that is negative or too long to count, or a limit that is not positive. */
-CHECKED bool sequence_init(sequence_config_t *cfg, const sequence_params_t *params);
+/* False for a time that is negative or too long to count, or a full scale that is not positive. */
+CHECKED bool sequence_init(sequence_config_t *cfg, const params_t *params);
 
 /* Running, told to run as before, and nothing that ends it: a step would change nothing, and need
  * not be taken. In the state in which time is short that saves most of it. */

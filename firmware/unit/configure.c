@@ -6,14 +6,8 @@
 #include "table_crc.h"
 #include "unit_config.h"
 
-/* Zero-current offset above this share of full scale is a sensor fault, not an offset. */
-#define UNIT_OFFSET_MAX_PU 0.02f
-
 /* A stop is over below this electrical speed. */
 #define UNIT_STANDING_RAD_S 6.0f
-
-/* Having run for so long after an automatic restart, the drive may use all of them again. */
-#define UNIT_RESTART_FORGIVE_S 60.0f
 
 /* False: *cfg is not to be used, and *why says what was refused. */
 COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_table_t *table,
@@ -24,29 +18,13 @@ COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_ta
     }
     drive_params_t drive;
     unit_config_drive(&drive, params);
-    const sequence_params_t state = {
-        .offset_s = params->offset_calibration_s,
-        .premagnetise_s = params->premagnetise_s,
-        .ramp_down_s = params->ramp_down_s,
-        .coast_s = params->coast_s,
-        .coast_max_V = params->coast_V,
-        .stop = (sequence_stop_t)params->stop_mode,
-        .offset_max_A = UNIT_OFFSET_MAX_PU * params->current_full_scale_A,
-        .offset_max_V = UNIT_OFFSET_MAX_PU * params->line_voltage_full_scale_V,
-        .period_s = params->period_s};
     cfg->one_way = params->direction != 0u;
     cfg->direction = (params->direction == 1u) ? 1.0f : -1.0f;
     cfg->stop_speed_rad_s = UNIT_STANDING_RAD_S;
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
-    commissioning_params_t commissioning;
-    unit_config_commissioning(&commissioning, params);
-    const auto_restart_params_t restart = {.count = params->restart_count,
-                                           .delay_s = params->restart_delay_s,
-                                           .forgive_s = UNIT_RESTART_FORGIVE_S,
-                                           .period_s = params->period_s};
-    return drive_init(&cfg->drive, &drive, table) && sequence_init(&cfg->state, &state) &&
-           auto_restart_init(&cfg->restart, &restart) &&
-           commissioning_init(&cfg->commissioning, &commissioning);
+    return drive_init(&cfg->drive, &drive, table) && sequence_init(&cfg->state, params) &&
+           auto_restart_init(&cfg->restart, params) &&
+           commissioning_init(&cfg->commissioning, params);
 }
 
 /* What speaks against the table; with L = 0 none is used. */

@@ -221,12 +221,3 @@ void unit_config_drive(drive_params_t *drive, const params_t *params)
     config_protection(drive, params);
     unit_config_modes(&drive->modes, params);
 }
-
-void unit_config_commissioning(commissioning_params_t *c, const params_t *p)
-{
-    *c = (commissioning_params_t){.rated_A = p->com_rated_A,
-                                  .level_s = p->rs_level_s,
-                                  .slip_Hz = p->com_slip_Hz,
-                                  .Rs_ohm = p->Rs_ohm,
-                                  .period_s = p->period_s};
-}

@@ -3,7 +3,6 @@
 #ifndef UNIT_CONFIG_H
 #define UNIT_CONFIG_H
 
-#include "commissioning.h"
 #include "drive_params.h"
 #include "params.h"
 
@@ -11,7 +10,5 @@ void unit_config_drive(drive_params_t *drive, const params_t *params);
 
 /* Its modes, and the flux reference. */
 void unit_config_modes(modes_params_t *m, const params_t *p);
-
-void unit_config_commissioning(commissioning_params_t *c, const params_t *p);
 
 #endif

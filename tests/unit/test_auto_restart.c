@@ -9,8 +9,7 @@
 #define RUN   SEQUENCE_CMD_RUN
 #define RESET SEQUENCE_CMD_FAULT_RESET
 
-static const auto_restart_params_t good = {
-    .count = 2u, .delay_s = 0.001f, .forgive_s = 0.002f, .period_s = 0.0002f};
+static const params_t good = {.restart_count = 2u, .restart_delay_s = 0.001f, .period_s = 0.0002f};
 
 static auto_restart_config_t cfg;
 static auto_restart_state_t st;
@@ -18,6 +17,8 @@ static auto_restart_state_t st;
 void setUp(void)
 {
     TEST_ASSERT_TRUE(auto_restart_init(&cfg, &good));
+    TEST_ASSERT_EQUAL_UINT32(300000u, cfg.forgive_periods); /* a minute */
+    cfg.forgive_periods = 10u;
     st = (auto_restart_state_t){.ran = true};
 }
 
@@ -43,20 +44,19 @@ static int periods_to_reset(void)
 
 static void test_init_refuses_bad_times(void)
 {
-    auto_restart_params_t p = good;
-    p.delay_s = -1.0f;
+    params_t p = good;
+    p.restart_delay_s = -1.0f;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
-    p.delay_s = 1e9f;
+    p.restart_delay_s = 1e9f;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
-    p = good;
-    p.forgive_s = NAN;
-    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
-    p.forgive_s = 1e9f;
+    p.restart_delay_s = NAN;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p = good;
     p.period_s = 0.0f;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
-    p.count = 0u;
+    p.period_s = 50e-9f; /* a minute of running is too long to count */
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.restart_count = 0u;
     TEST_ASSERT_TRUE(auto_restart_init(&cfg, &p));
 }
 
@@ -139,7 +139,8 @@ static void test_torque_mode_is_restarted_too(void)
 
 static void test_the_state_machine_runs_again(void)
 {
-    const sequence_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
+    const params_t p = {
+        .current_full_scale_A = 25.0f, .line_voltage_full_scale_V = 400.0f, .period_s = 2e-4f};
     sequence_config_t machine_cfg;
     TEST_ASSERT_TRUE(sequence_init(&machine_cfg, &p));
     sequence_state_t machine = {0};
@@ -200,7 +201,8 @@ static void test_waits_for_the_mains_not_for_warnings(void)
 /* Torque-off, and the mains goes meanwhile: what was stopped stays stopped. */
 static void test_torque_off_is_not_undone_by_a_dip(void)
 {
-    const sequence_params_t p = {.offset_max_A = 1.0f, .offset_max_V = 1.0f, .period_s = 2e-4f};
+    const params_t p = {
+        .current_full_scale_A = 25.0f, .line_voltage_full_scale_V = 400.0f, .period_s = 2e-4f};
     sequence_config_t machine_cfg;
     TEST_ASSERT_TRUE(sequence_init(&machine_cfg, &p));
     sequence_state_t machine = {0};

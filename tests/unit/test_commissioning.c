@@ -32,19 +32,19 @@ static commissioning_config_t cfg;
 static commissioning_state_t st;
 static bench_t bench;
 
-static commissioning_params_t params(void)
+static params_t params(void)
 {
-    return (commissioning_params_t){.rated_A = RATED_A,
-                                    .level_s = 1.7f,
-                                    .slip_Hz = 3.0f,
-                                    .Rs_ohm = 1.5f,
-                                    .period_s = (float)PERIOD_S};
+    return (params_t){.com_rated_A = RATED_A,
+                      .rs_level_s = 1.7f,
+                      .com_slip_Hz = 3.0f,
+                      .Rs_ohm = 1.5f,
+                      .period_s = (float)PERIOD_S};
 }
 
 void setUp(void)
 {
     st = (commissioning_state_t){0};
-    const commissioning_params_t p = params();
+    const params_t p = params();
     TEST_ASSERT_TRUE(commissioning_init(&cfg, &p));
 }
 
@@ -176,11 +176,11 @@ static void test_a_resistance_of_another_size_is_refused(void)
     assert_refused(COMMISSIONING_RS);
     setUp();
     connect(0);
-    const commissioning_params_t p = {.rated_A = RATED_A,
-                                      .level_s = 1.7f,
-                                      .slip_Hz = 3.0f,
-                                      .Rs_ohm = 0.09f,
-                                      .period_s = (float)PERIOD_S};
+    const params_t p = {.com_rated_A = RATED_A,
+                        .rs_level_s = 1.7f,
+                        .com_slip_Hz = 3.0f,
+                        .Rs_ohm = 0.09f,
+                        .period_s = (float)PERIOD_S};
     TEST_ASSERT_TRUE(commissioning_init(&cfg, &p));
     assert_refused(COMMISSIONING_RS);
 }
@@ -188,8 +188,8 @@ static void test_a_resistance_of_another_size_is_refused(void)
 static void test_a_flux_that_has_not_settled_is_refused(void)
 {
     connect(0);
-    commissioning_params_t p = params();
-    p.level_s = 0.9f; /* four and a half rotor time constants */
+    params_t p = params();
+    p.rs_level_s = 0.9f; /* four and a half rotor time constants */
     p.Rs_ohm = 1.0f;
     TEST_ASSERT_TRUE(commissioning_init(&cfg, &p));
     assert_refused(COMMISSIONING_UNSETTLED);
@@ -298,23 +298,24 @@ static void test_init_refuses_what_cannot_be(void)
 {
     for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
         for (int field = 0; field < 5; field++) {
-            commissioning_params_t p = params();
-            float *const value[5] = {&p.rated_A, &p.level_s, &p.slip_Hz, &p.Rs_ohm, &p.period_s};
+            params_t p = params();
+            float *const value[5] = {&p.com_rated_A, &p.rs_level_s, &p.com_slip_Hz, &p.Rs_ohm,
+                                     &p.period_s};
             *value[field] = not_positive(k);
             TEST_ASSERT_FALSE(commissioning_init(&cfg, &p));
         }
     }
-    commissioning_params_t p = params();
-    p.level_s = 0.0199f;
+    params_t p = params();
+    p.rs_level_s = 0.0199f;
     TEST_ASSERT_FALSE(commissioning_init(&cfg, &p));
-    p.level_s = 201.0f;
+    p.rs_level_s = 201.0f;
     TEST_ASSERT_FALSE(commissioning_init(&cfg, &p));
-    p.level_s = 100.0f; /* the average is what floats can add up */
+    p.rs_level_s = 100.0f; /* the average is what floats can add up */
     TEST_ASSERT_TRUE(commissioning_init(&cfg, &p));
     TEST_ASSERT_EQUAL_UINT32(8192u, cfg.average_periods);
     /* A period whose sixteenth of a frequency is no number any more. */
     p.period_s = 1e-40f;
-    p.level_s = 1e-37f;
+    p.rs_level_s = 1e-37f;
     TEST_ASSERT_FALSE(commissioning_init(&cfg, &p));
 }
 

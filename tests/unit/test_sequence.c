@@ -627,19 +627,19 @@ static void test_the_aim_of_run_is_a_matter_of_the_command(void)
     TEST_ASSERT_EQUAL(SEQUENCE_RUN, st.id);
 }
 
-static const sequence_params_t good = {.offset_s = 0.1f,
-                                       .premagnetise_s = 1.0f,
-                                       .ramp_down_s = 2.0f,
-                                       .coast_s = 0.5f,
-                                       .coast_max_V = 10.0f,
-                                       .stop = SEQUENCE_STOP_RAMP,
-                                       .offset_max_A = 0.5f,
-                                       .offset_max_V = 8.0f,
-                                       .period_s = 200e-6f};
+static const params_t good = {.offset_calibration_s = 0.1f,
+                              .premagnetise_s = 1.0f,
+                              .ramp_down_s = 2.0f,
+                              .coast_s = 0.5f,
+                              .coast_V = 10.0f,
+                              .stop_mode = SEQUENCE_STOP_RAMP,
+                              .current_full_scale_A = 25.0f,
+                              .line_voltage_full_scale_V = 400.0f,
+                              .period_s = 200e-6f};
 
 #define ASSERT_REFUSED(field, value)                                                               \
     do {                                                                                           \
-        sequence_params_t bad = good;                                                              \
+        params_t bad = good;                                                                       \
         bad.field = (value);                                                                       \
         TEST_ASSERT_FALSE_MESSAGE(sequence_init(&c, &bad), #field " " #value);                     \
     } while (0)
@@ -656,16 +656,16 @@ static void test_init_counts_periods_and_refuses_senseless_times(void)
     TEST_ASSERT_EQUAL(SEQUENCE_STOP_RAMP, c.stop);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, c.offset_max_A);
     TEST_ASSERT_EQUAL_FLOAT(8.0f, c.offset_max_V);
-    ASSERT_REFUSED(offset_s, -0.1f);
+    ASSERT_REFUSED(offset_calibration_s, -0.1f);
     ASSERT_REFUSED(premagnetise_s, NAN);
     ASSERT_REFUSED(premagnetise_s, 1e9f);
     ASSERT_REFUSED(ramp_down_s, -1.0f);
     ASSERT_REFUSED(coast_s, INFINITY);
-    ASSERT_REFUSED(coast_max_V, -1.0f);
-    ASSERT_REFUSED(coast_max_V, 1e30f); /* its square is none */
-    ASSERT_REFUSED(stop, (sequence_stop_t)2);
-    ASSERT_REFUSED(offset_max_A, 0.0f);
-    ASSERT_REFUSED(offset_max_V, NAN);
+    ASSERT_REFUSED(coast_V, -1.0f);
+    ASSERT_REFUSED(coast_V, 1e30f); /* its square is none */
+    ASSERT_REFUSED(stop_mode, 2u);
+    ASSERT_REFUSED(current_full_scale_A, 0.0f);
+    ASSERT_REFUSED(line_voltage_full_scale_V, NAN);
     ASSERT_REFUSED(period_s, 0.0f);
 }
 

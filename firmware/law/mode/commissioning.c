@@ -40,33 +40,35 @@
 #define LEAKAGE_MAX_PU 0.5f
 #define ROTOR_MAX_PU   10.0f
 
-bool commissioning_init(commissioning_config_t *cfg, const commissioning_params_t *params)
+bool commissioning_init(commissioning_config_t *cfg, const params_t *params)
 {
-    const float periods = params->level_s / params->period_s;
-    if (!positivef(params->rated_A) || !positivef(params->period_s) || !positivef(params->Rs_ohm) ||
-        !(periods >= LEVEL_MIN_PERIODS) || !(periods <= LEVEL_MAX_PERIODS)) {
+    const float periods = params->rs_level_s / params->period_s;
+    if (!positivef(params->com_rated_A) || !positivef(params->period_s) ||
+        !positivef(params->Rs_ohm) || !(periods >= LEVEL_MIN_PERIODS) ||
+        !(periods <= LEVEL_MAX_PERIODS)) {
         return false;
     }
     const uint32_t level = (uint32_t)periods;
     const uint32_t share = (uint32_t)(AVERAGE_SHARE * periods);
     const uint32_t half = (share < AVERAGE_MAX_PERIODS ? share : AVERAGE_MAX_PERIODS) / 2u;
-    *cfg = (commissioning_config_t){.level_step_A = params->rated_A / (float)COMMISSIONING_LEVELS,
-                                    .bias_A = BIAS_PU * params->rated_A,
-                                    .swing_A = SWING_PU * params->rated_A,
-                                    .lowest_A = LOWEST_PU * params->rated_A,
-                                    .period_s = params->period_s,
-                                    .level_periods = level,
-                                    .average_periods = 2u * half,
-                                    .rs = {.high_A = RS_HIGH_PU * params->rated_A,
-                                           .low_A = RS_LOW_PU * params->rated_A,
-                                           .level_periods = level,
-                                           .average_periods = 2u * half,
-                                           .bias = 1.0f,
-                                           .Rs_min_ohm = params->Rs_ohm / RS_RATIO,
-                                           .Rs_max_ohm = params->Rs_ohm * RS_RATIO}};
+    *cfg =
+        (commissioning_config_t){.level_step_A = params->com_rated_A / (float)COMMISSIONING_LEVELS,
+                                 .bias_A = BIAS_PU * params->com_rated_A,
+                                 .swing_A = SWING_PU * params->com_rated_A,
+                                 .lowest_A = LOWEST_PU * params->com_rated_A,
+                                 .period_s = params->period_s,
+                                 .level_periods = level,
+                                 .average_periods = 2u * half,
+                                 .rs = {.high_A = RS_HIGH_PU * params->com_rated_A,
+                                        .low_A = RS_LOW_PU * params->com_rated_A,
+                                        .level_periods = level,
+                                        .average_periods = 2u * half,
+                                        .bias = 1.0f,
+                                        .Rs_min_ohm = params->Rs_ohm / RS_RATIO,
+                                        .Rs_max_ohm = params->Rs_ohm * RS_RATIO}};
     const float fast_Hz = 1.0f / (FAST_TURN_PERIODS * params->period_s);
     return tone_init(&cfg->fast, fast_Hz, FAST_QUIET_TURNS, FAST_TURNS, params->period_s) &&
-           tone_init(&cfg->slow, SLOW_PER_SLIP * params->slip_Hz, SLOW_QUIET_TURNS, SLOW_TURNS,
+           tone_init(&cfg->slow, SLOW_PER_SLIP * params->com_slip_Hz, SLOW_QUIET_TURNS, SLOW_TURNS,
                      params->period_s);
 }
 

@@ -15,18 +15,11 @@
 #include <stdint.h>
 
 #include "frames.h"
+#include "params.h"
 #include "rs_measurement.h"
 #include "tone.h"
 
 #define COMMISSIONING_LEVELS 8u
-
-typedef struct {
-    float rated_A; /* rated current, power invariant */
-    float level_s; /* every level lasts so long: eight rotor time constants */
-    float slip_Hz; /* rated slip: near it the rotor's resistance is looked for */
-    float Rs_ohm;  /* a guess: refused beyond ten times or a tenth */
-    float period_s;
-} commissioning_params_t;
 
 typedef enum {
     COMMISSIONING_NOT_REFUSED = 0,
@@ -113,7 +106,7 @@ typedef struct {
 
 /* False for a number that is not finite and positive, or a level shorter than 100 periods or longer
  * than a million. */
-CHECKED bool commissioning_init(commissioning_config_t *cfg, const commissioning_params_t *params);
+CHECKED bool commissioning_init(commissioning_config_t *cfg, const params_t *params);
 
 /* From a zeroed state on, once per period. */
 commissioning_out_t commissioning_step(const commissioning_config_t *cfg, commissioning_state_t *st,
