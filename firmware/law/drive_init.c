@@ -79,7 +79,7 @@ static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
     cfg->guard.kr = cfg->motor.kr;
     const torque_limits_params_t limits = {
         .link = p->link, .overload = p->overload, .i_q_max_A = p->speed.i_q_max_A};
-    return torque_limits_init(&cfg->limits, &limits, &cfg->motor, turn_s) &&
+    return torque_limits_init(&cfg->limits, &limits, turn_s) &&
            guard_init(&cfg->guard, &p->monitor, &p->plausibility, turn_s);
 }
 

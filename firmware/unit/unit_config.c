@@ -132,7 +132,6 @@ static void config_protection(drive_params_t *d, const params_t *p)
 {
     d->link = (link_limit_params_t){.chopper_on_V = p->chopper_on_V,
                                     .regen_start_V = p->regen_start_V,
-                                    .hold_V = 0.0f,
                                     .u_dc_max_V = p->u_dc_max_V};
     d->overload = (overload_params_t){.cont_A = {p->overload_motor_A, p->overload_inverter_A},
                                       .tau_s = {p->overload_motor_s, CONFIG_INVERTER_S},

@@ -290,21 +290,6 @@ static void test_a_link_that_fills_limits_braking_in_both_directions(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(637.5, 100.0f, 300.0f));
 }
 
-static void test_a_link_that_empties_makes_the_motor_brake(void)
-{
-    p.link.hold_V = 300.0f;
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(330.0, 100.0f, 300.0f));
-    TEST_ASSERT_EQUAL_UINT32(FAULT_REGENERATION, out.faults);
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(270.0, 100.0f, 300.0f));
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(270.0, -100.0f, -300.0f));
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(400.0, 100.0f, 300.0f));
-    /* A motor that stands feeds nothing: it is not driven the other way either. */
-    const float slow_rad_s = 2.9f * cfg.motor.tau_per_s;
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, i_q_at(270.0, slow_rad_s, 300.0f));
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, i_q_at(270.0, -slow_rad_s, -300.0f));
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(270.0, 3.2f * cfg.motor.tau_per_s, 300.0f));
-}
-
 /* What is hot stays hot, and the brake resistor works, while the gates are off. */
 static void test_gates_off_forgets_neither_heat_nor_brake_resistor(void)
 {
@@ -377,7 +362,6 @@ int main(void)
     RUN_TEST(test_heat_derates_and_then_stops);
     RUN_TEST(test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque);
     RUN_TEST(test_a_link_that_fills_limits_braking_in_both_directions);
-    RUN_TEST(test_a_link_that_empties_makes_the_motor_brake);
     RUN_TEST(test_gates_off_forgets_neither_heat_nor_brake_resistor);
     RUN_TEST(test_heat_goes_on_outside_run);
     RUN_TEST(test_gates_off_warns_of_no_limit);

@@ -5,7 +5,7 @@
 #include "unity.h"
 
 static const link_limit_params_t all = {
-    .chopper_on_V = 350.0f, .regen_start_V = 360.0f, .hold_V = 150.0f, .u_dc_max_V = 400.0f};
+    .chopper_on_V = 350.0f, .regen_start_V = 360.0f, .u_dc_max_V = 400.0f};
 static link_limit_config_t cfg;
 static link_limit_state_t st;
 
@@ -32,15 +32,12 @@ static void test_init_refuses_levels_in_the_wrong_order(void)
     ASSERT_REFUSED(chopper_on_V, 401.0f);
     ASSERT_REFUSED(regen_start_V, INFINITY);
     ASSERT_REFUSED(regen_start_V, 400.0f);
-    ASSERT_REFUSED(hold_V, -0.1f);
-    ASSERT_REFUSED(hold_V, 300.0f);        /* full motoring only from 360 V on */
-    ASSERT_REFUSED(hold_V, 350.0f / 1.2f); /* no window is left below the resistor */
     ASSERT_REFUSED(u_dc_max_V, 0.0f);
 }
 
-static void test_inside_its_window_nothing_acts(void)
+static void test_below_the_first_level_nothing_acts(void)
 {
-    for (float u_V = 181.0f; u_V < 349.5f; u_V += 0.5f) {
+    for (float u_V = 0.0f; u_V < 349.5f; u_V += 0.5f) {
         link_limit_step(&cfg, &st, u_V);
         TEST_ASSERT_FALSE(st.acting);
         TEST_ASSERT_FALSE(st.limiting);
@@ -66,7 +63,6 @@ static void test_braking_fades_before_the_trip(void)
 {
     link_limit_step(&cfg, &st, 375.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f, st.braking_pu);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.motoring_pu);
     TEST_ASSERT_TRUE(st.limiting);
     link_limit_step(&cfg, &st, 390.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, st.braking_pu);
@@ -74,22 +70,6 @@ static void test_braking_fades_before_the_trip(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.braking_pu);
     link_limit_step(&cfg, &st, 345.0f);
     TEST_ASSERT_FALSE(st.limiting);
-}
-
-static void test_a_failing_supply_turns_motoring_into_braking(void)
-{
-    link_limit_step(&cfg, &st, 165.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f, st.motoring_pu);
-    TEST_ASSERT_TRUE(st.limiting);
-    link_limit_step(&cfg, &st, 150.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, st.motoring_pu);
-    link_limit_step(&cfg, &st, 135.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, -0.5f, st.motoring_pu);
-    link_limit_step(&cfg, &st, 0.0f);
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, st.motoring_pu);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.braking_pu);
-    link_limit_step(&cfg, &st, 200.0f);
-    TEST_ASSERT_FALSE(st.acting);
 }
 
 static void test_at_zero_volts_each_is_off(void)
@@ -110,17 +90,15 @@ static void test_a_voltage_that_is_no_number_allows_least(void)
     link_limit_step(&cfg, &st, NAN);
     TEST_ASSERT_FALSE(st.brake_on);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.braking_pu);
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, st.motoring_pu);
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_levels_in_the_wrong_order);
-    RUN_TEST(test_inside_its_window_nothing_acts);
+    RUN_TEST(test_below_the_first_level_nothing_acts);
     RUN_TEST(test_the_brake_resistor_has_a_hysteresis);
     RUN_TEST(test_braking_fades_before_the_trip);
-    RUN_TEST(test_a_failing_supply_turns_motoring_into_braking);
     RUN_TEST(test_at_zero_volts_each_is_off);
     RUN_TEST(test_a_voltage_that_is_no_number_allows_least);
     return UNITY_END();

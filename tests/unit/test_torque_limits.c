@@ -2,23 +2,20 @@
 #include "torque_limits.h"
 
 #include "exact.h"
-#include "reference_machine.h"
 
 #define MOST_A 12.0f
 
 static torque_limits_config_t cfg;
 static torque_limits_state_t st;
-static motor_model_t motor;
 static torque_limits_params_t params;
 
 void setUp(void)
 {
-    motor = reference_derived(1);
     params = (torque_limits_params_t){
-        .link = {.regen_start_V = 600.0f, .hold_V = 300.0f, .u_dc_max_V = 700.0f},
+        .link = {.regen_start_V = 600.0f, .u_dc_max_V = 700.0f},
         .overload = {.cont_A = {5.0f, 0.0f}, .tau_s = {10.0f, 10.0f}, .i_max_A = 15.0f},
         .i_q_max_A = MOST_A};
-    TEST_ASSERT_TRUE(torque_limits_init(&cfg, &params, &motor, 3.2e-3f));
+    TEST_ASSERT_TRUE(torque_limits_init(&cfg, &params, 3.2e-3f));
     st = (torque_limits_state_t){0};
 }
 
@@ -37,12 +34,12 @@ static void assert_window(float low_A, float high_A, float omega_rad_s, float i_
 static void test_init_refuses_what_a_part_refuses(void)
 {
     params.link.u_dc_max_V = 0.0f;
-    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, &motor, 3.2e-3f));
+    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, 3.2e-3f));
     setUp();
     params.overload.cont_A[0] = -1.0f;
-    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, &motor, 3.2e-3f));
+    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, 3.2e-3f));
     setUp();
-    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, &motor, 0.0f));
+    TEST_ASSERT_FALSE(torque_limits_init(&cfg, &params, 0.0f));
 }
 
 static void test_nothing_limits_a_healthy_drive(void)
@@ -71,7 +68,7 @@ static void test_heat_leaves_what_the_magnetising_current_does(void)
 /* Braking is against the speed, in either direction. */
 static void test_a_full_link_limits_what_brakes(void)
 {
-    st.link = (link_limit_state_t){.limiting = true, .braking_pu = 0.25f, .motoring_pu = 1.0f};
+    st.link = (link_limit_state_t){.limiting = true, .braking_pu = 0.25f};
     TEST_ASSERT_TRUE(torque_limits_active(&st));
     assert_window(-3.0f, 12.0f, 100.0f, 4.0f, 0.0f);
     assert_window(-12.0f, 3.0f, -100.0f, 4.0f, 0.0f);
@@ -79,28 +76,10 @@ static void test_a_full_link_limits_what_brakes(void)
     assert_window(-3.0f, 12.0f, 0.0f, 4.0f, 0.0f);
 }
 
-static void test_an_empty_link_limits_what_drives(void)
-{
-    st.link = (link_limit_state_t){.limiting = true, .braking_pu = 1.0f, .motoring_pu = 0.5f};
-    assert_window(-12.0f, 6.0f, 100.0f, 4.0f, 0.0f);
-    assert_window(-6.0f, 12.0f, -100.0f, 4.0f, 0.0f);
-}
-
-/* Negative: brakes at least so much, but not slower than three slips, where nothing is fed. */
-static void test_a_link_that_falls_further_is_fed_where_the_shaft_can(void)
-{
-    const float slow_rad_s = 3.0f * motor.tau_per_s;
-    st.link = (link_limit_state_t){.limiting = true, .braking_pu = 1.0f, .motoring_pu = -0.5f};
-    assert_window(-12.0f, -6.0f, slow_rad_s, 4.0f, 0.0f);
-    assert_window(6.0f, 12.0f, -slow_rad_s, 4.0f, 0.0f);
-    assert_window(-12.0f, 0.0f, 0.999f * slow_rad_s, 4.0f, 0.0f);
-    assert_window(0.0f, 12.0f, -0.999f * slow_rad_s, 4.0f, 0.0f);
-}
-
 /* The shares are of what heat and pull-out leave. */
 static void test_link_and_heat_limit_together(void)
 {
-    st.link = (link_limit_state_t){.limiting = true, .braking_pu = 0.5f, .motoring_pu = 1.0f};
+    st.link = (link_limit_state_t){.limiting = true, .braking_pu = 0.5f};
     st.overload = (overload_state_t){.derating = true, .i_max_A = 5.0f};
     assert_window(-2.0f, 4.0f, 100.0f, 3.0f, 0.0f);
     assert_window(-4.0f, 2.0f, -100.0f, 3.0f, 0.0f);
@@ -135,8 +114,6 @@ int main(void)
     RUN_TEST(test_pull_out_takes_from_both_directions);
     RUN_TEST(test_heat_leaves_what_the_magnetising_current_does);
     RUN_TEST(test_a_full_link_limits_what_brakes);
-    RUN_TEST(test_an_empty_link_limits_what_drives);
-    RUN_TEST(test_a_link_that_falls_further_is_fed_where_the_shaft_can);
     RUN_TEST(test_link_and_heat_limit_together);
     RUN_TEST(test_a_current_that_is_no_number_leaves_numbers);
     RUN_TEST(test_warnings_say_which_limit_acts);

@@ -2,19 +2,16 @@
 
 /* No braking current any more with this share of the way to the trip left. */
 #define LINK_LIMIT_REGEN_SPARE 0.25f
-/* Full motoring current from here on, over hold_V. */
-#define LINK_LIMIT_HOLD_FULL   1.2f
 #define LINK_LIMIT_CHOPPER_OFF 0.97f
 
 static bool params_valid(const link_limit_params_t *p)
 {
-    return ALL_NONNEGATIVE(p->chopper_on_V, p->regen_start_V, p->hold_V) &&
-           positivef(p->u_dc_max_V) && (p->regen_start_V < p->u_dc_max_V) &&
-           (p->chopper_on_V <= p->u_dc_max_V);
+    return ALL_NONNEGATIVE(p->chopper_on_V, p->regen_start_V) && positivef(p->u_dc_max_V) &&
+           (p->regen_start_V < p->u_dc_max_V) && (p->chopper_on_V <= p->u_dc_max_V);
 }
 
-/* The lowest dc link at which a limit for high voltage begins. The resistor's lower level is
- * inside: until it is reached, `acting` keeps watching. */
+/* The lowest dc link at which something acts. The resistor's lower level is below: until it is
+ * reached, `acting` keeps watching. */
 static float first_limit_V(const link_limit_params_t *p)
 {
     float high_V = p->u_dc_max_V;
@@ -24,27 +21,18 @@ static float first_limit_V(const link_limit_params_t *p)
 
 bool link_limit_init(link_limit_config_t *cfg, const link_limit_params_t *params)
 {
-    const link_limit_params_t p = *params;
-    const float low_V = LINK_LIMIT_HOLD_FULL * p.hold_V;
-    const float high_V = first_limit_V(&p);
-    if (!params_valid(&p) || (low_V >= high_V)) {
+    if (!params_valid(params)) {
         return false;
     }
-    link_limit_config_t c = {.chopper_on_V = p.chopper_on_V,
-                             .chopper_off_V = LINK_LIMIT_CHOPPER_OFF * p.chopper_on_V,
-                             .middle_V = 0.5f * (low_V + high_V),
-                             .half_V = 0.5f * (high_V - low_V),
-                             .braking_pu = 1.0f,
-                             .motoring_pu = 1.0f};
-    if (p.regen_start_V > 0.0f) {
+    link_limit_config_t c = {.chopper_on_V = params->chopper_on_V,
+                             .chopper_off_V = LINK_LIMIT_CHOPPER_OFF * params->chopper_on_V,
+                             .first_V = first_limit_V(params),
+                             .braking_pu = 1.0f};
+    if (params->regen_start_V > 0.0f) {
         const float per_V =
-            1.0f / ((1.0f - LINK_LIMIT_REGEN_SPARE) * (p.u_dc_max_V - p.regen_start_V));
-        c.braking_pu = 1.0f + per_V * p.regen_start_V;
+            1.0f / ((1.0f - LINK_LIMIT_REGEN_SPARE) * (params->u_dc_max_V - params->regen_start_V));
+        c.braking_pu = 1.0f + per_V * params->regen_start_V;
         c.braking_pu_per_V = -per_V;
-    }
-    if (p.hold_V > 0.0f) {
-        c.motoring_pu_per_V = 1.0f / (low_V - p.hold_V);
-        c.motoring_pu = -c.motoring_pu_per_V * p.hold_V;
     }
     *cfg = c;
     return true;
@@ -55,7 +43,6 @@ void link_limit_act(const link_limit_config_t *cfg, link_limit_state_t *st, floa
     st->brake_on = (cfg->chopper_on_V > 0.0f) &&
                    (u_dc_V > (st->brake_on ? cfg->chopper_off_V : cfg->chopper_on_V));
     st->braking_pu = clampf(cfg->braking_pu + cfg->braking_pu_per_V * u_dc_V, 0.0f, 1.0f);
-    st->motoring_pu = clampf(cfg->motoring_pu + cfg->motoring_pu_per_V * u_dc_V, -1.0f, 1.0f);
-    st->limiting = (st->braking_pu < 1.0f) || (st->motoring_pu < 1.0f);
+    st->limiting = st->braking_pu < 1.0f;
     st->acting = st->brake_on || st->limiting;
 }

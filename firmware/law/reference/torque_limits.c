@@ -2,13 +2,9 @@
 
 #include <math.h>
 
-/* Slower than a slip of so many 1/Tr a motor that brakes takes from the dc link. */
-#define TORQUE_LIMITS_FEEDS_TAU 3.0f
-
 bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_t *params,
-                        const motor_model_t *motor, float schedule_s)
+                        float schedule_s)
 {
-    cfg->feeds_rad_s = TORQUE_LIMITS_FEEDS_TAU * motor->tau_per_s;
     cfg->i_q_max_A = params->i_q_max_A;
     return link_limit_init(&cfg->link, &params->link) &&
            overload_init(&cfg->overload, &params->overload, schedule_s);
@@ -27,8 +23,6 @@ torque_window_t torque_limits_window(const torque_limits_config_t *cfg,
         return (torque_window_t){-most_A, most_A};
     }
     const float braking_A = st->link.braking_pu * most_A;
-    const bool feeds = absf(omega_e_rad_s) >= cfg->feeds_rad_s;
-    const float motoring_A = maxf(st->link.motoring_pu, feeds ? -1.0f : 0.0f) * most_A;
-    return (omega_e_rad_s < 0.0f) ? (torque_window_t){-motoring_A, braking_A}
-                                  : (torque_window_t){-braking_A, motoring_A};
+    return (omega_e_rad_s < 0.0f) ? (torque_window_t){-most_A, braking_A}
+                                  : (torque_window_t){-braking_A, most_A};
 }

@@ -7,7 +7,6 @@
 
 #include "fault.h"
 #include "link_limit.h"
-#include "motor.h"
 #include "overload.h"
 #include "speed_control.h"
 
@@ -20,7 +19,6 @@ typedef struct {
 typedef struct {
     link_limit_config_t link;
     overload_config_t overload;
-    float feeds_rad_s; /* slower than this a motor that brakes takes from the dc link */
     float i_q_max_A;
 } torque_limits_config_t;
 
@@ -31,7 +29,7 @@ typedef struct {
 
 /* False for what one of the parts refuses. schedule_s: between two steps of the overload. */
 CHECKED bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_t *params,
-                                const motor_model_t *motor, float schedule_s);
+                                float schedule_s);
 
 static inline bool torque_limits_active(const torque_limits_state_t *st)
 {
