@@ -15,6 +15,7 @@
 static drive_config_t cfg;
 static drive_params_t p;
 static drive_in_t in;
+static measurement_in_t sample;
 static drive_out_t out;
 static drive_state_t st;
 
@@ -67,12 +68,13 @@ static double nominal_Wb(void)
     return (double)p.motor.M_H * NOMINAL_A;
 }
 
-/* Running at 20 rad/s of 25 wanted, 5.8 A, judged as given; the next judgement is far away. */
+/* Running at 20 rad/s of 25 wanted, 5.8 A, judged as given. The next slot asks for the verdict, the
+ * next judgement is far away. */
 static void run_judged(supervisor_confidence_t confidence)
 {
     const cplx i_A = 5.0 + 3.0 * I;
-    in = (drive_in_t){
-        .sample = sampled(i_A, 10.0 + 20.0 * I), .mode = DRIVE_RUN, .omega_e_ref_rad_s = 25.0f};
+    in = (drive_in_t){.mode = DRIVE_RUN, .omega_e_ref_rad_s = 25.0f};
+    sample = sampled(i_A, 10.0 + 20.0 * I);
     st = (drive_state_t){
         .estimator.observer = {.lambda_r_hat_Wb = {0.3f, -0.2f}, .i_s_hat_A = {4.0f, 3.5f}},
         .estimator.adaptation = {.x_rad_s = 20.0f, .near_zero = true},
@@ -86,6 +88,7 @@ static void run_judged(supervisor_confidence_t confidence)
         .modes.vector.torque_gain_extra_pu = 0.1f,
         .modes.vector.i_d_reduction_A = 0.3f,
         .supervisor = {.confidence = confidence},
+        .slot = SLOT_QUARTER_SUPERVISOR - 1u,
         .estimator.estimate = {.omega_e_rad_s = 20.0f, .omega_s_rad_s = 22.0f}};
 }
 
@@ -94,7 +97,7 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
 {
     const cplx axis = cexp(0.7 * I);
     run_judged(confidence);
-    in.sample = sampled(2.0 * NOMINAL_A * axis, 0.0);
+    sample = sampled(2.0 * NOMINAL_A * axis, 0.0);
     in.omega_e_ref_rad_s = omega_rad_s;
     st.rs_tracking = (rs_tracking_state_t){0}; /* as take-over left it */
     st.modes.vector.steering = (flux_steering_state_t){0};
@@ -113,7 +116,7 @@ static void run_impressed(supervisor_confidence_t confidence, float omega_rad_s,
 
 static void step(void)
 {
-    drive_step(&cfg, &st, &in, &out);
+    drive_step(&cfg, &st, &sample, &in, &out);
 }
 
 void setUp(void)
@@ -132,18 +135,22 @@ static void test_run_is_supervised_and_nothing_else_is(void)
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     st = (drive_state_t){.estimator.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}},
                          .modes.premagnetise.Rs_delta_ohm = 0.2f};
-    in = (drive_in_t){.sample = words(&p, 0, 2.0, 30.0, 540.0), .mode = DRIVE_RUN};
+    in = (drive_in_t){.mode = DRIVE_RUN};
+    sample = words(&p, 0, 2.0, 30.0, 540.0);
     supervisor_state_t expected = {0};
     for (int k = 0; k < 32; k++) {
         step();
-        const supervisor_in_t sup_in = {.u_s_V = out.u_s_V,
-                                        .i_s_A = out.meas.i_s_A,
+        const supervisor_in_t sup_in = {.i_s_A = out.meas.i_s_A,
                                         .lambda_r_hat_Wb = st.estimator.observer.lambda_r_hat_Wb,
                                         .e1_A = st.estimator.observer.e1_A,
+                                        .correction_V = st.estimator.estimate.flux_correction_V,
                                         .Rs_ohm = drive_rs_ohm(&cfg, &st),
                                         .omega_e_hat_rad_s = st.estimator.estimate.omega_e_rad_s,
                                         .omega_s_hat_rad_s = st.estimator.estimate.omega_s_rad_s};
-        supervisor_step(&cfg.supervisor, &expected, &sup_in);
+        supervisor_add(&expected, out.u_s_V, out.meas.i_s_A, sup_in.Rs_ohm);
+        if (supervisor_is_due(st.slot)) {
+            supervisor_step(&cfg.supervisor, &expected, &sup_in, st.slot);
+        }
         TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.alpha, st.supervisor.s_Wb.alpha);
         TEST_ASSERT_EQUAL_FLOAT(expected.s_Wb.beta, st.supervisor.s_Wb.beta);
         TEST_ASSERT_EQUAL_FLOAT(expected.flux_error_bound_pu, st.supervisor.flux_error_bound_pu);
@@ -315,12 +322,13 @@ static void test_the_voltage_turns_with_the_vector(void)
     run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
     p.dead_time.fraction = 0.0f;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    voltage_angle(&cfg.voltage, &st.voltage, 30.0f);
     cplx u_V[2];
     for (int k = 0; k < 2; k++) {
         st.voltage.current.d.x = 12.0f;
         st.voltage.current.q.x = -30.0f;
         st.modes.i_f.current_A = 8.0f;
-        in.sample = sampled(8.0 * of(st.modes.i_f.axis), 0.0);
+        sample = sampled(8.0 * of(st.modes.i_f.axis), 0.0);
         step();
         u_V[k] = of(st.acting.pending_V);
     }
@@ -387,14 +395,38 @@ static void test_no_hand_back_below_the_return_frequency(void)
     TEST_ASSERT_FALSE(st.modes.i_f.active);
 }
 
-static void test_after_it_slow_work_and_judgement_share_no_period(void)
+/* One schedule for all modes: neither way moves it. */
+static void test_the_schedule_goes_on_through_a_loss(void)
 {
-    run_impressed(SUPERVISOR_CLOSED, 30.0f, 1.0);
-    st.supervisor.periods = 5u;
-    st.modes.vector.slow_period = 11u;
-    step();
-    TEST_ASSERT_EQUAL_UINT32(6u, st.supervisor.periods);
-    TEST_ASSERT_EQUAL_UINT32(6u, st.modes.vector.slow_period);
+    const supervisor_confidence_t verdicts[] = {SUPERVISOR_IMPRESSED, SUPERVISOR_CLOSED};
+    for (int n = 0; n < 2; n++) {
+        if (n == 0) {
+            run_judged(verdicts[n]);
+        } else {
+            run_impressed(verdicts[n], 30.0f, 1.0);
+        }
+        for (uint32_t k = 0u; k < 2u * SLOT_COUNT; k++) {
+            step();
+            TEST_ASSERT_EQUAL_UINT32((k + SLOT_QUARTER_SUPERVISOR) % SLOT_COUNT, st.slot);
+        }
+    }
+}
+
+/* Between two looks of the supervisor a verdict waits: three periods at most. */
+static void test_a_verdict_is_asked_for_in_the_supervisors_slots(void)
+{
+    for (uint32_t slot = 0u; slot < SLOT_COUNT; slot++) {
+        run_judged(SUPERVISOR_IMPRESSED);
+        st.slot = (slot + SLOT_COUNT - 1u) % SLOT_COUNT;
+        step();
+        TEST_ASSERT_EQUAL(supervisor_is_due(slot), st.modes.i_f.active);
+        int waited = 0;
+        while (!st.modes.i_f.active) {
+            step();
+            waited++;
+        }
+        TEST_ASSERT_LESS_OR_EQUAL_INT(3, waited);
+    }
 }
 
 /* Without a flux the frame has no length to divide by. */
@@ -421,7 +453,7 @@ static void test_hand_back_does_not_move_the_voltage(void)
         const cplx kept_V = (double)st.voltage.current.d.x + I * (double)st.voltage.current.q.x;
         ASSERT_NEAR(0.02, 0.0, cabs(kept_V * lambda_Wb / cabs(lambda_Wb) - x_V));
         const cplx before_V = of(st.acting.pending_V);
-        in.sample = sampled(8.0 * cexp(I * (0.7 + 30.0 * 2e-4)), 0.0);
+        sample = sampled(8.0 * cexp(I * (0.7 + 30.0 * 2e-4)), 0.0);
         st.estimator.observer.i_s_hat_A = out.meas.i_s_A;
         step();
         /* 32 V in all. What is left is the slip, and samples whose voltage is no machine's. */
@@ -495,7 +527,8 @@ int main(void)
     RUN_TEST(test_hand_back_takes_torque_and_speed_along);
     RUN_TEST(test_hand_back_limits_the_torque_to_what_the_controller_may_ask);
     RUN_TEST(test_no_hand_back_below_the_return_frequency);
-    RUN_TEST(test_after_it_slow_work_and_judgement_share_no_period);
+    RUN_TEST(test_the_schedule_goes_on_through_a_loss);
+    RUN_TEST(test_a_verdict_is_asked_for_in_the_supervisors_slots);
     RUN_TEST(test_hand_back_without_flux_leaves_numbers);
     RUN_TEST(test_hand_back_does_not_move_the_voltage);
     RUN_TEST(test_nothing_is_impressed_outside_of_run);

@@ -12,7 +12,8 @@
 static drive_params_t p;
 static drive_config_t cfg;
 static drive_state_t st;
-static mode_out_t out;
+static drive_out_t out;
+static request_t request;
 
 static void configure(modes_control_t control)
 {
@@ -29,7 +30,8 @@ static void configure(modes_control_t control)
     in.estimate = &st.estimator.estimate;
     meas.i_s_A = (ab_t){3.0f, 4.0f};
     asked.omega_e_ref_rad_s = 50.0f;
-    out = (mode_out_t){.omega_e_rad_s = -20.0f, .request.axis = {1.0f, 0.0f}};
+    out = (drive_out_t){.meas = meas};
+    request = (request_t){.omega_e_rad_s = -20.0f, .axis = {1.0f, 0.0f}};
 }
 
 void setUp(void)
@@ -55,7 +57,7 @@ void tearDown(void)
 
 static void choose(void)
 {
-    transition_choose(&cfg, &st, &in);
+    transition_choose(&cfg, &st, &asked, &out);
 }
 
 static void assert_at_rest_with_flux_along_alpha(float i_A)
@@ -77,6 +79,7 @@ static void test_into_vector_control_nothing_changes_but_the_mode(void)
     drive_state_t expected = st;
     choose();
     expected.mode = MODE_VECTOR;
+    expected.asked = DRIVE_RUN;
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st, sizeof st);
     choose();
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st, sizeof st);
@@ -86,6 +89,7 @@ static void test_a_mode_that_goes_on_is_not_begun_again(void)
 {
     asked.omega_e_ref_rad_s = 0.0f;
     st.mode = MODE_DC_BRAKE;
+    st.asked = DRIVE_RUN;
     st.modes.brake.periods = 7u;
     const drive_state_t before = st;
     choose();
@@ -100,6 +104,7 @@ static void test_a_brake_begins_with_current_and_speed_of_then(void)
     drive_state_t expected = st;
     choose();
     expected.mode = MODE_DC_BRAKE;
+    expected.asked = DRIVE_RUN;
     dc_brake_start(&expected.modes.brake, meas.i_s_A, 60.0f);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st, sizeof st);
 }
@@ -151,7 +156,7 @@ static void test_volts_per_hertz_goes_on_with_a_motor_that_was_caught(void)
 static void after(mode_id_t mode)
 {
     st.mode = mode;
-    transition_after_open_loop(&cfg, &st, &in, &out);
+    transition_after_open_loop(&cfg, &st, &in, &request);
 }
 
 /* No flux, the current there is, and the speed the mode tells. */
@@ -193,7 +198,7 @@ static void test_after_i_f_the_vector_moves_on(void)
 static void test_after_a_brake_the_reference_waits_for_its_time(void)
 {
     st.modes.brake.omega_rad_s = 31.0f;
-    out.omega_e_rad_s = 0.0f;
+    request.omega_e_rad_s = 0.0f;
     after(MODE_DC_BRAKE);
     ASSERT_SAME_FLOAT(31.0f, st.modes.vector.speed.omega_ref_rad_s);
     st.modes.brake.periods = cfg.modes.brake.least_periods;
@@ -205,7 +210,7 @@ static void test_after_a_brake_the_reference_waits_for_its_time(void)
 static void test_a_search_that_goes_on_or_fails_leaves_nothing(void)
 {
     const flying_start_phase_t phases[] = {FLYING_START_SEARCH, FLYING_START_REFUSED};
-    out.omega_e_rad_s = 0.0f;
+    request.omega_e_rad_s = 0.0f;
     for (int n = 0; n < 2; n++) {
         st.modes.flying.phase = phases[n];
         st.modes.flying.lambda_Wb = (ab_t){0.3f, 0.0f};
@@ -243,8 +248,8 @@ static void test_a_motor_that_turns_is_caught(void)
     ASSERT_SAME_FLOAT(200.0f, e->omega_s_rad_s);
     ASSERT_SAME_FLOAT(200.0f, st.estimator.adaptation.x_rad_s);
     TEST_ASSERT_EQUAL_MEMORY(&meas.i_s_A, &st.estimator.observer.i_s_hat_A, sizeof meas.i_s_A);
-    ASSERT_NEAR(1e-6, -0.6, out.request.axis.alpha);
-    ASSERT_NEAR(1e-6, 0.8, out.request.axis.beta);
+    ASSERT_NEAR(1e-6, -0.6, request.axis.alpha);
+    ASSERT_NEAR(1e-6, 0.8, request.axis.beta);
 }
 
 /* At a speed whose EMF the dc link cannot give, with the flux that it can. */
@@ -272,8 +277,8 @@ static void test_caught_without_flux_the_frame_stands(void)
         .phase = FLYING_START_CAUGHT, .omega_rad_s = 200.0f, .lambda_Wb = {0.0f, 1e-5f}};
     asked.mode = DRIVE_PREMAGNETISE;
     after(MODE_FLYING_START);
-    ASSERT_SAME_FLOAT(1.0f, out.request.axis.alpha);
-    ASSERT_SAME_FLOAT(0.0f, out.request.axis.beta);
+    ASSERT_SAME_FLOAT(1.0f, request.axis.alpha);
+    ASSERT_SAME_FLOAT(0.0f, request.axis.beta);
 }
 
 /* The verdict alone does nothing in a mode that is not oriented by the estimate; told, stopped or
@@ -287,9 +292,10 @@ static void test_a_lost_orientation_has_its_configured_consequence(void)
         configure(MODES_CONTROL_VECTOR);
         st.mode = MODE_VECTOR;
         st.supervisor.confidence = lost ? SUPERVISOR_IMPRESSED : SUPERVISOR_DEGRADED;
-        uint32_t faults = FAULT_DERATED;
-        transition_by_confidence(&cfg, &st, &in, &faults);
-        TEST_ASSERT_EQUAL_HEX32(FAULT_DERATED | ((n == 1) ? FAULT_ORIENTATION_LOST : 0u), faults);
+        out.faults = FAULT_DERATED;
+        transition_by_confidence(&cfg, &st, &asked, &out);
+        TEST_ASSERT_EQUAL_HEX32(FAULT_DERATED | ((n == 1) ? FAULT_ORIENTATION_LOST : 0u),
+                                out.faults);
         TEST_ASSERT_EQUAL(n == 2, st.modes.i_f.active);
     }
 }

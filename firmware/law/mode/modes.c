@@ -118,5 +118,8 @@ request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mod
     if (mode == MODE_DC_BRAKE) {
         return voltage(dc_brake_step(&cfg->brake, &cfg->dc_current, &st->brake, in));
     }
-    return premagnetise(cfg, st, in, faults);
+    if (mode == MODE_PREMAGNETISE) {
+        return premagnetise(cfg, st, in, faults);
+    }
+    return (request_t){.kind = REQUEST_CURRENT}; /* not here: no current */
 }
