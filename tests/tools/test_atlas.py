@@ -16,7 +16,7 @@ from zerohertz.atlas import parallel, picture, simulate
 from zerohertz.atlas import run as atlas_run
 from zerohertz.atlas.classes import Outcome
 from zerohertz.atlas.points import Point, random_sample, standard_map
-from zerohertz.atlas.run import Means, run_map
+from zerohertz.atlas.run import RunOptions, run_map
 from zerohertz.atlas.simulate import begin_s, job_of, make_bench, run_points
 from zerohertz.atlas.store import fingerprint
 from zerohertz.atlas.summary import counts, shares
@@ -159,7 +159,7 @@ def test_rs_drifts_from_t_0_on(bench):
 
 def test_workers_change_nothing(bench, few, few_rows, tmp_path, monkeypatch):
     monkeypatch.setattr(parallel, "CHUNK_SIM_S", 10.0)
-    rows = run_map(bench, few, Means(tmp_path, workers=2), print, lambda _: None)
+    rows = run_map(bench, few, RunOptions(tmp_path, workers=2), print, lambda _: None)
     assert rows == few_rows
     stored = pq.read_table(tmp_path / "random" / "atlas.parquet").to_pylist()
     assert stored == few_rows
@@ -206,28 +206,28 @@ def test_an_interrupted_run_goes_on_where_it_stopped(bench, few, few_rows, tmp_p
 
     monkeypatch.setattr(atlas_run, "run_all", broken)
     monkeypatch.setattr(atlas_run, "ROWS_PER_PART", 2)
-    means, told = Means(tmp_path), []
+    options, told = RunOptions(tmp_path), []
     with pytest.raises(KeyboardInterrupt):
-        run_map(bench, few, means, told.append, lambda _: None)
-    assert run_map(bench, few, means, told.append, lambda _: None) == few_rows
+        run_map(bench, few, options, told.append, lambda _: None)
+    assert run_map(bench, few, options, told.append, lambda _: None) == few_rows
     assert asked == [[0, 1, 2, 3, 4, 5, 6, 7], [5, 6, 7]]
     assert told == ["random: 5 of 8 points are stored already"]
     assert [p.name for p in (tmp_path / "random").iterdir()] == ["atlas.parquet"]
     # a finished map runs nothing
-    assert run_map(bench, few, means, told.append, lambda _: None) == few_rows
+    assert run_map(bench, few, options, told.append, lambda _: None) == few_rows
     assert len(asked) == 2
     # unless told to
-    run_map(bench, few, dataclasses.replace(means, fresh=True), told.append, lambda _: None)
+    run_map(bench, few, dataclasses.replace(options, fresh=True), told.append, lambda _: None)
     assert len(asked) == 3
 
 
 def test_rows_of_another_configuration_are_not_taken(bench, few, tmp_path):
     told = []
-    run_map(bench, few[:2], Means(tmp_path, workers=1), told.append, lambda _: None)
+    run_map(bench, few[:2], RunOptions(tmp_path, workers=1), told.append, lambda _: None)
     other = make_bench(load_setup("no_gain"), {"i_d_A": 4.0})
     assert fingerprint(other, few[:2]) != fingerprint(bench, few[:2])
     assert fingerprint(bench, few[:3]) != fingerprint(bench, few[:2])
-    rows = run_map(other, few[:2], Means(tmp_path, workers=1), told.append, lambda _: None)
+    rows = run_map(other, few[:2], RunOptions(tmp_path, workers=1), told.append, lambda _: None)
     assert rows == run_points(other, few[:2])
     assert len(told) == 1
     assert "starts anew" in told[0]
@@ -237,7 +237,7 @@ def test_a_part_cut_short_is_run_again(bench, few, few_rows, tmp_path):
     folder = tmp_path / "random"
     folder.mkdir()
     (folder / "part-00000.parquet").write_bytes(b"PAR1 half a file")
-    rows = run_map(bench, few, Means(tmp_path, workers=1), lambda _: None, lambda _: None)
+    rows = run_map(bench, few, RunOptions(tmp_path, workers=1), lambda _: None, lambda _: None)
     assert rows == few_rows
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from zerohertz import sim
-from zerohertz.atlas.run import Means
+from zerohertz.atlas.run import RunOptions
 from zerohertz.atlas.simulate import Bench, make_bench
 from zerohertz.campaign import monitor, monitor_cases, monitor_quiet, monitor_run
 from zerohertz.drive import Fault, State
@@ -196,7 +196,7 @@ def test_rows_are_stored_and_the_quiet_hours_are_quiet(tmp_path: Path) -> None:
         return contextlib.nullcontext(lambda _done: None)
 
     told: list[str] = []
-    how = Means(tmp_path, workers=1)
+    how = RunOptions(tmp_path, workers=1)
     result = monitor.run_all(0.05, 2, 1, how, told.append, bar)
     assert result.good
     assert result.quiet is not None

@@ -15,7 +15,7 @@ from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
 
 if TYPE_CHECKING:
-    from zerohertz.atlas.run import Means
+    from zerohertz.atlas.run import RunOptions
     from zerohertz.atlas.simulate import Bench
     from zerohertz.scenario.setup import Setup
 
@@ -24,7 +24,7 @@ VOLTAGE = {"sensors": 0, "duty": 1}
 
 NamesArgument = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Recipes of --means, configurations of --compare."),
+    typer.Argument(metavar="NAME", help="Recipes of --features, configurations of --compare."),
 ]
 ConfigOption = Annotated[
     str, typer.Option(help="recommended, paper, no_gain, or a TOML file like theirs.")
@@ -62,17 +62,18 @@ FreshOption = Annotated[
 ThroughputOption = Annotated[
     bool, typer.Option("--throughput", help="Measure points per second, and stop.")
 ]
-MeansOption = Annotated[
-    bool, typer.Option("--means", help="What each mean is worth (atlas/means.py), and stop.")
+FeaturesOption = Annotated[
+    bool,
+    typer.Option("--features", help="What each feature is worth (atlas/features.py), and stop."),
 ]
 CompareOption = Annotated[
     bool, typer.Option("--compare", help="Maps of configurations in one picture, and stop.")
 ]
 CountOption = Annotated[
-    int, typer.Option("--points", min=0, help="Of --means: so many of each map; 0: all.")
+    int, typer.Option("--points", min=0, help="Of --features: so many of each map; 0: all.")
 ]
 WriteOption = Annotated[
-    bool, typer.Option("--write", help="Of --means, --compare: to tools/docs, for a commit.")
+    bool, typer.Option("--write", help="Of --features, --compare: to tools/docs, for a commit.")
 ]
 
 
@@ -98,7 +99,7 @@ def atlas(
     out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
     fresh: FreshOption = False,
     throughput: ThroughputOption = False,
-    means: MeansOption = False,
+    features: FeaturesOption = False,
     compare: CompareOption = False,
     count: CountOption = 0,
     write: WriteOption = False,
@@ -110,19 +111,19 @@ def atlas(
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.atlas import output
-    from zerohertz.atlas.run import Means
+    from zerohertz.atlas.run import RunOptions
 
     began = time.monotonic()
-    if means or compare:
-        folder = out or BUILD / "atlas" / ("means" if means else "")
-        how = Means(folder, workers, scheduler, fresh)
-        if means:
-            _means(names, how, count, write, as_json)
+    if features or compare:
+        folder = out or BUILD / "atlas" / ("features" if features else "")
+        how = RunOptions(folder, workers, scheduler, fresh)
+        if features:
+            _features(names, how, count, write, as_json)
         else:
             _compare(names, how, maps, write)
         return
     if names:
-        raise UserError(f"'{names[0]}': names go with --means or --compare")
+        raise UserError(f"'{names[0]}': names go with --features or --compare")
     setup, plants = _plants(config, _firmware(sets, voltage), plant, variation)
     bench = next(iter(plants.values()))
     if throughput:
@@ -130,7 +131,7 @@ def atlas(
         return
     chosen = _chosen(standard, maps, random, seed, loaded)
     folder = out or _folder(setup.name, voltage, variation)
-    results = _run_maps(plants, chosen, Means(folder, workers, scheduler, fresh))
+    results = _run_maps(plants, chosen, RunOptions(folder, workers, scheduler, fresh))
     test_R = output.test_R(setup, bench, workers) if standard else None
     content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:
@@ -158,14 +159,14 @@ def _folder(config: str, voltage: str | None, variation: str | None) -> Path:
 
 
 def _run_maps(
-    plants: dict[str, Bench], chosen: list[Any], means: Means
+    plants: dict[str, Bench], chosen: list[Any], options: RunOptions
 ) -> dict[str, list[dict[str, Any]]]:
     """The rows of each map on each plant."""
     from zerohertz.atlas.run import run_map
 
     results = {}
     for other, on in plants.items():
-        how = dataclasses.replace(means, out=means.out / other)
+        how = dataclasses.replace(options, out=options.out / other)
         for points in chosen:
             name = "/".join(filter(None, (other, points[0].map)))
             with progress_bar(name, len(points)) as progress:
@@ -173,24 +174,26 @@ def _run_maps(
     return results
 
 
-def _means(chosen: list[str] | None, how: Means, points: int, write: bool, as_json: bool) -> None:
-    from zerohertz.atlas import means_table
-    from zerohertz.atlas.means import recipes
+def _features(
+    chosen: list[str] | None, how: RunOptions, points: int, write: bool, as_json: bool
+) -> None:
+    from zerohertz.atlas import features_table
+    from zerohertz.atlas.features import recipes
 
     if write and points:
         raise UserError("--write: the page has every point; leave out --points")
     began = time.monotonic()
     names = chosen or []
-    found = list(means_table.run_recipes(recipes(names), points, how, tell, progress_bar))
+    found = list(features_table.run_recipes(recipes(names), points, how, tell, progress_bar))
     if write:
-        means_table.write_page(found, names)
+        features_table.write_page(found, names)
     if as_json:
-        print(json.dumps(means_table.as_json(found, time.monotonic() - began)))
+        print(json.dumps(features_table.as_json(found, time.monotonic() - began)))
     else:
-        means_table.print_table(found)
+        features_table.print_table(found)
 
 
-def _compare(names: list[str] | None, how: Means, maps: list[str] | None, write: bool) -> None:
+def _compare(names: list[str] | None, how: RunOptions, maps: list[str] | None, write: bool) -> None:
     from zerohertz.atlas import compare
     from zerohertz.paths import ROOT
 

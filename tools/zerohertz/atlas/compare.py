@@ -10,7 +10,7 @@ from typing import Any
 
 from zerohertz.atlas import picture
 from zerohertz.atlas.points import RS_RATIOS, standard_map
-from zerohertz.atlas.run import Means, Progress, Tell, run_map
+from zerohertz.atlas.run import Progress, RunOptions, Tell, run_map
 from zerohertz.atlas.simulate import make_bench
 from zerohertz.report import style
 from zerohertz.scenario.setup import load_setup
@@ -25,7 +25,7 @@ Rows = Sequence[Mapping[str, Any]]
 def run(
     configs: Sequence[str],
     map_name: str,
-    means: Means,
+    options: RunOptions,
     tell: Tell,
     bar: Callable[[str, int], AbstractContextManager[Progress]],
 ) -> dict[str, Rows]:
@@ -34,7 +34,7 @@ def run(
     found = {}
     for config in configs:
         setup = load_setup(config)
-        where = dataclasses.replace(means, out=means.out / setup.name)
+        where = dataclasses.replace(options, out=options.out / setup.name)
         with bar(f"{setup.name} {points[0].map}", len(points)) as progress:
             found[setup.name] = run_map(make_bench(setup), points, where, tell, progress)
     return found

@@ -18,7 +18,7 @@ Progress = Callable[[int], None]
 
 
 @dataclasses.dataclass(frozen=True)
-class Means:
+class RunOptions:
     """How and where to run."""
 
     out: Path
@@ -30,7 +30,7 @@ class Means:
 def run_map(
     bench: Bench,
     points: Sequence[Any],
-    means: Means,
+    options: RunOptions,
     tell: Tell,
     progress: Progress,
     run: Callable[[Bench, Sequence[Any]], Rows] = run_points,
@@ -40,9 +40,9 @@ def run_map(
     Another `run` has points of its own: dataclasses with map, index, speed_rpm and loaded_s.
     """
     name = points[0].map
-    store = Store(means.out / name, fingerprint(bench, points, run))
-    rows, dropped = store.open(means.fresh)
-    if dropped and not means.fresh:
+    store = Store(options.out / name, fingerprint(bench, points, run))
+    rows, dropped = store.open(options.fresh)
+    if dropped and not options.fresh:
         tell(f"{name}: starts anew: firmware, configuration or points differ from the stored ones")
     if rows:
         tell(f"{name}: {len(rows)} of {len(points)} points are stored already")
@@ -52,7 +52,7 @@ def run_map(
     if missing:
         unsaved: list[dict[str, Any]] = []
         try:
-            for part in run_all(bench, missing, means.workers, means.scheduler, run):
+            for part in run_all(bench, missing, options.workers, options.scheduler, run):
                 unsaved += part
                 rows += part
                 progress(len(rows))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from zerohertz.atlas.parallel import worker_environment
 from zerohertz.atlas.points import Point, random_sample
-from zerohertz.atlas.run import Means, run_map
+from zerohertz.atlas.run import RunOptions, run_map
 from zerohertz.atlas.simulate import Bench, run_points
 
 POINTS = 3000
@@ -78,8 +78,8 @@ def _cpu_s() -> float:
 
 def _run_atlas(bench: Bench, sample: Sequence[Point], workers: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        means = Means(Path(folder), workers=workers)
-        run_map(bench, sample, means, tell=lambda _: None, progress=lambda _: None)
+        options = RunOptions(Path(folder), workers=workers)
+        run_map(bench, sample, options, tell=lambda _: None, progress=lambda _: None)
 
 
 def _run_independent(bench: Bench, sample: Sequence[Point], workers: int) -> None:

@@ -115,13 +115,13 @@ def monitor(
 ) -> None:
     """Is everything that breaks noticed or harmless, and nothing noticed that is whole?"""
     # Here and not above: other commands need not wait for numpy and pyarrow.
-    from zerohertz.atlas.run import Means
+    from zerohertz.atlas.run import RunOptions
     from zerohertz.campaign import monitor as watched
     from zerohertz.paths import BUILD
 
     if write and (sample or not hours):
         raise UserError("--write: the page has every case and the quiet hours")
-    how = Means(out or BUILD / "monitor", workers, None, fresh)
+    how = RunOptions(out or BUILD / "monitor", workers, None, fresh)
     result = watched.run_all(hours, sample, seed, how, tell, progress_bar)
     if write:
         command = f"tools/zh campaign monitor --hours {hours:g} --write"

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
-from zerohertz.atlas.run import Means, Tell, run_map
+from zerohertz.atlas.run import RunOptions, Tell, run_map
 from zerohertz.atlas.simulate import make_bench
 from zerohertz.campaign import monitor_cases as cases
 from zerohertz.campaign import monitor_quiet, monitor_run
@@ -59,7 +59,7 @@ class Result:
         return not failed and (self.quiet is None or self.quiet["false_alarms"] == 0)
 
 
-def run_all(hours: float, sample: int, seed: int, how: Means, tell: Tell, bar: Bar) -> Result:
+def run_all(hours: float, sample: int, seed: int, how: RunOptions, tell: Tell, bar: Bar) -> Result:
     """`sample` cases of each group, 0: all; `hours` without a fault, 0: none."""
     bench = make_bench(load_setup(CONFIG))
     rows = {}

@@ -1,4 +1,4 @@
-"""`zh atlas --means`: every recipe over the maps, as a table, JSON and tools/docs/means.md."""
+"""`zh atlas --features`: every recipe over the maps; table, JSON and tools/docs/features.md."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from zerohertz.atlas.means import Recipe
+from zerohertz.atlas.features import Recipe
 from zerohertz.atlas.points import Point, random_sample, standard_map
-from zerohertz.atlas.run import Means, Progress, Tell, run_map
+from zerohertz.atlas.run import Progress, RunOptions, Tell, run_map
 from zerohertz.atlas.simulate import make_bench
 from zerohertz.atlas.summary import counts, percent
 from zerohertz.gain_design.command import JSON_NAME
@@ -27,7 +27,7 @@ from zerohertz.scenario.setup import Setup, load_setup
 SEED = 4711
 # Runs of 70 s: a fifth of the drift map's points is as much computing as the other maps together.
 SIZES = {"map_i": 245, "map_ii": 245, "drift": 49, "random": 300}
-PAGE = ROOT / "tools" / "docs" / "means.md"
+PAGE = ROOT / "tools" / "docs" / "features.md"
 # Column: what it runs, and what the firmware is told besides the recipe.
 COLUMNS: Mapping[str, tuple[str, Mapping[str, float]]] = {
     "map_i": ("map_i", {}),
@@ -42,16 +42,16 @@ Bar = Callable[[str, int], AbstractContextManager[Progress]]
 
 
 def run_recipes(
-    chosen: Sequence[Recipe], points: int, means: Means, tell: Tell, bar: Bar
+    chosen: Sequence[Recipe], points: int, options: RunOptions, tell: Tell, bar: Bar
 ) -> Iterator[tuple[Recipe, Counts]]:
     """Recipe by recipe, what it holds in each column. `points` > 0: so many of each map only."""
     for recipe in chosen:
-        folder = means.out / recipe.name
+        folder = options.out / recipe.name
         setup, told = setup_of(recipe, folder)
         found: Counts = {}
         for column, (name, extra) in COLUMNS.items():
             bench = make_bench(setup, {**told, **extra})
-            where = dataclasses.replace(means, out=folder / column)
+            where = dataclasses.replace(options, out=folder / column)
             which = column_points(name, points)
             with bar(f"{recipe.name} {column}", len(which)) as progress:
                 found[column] = counts(run_map(bench, which, where, tell, progress))
@@ -100,7 +100,7 @@ def as_json(found: Sequence[tuple[Recipe, Counts]], run_s: float) -> dict[str, A
         recipe.name: {"overrides": f"{recipe.config}: {recipe.overrides()}", **by_column}
         for recipe, by_column in found
     }
-    return {"means": table, "run_s": round(run_s, 1)}
+    return {"features": table, "run_s": round(run_s, 1)}
 
 
 def _cell(count: dict[str, int]) -> str:
@@ -116,24 +116,24 @@ def _bad(by_column: Counts) -> tuple[str, str]:
 
 def print_table(found: Sequence[tuple[Recipe, Counts]]) -> None:
     table = Table(title="oriented % / held %; unsafe and silent points", title_justify="left")
-    for text in ("means", *COLUMNS, "unsafe", "silent"):
-        table.add_column(text, justify="left" if text == "means" else "right", no_wrap=True)
+    for text in ("recipe", *COLUMNS, "unsafe", "silent"):
+        table.add_column(text, justify="left" if text == "recipe" else "right", no_wrap=True)
     for recipe, by_column in found:
         table.add_row(recipe.name, *(_cell(c) for c in by_column.values()), *_bad(by_column))
     Console(width=max(Console().width, 130)).print(table)
 
 
 _HEAD = """\
-# What each mean is worth
+# What each feature is worth
 
-Made by `tools/zh atlas --means{names} --write` from the recipes and reasons of
-`tools/zerohertz/atlas/means.py`. The firmware is told the nameplate only. Cells: % of the points
+Made by `tools/zh atlas --features{names} --write` from the recipes and reasons of
+`tools/zerohertz/atlas/features.py`. The firmware is told the nameplate only. Cells: % of the points
 oriented / held ([classes](../zerohertz/atlas/README.md#classes)). Columns: maps i and ii of the
 atlas (245 points each); map ii with the voltage from the duty instead of sensors; Rs drifting by
 +20 % under load ({drift} of that map's 245 points, drawn once for all rows); a random sample with
 every error at once ({random} points, seed {seed}: nothing was tuned on it). Unsafe and silent:
 points of all five columns together. Verdicts are about what the recipe tries: "kept" in a row that
-takes something away means that the recommended configuration has it.
+takes something away: the recommended configuration has it.
 """
 
 
@@ -142,10 +142,10 @@ def page(found: Sequence[tuple[Recipe, Counts]], names: Sequence[str]) -> str:
     lines = [_HEAD.format(names="".join(f" {n}" for n in names), seed=SEED, **SIZES)]
     for group in dict.fromkeys(recipe.group for recipe, _ in found):
         rows = [(r, c) for r, c in found if r.group == group]
-        lines += [f"## {group}", "", _row("means", *COLUMNS, "unsafe", "silent")]
+        lines += [f"## {group}", "", _row("recipe", *COLUMNS, "unsafe", "silent")]
         lines.append("|---|" + "---:|" * (len(COLUMNS) + 2))
         lines += [_row(r.name, *(_cell(c) for c in by.values()), *_bad(by)) for r, by in rows]
-        lines += ["", _row("means", "configuration: what differs", "", "why"), "|---|---|---|---|"]
+        lines += ["", _row("recipe", "configuration: what differs", "", "why"), "|---|---|---|---|"]
         lines += [
             _row(r.name, f"{r.config}: {r.overrides()}", r.verdict, r.reason) for r, _ in rows
         ]

@@ -1,7 +1,7 @@
-"""Means against wrong parameters, each alone, added or taken away, as data for `zh atlas --means`.
+"""What each feature is worth: each alone, added or taken away, as data for `zh atlas --features`.
 
 A recipe is a configuration with firmware parameters changed. `reason` is what the table in
-tools/docs/means.md says about it; numbers stay out of it: they are the table's.
+tools/docs/features.md says about it; numbers stay out of it: they are the table's.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _WITHOUT = {
 
 
 def _only(*names: str, **values: float) -> dict[str, float]:
-    """None of the means but those named, which stay as the configuration has them."""
+    """None of the features but those named, which stay as the configuration has them."""
     return {k: v for k, v in _WITHOUT.items() if k not in names} | values
 
 
@@ -59,13 +59,13 @@ def _leak(mode: int, c: float) -> dict[str, float]:
 
 _ADDED = "One more at a time"
 _MINUS = "All but one"
-_GAINS = "Other gain tables, all other means on"
-_EPS1 = "eps1 leak, all other means on: no form of it gains anything"
+_GAINS = "Other gain tables, all other features on"
+_EPS1 = "eps1 leak, all other features on: no form of it gains anything"
 _TUNING = "Neighbours in tuning: the choice is not sharp"
 
 RECIPES: tuple[Recipe, ...] = (
-    Recipe("no_gain", _ADDED, REFERENCE, "L = 0, nameplate Rs, no means", "no_gain"),
-    Recipe("paper", _ADDED, REFERENCE, "the paper's law and tuning, no means", "paper"),
+    Recipe("no_gain", _ADDED, REFERENCE, "L = 0, nameplate Rs, no features", "no_gain"),
+    Recipe("paper", _ADDED, REFERENCE, "the paper's law and tuning, no features", "paper"),
     Recipe(
         "no_gain_rs",
         _ADDED,
@@ -113,7 +113,7 @@ RECIPES: tuple[Recipe, ...] = (
         "steering",
         _ADDED,
         KEPT,
-        "and the flux level keeps the stator frequency away from zero",
+        "and a lower flux keeps the stator frequency away from zero",
         firmware=_only("rs_measure", "dead_time_identify", "steer_min_Hz"),
     ),
     Recipe(
@@ -127,7 +127,7 @@ RECIPES: tuple[Recipe, ...] = (
         "recommended",
         _ADDED,
         KEPT,
-        "and impressed current when lost, a net that nothing here falls into: all of them",
+        "and I-f operation when lost, a net that nothing here falls into: all of them",
     ),
     Recipe("no_phi", _MINUS, KEPT, "without the adaptation angle", firmware={"phi_factor": 0.0}),
     Recipe("no_steering", _MINUS, KEPT, "without steering", firmware={"steer_min_Hz": 0.0}),
@@ -229,7 +229,7 @@ RECIPES: tuple[Recipe, ...] = (
         "rs_bias_100",
         _TUNING,
         DROPPED,
-        "Rs as measured: as good with all means on, not without",
+        "Rs as measured: as good with all features on, not without",
         firmware={"rs_bias": 1.0},
     ),
     Recipe(
@@ -247,5 +247,7 @@ def recipes(names: Sequence[str] = ()) -> tuple[Recipe, ...]:
     known = {recipe.name for recipe in RECIPES}
     for name in names:
         if name not in known:
-            raise UserError(f"--means: '{name}' is unknown; known are {', '.join(sorted(known))}")
+            raise UserError(
+                f"--features: '{name}' is unknown; known are {', '.join(sorted(known))}"
+            )
     return tuple(r for r in RECIPES if not names or r.name in names)

@@ -1,4 +1,4 @@
-"""`zh atlas --means` and `--compare`: recipes as data, what they change, the page, the picture."""
+"""`zh atlas --features` and `--compare`: recipes as data, what they change, page, picture."""
 
 import dataclasses
 import itertools
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from zerohertz import param_list
-from zerohertz.atlas import compare, means, means_table, points
-from zerohertz.atlas.means import DROPPED, KEPT, RECIPES, REFERENCE, Recipe, recipes
-from zerohertz.atlas.run import Means
+from zerohertz.atlas import compare, features, features_table, points
+from zerohertz.atlas.features import DROPPED, KEPT, RECIPES, REFERENCE, Recipe, recipes
+from zerohertz.atlas.run import RunOptions
 from zerohertz.atlas.simulate import job_of, make_bench
 from zerohertz.cli import main
 from zerohertz.console import tell
@@ -28,7 +28,7 @@ def _bar(_text, _total):
 
 def _bench(name, folder):
     (recipe,) = recipes([name])
-    return make_bench(*means_table.setup_of(recipe, folder))
+    return make_bench(*features_table.setup_of(recipe, folder))
 
 
 def _told(bench, name):
@@ -37,7 +37,7 @@ def _told(bench, name):
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.name)
 def test_a_recipe_changes_its_configuration_and_the_firmware_takes_it(recipe, tmp_path):
-    setup, told = means_table.setup_of(recipe, tmp_path)
+    setup, told = features_table.setup_of(recipe, tmp_path)
     known = setup.parameters()
     assert set(told) <= set(known)
     differs = any(told[name] != known[name] for name in told)
@@ -60,10 +60,10 @@ def test_names_are_unique_and_unknown_ones_refused():
         recipes(["nobody"])
 
 
-def test_means_are_added_one_by_one_up_to_all_of_them(tmp_path):
+def test_features_are_added_one_by_one_up_to_all_of_them(tmp_path):
     whole = load_setup("recommended").parameters()
     on = [
-        {k for k in means._WITHOUT if _told(_bench(name, tmp_path), k) == whole[k]}
+        {k for k in features._WITHOUT if _told(_bench(name, tmp_path), k) == whole[k]}
         for name in (
             "pr",
             "pr_rs_102",
@@ -75,7 +75,7 @@ def test_means_are_added_one_by_one_up_to_all_of_them(tmp_path):
     ]
     assert on[0] == set()
     assert all(small < large for small, large in itertools.pairwise(on))
-    assert on[-1] == set(means._WITHOUT)
+    assert on[-1] == set(features._WITHOUT)
 
 
 def test_a_vertex_table_is_designed_for_its_rs_and_the_firmware_keeps_the_nameplate(
@@ -99,28 +99,28 @@ def test_a_scaled_parameter_follows_the_configuration(tmp_path):
 
 
 def test_a_quick_look_takes_points_from_all_over_the_map():
-    few = means_table.column_points("map_i", 7)
+    few = features_table.column_points("map_i", 7)
     assert len(few) == 7
-    assert few == means_table.column_points("map_i", 7)
+    assert few == features_table.column_points("map_i", 7)
     assert len({p.rs_ratio for p in few}) > 2
-    assert means_table.column_points("map_i", 0) == points.standard_map("i")
-    assert len(means_table.column_points("drift", 0)) == means_table.SIZES["drift"]
-    assert means_table.column_points("random", 3) == points.random_sample(3, means_table.SEED)
+    assert features_table.column_points("map_i", 0) == points.standard_map("i")
+    assert len(features_table.column_points("drift", 0)) == features_table.SIZES["drift"]
+    assert features_table.column_points("random", 3) == points.random_sample(3, features_table.SEED)
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    out = tmp_path_factory.mktemp("means")
+    out = tmp_path_factory.mktemp("features")
     chosen = recipes(["no_gain", "recommended"])
     with pytest.MonkeyPatch.context() as patch:
         # The drift map's 70 s say nothing about the table.
-        columns = {k: v for k, v in means_table.COLUMNS.items() if k != "drift"}
-        patch.setattr(means_table, "COLUMNS", columns)
-        run_all = means_table.run_recipes(chosen, 6, Means(out, workers=1), print, _bar)
+        columns = {k: v for k, v in features_table.COLUMNS.items() if k != "drift"}
+        patch.setattr(features_table, "COLUMNS", columns)
+        run_all = features_table.run_recipes(chosen, 6, RunOptions(out, workers=1), print, _bar)
         return list(run_all)
 
 
-def test_recipes_run_and_all_means_beat_none(found):
+def test_recipes_run_and_all_features_beat_none(found):
     (_, none), (_, whole) = found
     assert {c["points"] for by in (none, whole) for c in by.values()} == {6}
     assert none["map_i"] != none["map_ii"] or none["map_ii"] != none["map_ii_duty"]
@@ -129,16 +129,18 @@ def test_recipes_run_and_all_means_beat_none(found):
 
 
 def test_the_page_says_how_it_was_made_and_what_differs(found, tmp_path, monkeypatch):
-    monkeypatch.setattr(means_table, "PAGE", tmp_path / "means.md")
-    means_table.write_page(found, [])
-    text = (tmp_path / "means.md").read_text()
-    assert "`tools/zh atlas --means --write`" in text
+    monkeypatch.setattr(features_table, "PAGE", tmp_path / "features.md")
+    features_table.write_page(found, [])
+    text = (tmp_path / "features.md").read_text()
+    assert "`tools/zh atlas --features --write`" in text
     (_, none), _ = found
     share = 100.0 * none["map_i"]["oriented"] / 6
     row = next(line for line in text.splitlines() if line.startswith("| no_gain |"))
     assert f"{share:.1f} / " in row
-    assert "`tools/zh atlas --means no_gain --write`" in means_table.page(found[:1], ["no_gain"])
-    assert means_table.as_json(found, 1.0)["means"]["no_gain"]["map_i"] == none["map_i"]
+    assert "`tools/zh atlas --features no_gain --write`" in features_table.page(
+        found[:1], ["no_gain"]
+    )
+    assert features_table.as_json(found, 1.0)["features"]["no_gain"]["map_i"] == none["map_i"]
 
 
 def test_overrides_are_written_for_the_reader():
@@ -149,9 +151,9 @@ def test_overrides_are_written_for_the_reader():
 @pytest.mark.parametrize(
     ("line", "text"),
     [
-        (["--means", "nobody"], "unknown"),
-        (["--means", "--write", "--points", "3"], "--write"),
-        (["recommended"], "--means or --compare"),
+        (["--features", "nobody"], "unknown"),
+        (["--features", "--write", "--points", "3"], "--write"),
+        (["recommended"], "--features or --compare"),
         (["--compare", "--map", "i", "--map", "ii"], "draws one"),
         (["--compare", "--map", "iii"], "no such map"),
     ],
@@ -170,7 +172,7 @@ def test_bad_input_is_one_line(line, text, monkeypatch, capsys):
 def test_maps_of_configurations_stand_in_one_picture(tmp_path, monkeypatch):
     few = [p for p in points.standard_map("i") if p.load_pu == 0.0 and p.speed_rpm == 120.0]
     monkeypatch.setattr(compare, "standard_map", lambda _name: few)
-    rows = compare.run(["no_gain", "recommended"], "i", Means(tmp_path, 1), tell, _bar)
+    rows = compare.run(["no_gain", "recommended"], "i", RunOptions(tmp_path, 1), tell, _bar)
     assert [len(r) for r in rows.values()] == [5, 5]
     assert list(rows) == ["no_gain", "recommended"]
     compare.write_png(tmp_path / "atlas.png", rows)
