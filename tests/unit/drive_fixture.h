@@ -10,6 +10,7 @@
 #include <math.h>
 
 #include "drive_params.h"
+#include "params.h"
 #include "reference_machine.h"
 
 typedef double complex cplx;
@@ -28,9 +29,40 @@ static const gain_table_t test_table = {.magic = GAIN_TABLE_MAGIC,
                                         .step_rad_s = 5.0f,
                                         .entry = test_gain};
 
+/* The estimator takes its parameters from the list; params_of() sets it anew. */
+static params_t estimator_list;
+
+static inline void list_of(motor_t motor)
+{
+    params_default(&estimator_list);
+    estimator_list.Rs_ohm = motor.Rs_ohm;
+    estimator_list.Rr_ohm = motor.Rr_ohm;
+    estimator_list.Ls_H = motor.Ls_H;
+    estimator_list.Lr_H = motor.Lr_H;
+    estimator_list.M_H = motor.M_H;
+    estimator_list.i_d_A = 4.0f;
+    estimator_list.period_s = 200e-6f;
+    estimator_list.current_full_scale_A = 25.0f;
+    estimator_list.observer_method = 0u;
+    estimator_list.observer_gain_enable = 1u;
+    estimator_list.lambda_max_Wb = 3.0f;
+    estimator_list.adapt_kp = 1.5f;
+    estimator_list.adapt_ki = 30.0f;
+    estimator_list.eps1 = 0.7f;
+    estimator_list.eps1_unit = 0u; /* literal: 1/(s Wb A) */
+    estimator_list.eps1_mode = 1u;
+    estimator_list.eps1_on_Hz = 1.6f;
+    estimator_list.eps1_off_Hz = 1.9f;
+    estimator_list.omega_max_rad_s = 600.0f;
+    estimator_list.phi_factor = 0.0f;
+    estimator_list.weaken_share = 0.0f;
+}
+
 static drive_params_t params_of(motor_t motor)
 {
-    return (drive_params_t){.period_s = 200e-6f,
+    list_of(motor);
+    return (drive_params_t){.list = &estimator_list,
+                            .period_s = 200e-6f,
                             .motor = motor,
                             .measurement = {.adc_bits = 14u,
                                             .current_full_scale_A = 25.0f,
@@ -40,19 +72,6 @@ static drive_params_t params_of(motor_t motor)
                             .voltage_source = ACTING_VOLTAGE_SENSORS,
                             .voltage_filter_comp_s = 380e-6f,
                             .delay_comp_periods = 1.5f,
-                            .observer_method = OBSERVER_EULER,
-                            .observer_gain_enable = true,
-                            .lambda_max_Wb = 3.0f,
-                            .adaptation = {.kp_rad_per_s_Wb_A = 1.5f,
-                                           .ki_rad_per_s2_Wb_A = 30.0f,
-                                           .leak_per_s_Wb_A = 0.7f,
-                                           .eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS,
-                                           .leak_to_prior = true,
-                                           .near_zero_on_rad_s = 10.0f,
-                                           .near_zero_off_rad_s = 12.0f,
-                                           .omega_max_rad_s = 600.0f,
-                                           .phi_factor = 0.0f,
-                                           .phi_ramp_rad_s = 2.76f},
                             .speed = {.bandwidth_rad_s = 20.0f,
                                       .ki_factor = 0.25f,
                                       .J_kg_m2 = 0.035f,

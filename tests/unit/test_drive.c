@@ -48,8 +48,7 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const measurement_in
     const double uv = u_lsb * (in->u_uv_counts - 8192);
     const double vw = u_lsb * (in->u_vw_counts - 8192);
     /* Phase voltages of a floating star with zero sum. */
-    cplx u = clarke((2.0 * uv + vw) / 3.0, (vw - uv) / 3.0, -(uv + 2.0 * vw) / 3.0) *
-             s->lag;
+    cplx u = clarke((2.0 * uv + vw) / 3.0, (vw - uv) / 3.0, -(uv + 2.0 * vw) / 3.0) * s->lag;
     if (p->voltage_source == ACTING_VOLTAGE_DUTY) {
         u = s->u_acting;
     }
@@ -60,7 +59,7 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const measurement_in
     const double Ls = (double)p->motor.Ls_H, Lr = (double)p->motor.Lr_H, M = (double)p->motor.M_H;
     const double sLs = Ls - M * M / Lr, tau = Rr / Lr, eps = sLs * Lr / M;
     cplx l1 = 0.0, l2 = 0.0;
-    if (p->observer_gain_enable) {
+    if (estimator_list.observer_gain_enable != 0u) {
         const int k = (int)fmin(3.0, floor(fabs(s->w) / 5.0 + 0.5));
         const double sign = (s->w < 0.0) ? -1.0 : 1.0;
         l1 = (double)test_gain[k].l1_re_per_s + I * sign * (double)test_gain[k].l1_im_per_s;
@@ -78,9 +77,9 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const measurement_in
     s->e1 = s->i_hat - *i_s;
 
     const double z = cimag(conj(s->lam) * s->e1);
-    const double leak = fmin(1.0, T * (double)p->adaptation.leak_per_s_Wb_A * fabs(z));
-    s->x += T * (double)p->adaptation.ki_rad_per_s2_Wb_A * z - leak * (s->x - s->wref);
-    s->w = (double)p->adaptation.kp_rad_per_s_Wb_A * z + s->x;
+    const double leak = fmin(1.0, T * (double)estimator_list.eps1 * fabs(z));
+    s->x += T * (double)estimator_list.adapt_ki * z - leak * s->x;
+    s->w = (double)estimator_list.adapt_kp * z + s->x;
 }
 
 /* Flux below nominal and its rate; the torque by rotor flux and current. */
@@ -207,8 +206,8 @@ static void ref_step(ref_t *s, const drive_params_t *p, const measurement_in_t *
     s->slot = (s->slot + 1) % SLOW;
     if (s->slot % 4 == 0) { /* by the frequency the period finds */
         s->lag = cexp(I * s->ws * (double)p->voltage_filter_comp_s);
-        s->ahead = cexp(
-            I * limit(s->ws * (double)p->period_s * (double)p->delay_comp_periods, 0.785));
+        s->ahead =
+            cexp(I * limit(s->ws * (double)p->period_s * (double)p->delay_comp_periods, 0.785));
     }
     cplx i_s;
     ref_estimate(s, p, in, &i_s);
@@ -337,7 +336,7 @@ static void test_chain_with_duty_voltage_equals_the_double_chain(void)
 static void test_chain_without_gain_needs_no_table(void)
 {
     drive_params_t p = both_machines(1);
-    p.observer_gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     compare_chain(&p, 4.0, 20.0, 540.0, 15.0, 40, false);
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
@@ -689,7 +688,7 @@ static void test_premagnetise_holds_axis_and_speed_still(void)
 static void test_run_without_flux_keeps_a_finite_slip_and_the_fixed_axis(void)
 {
     drive_params_t p = both_machines(0);
-    p.observer_gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     drive_state_t st = {
@@ -900,7 +899,8 @@ static void test_monitor_sees_a_slow_state_once_per_turn(void)
 {
     drive_params_t p = both_machines(0);
     TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE, period_that_sees_a_heat_of_nan(DRIVE_OFF, &p));
-    TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE, period_that_sees_a_heat_of_nan(DRIVE_PREMAGNETISE, &p));
+    TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE,
+                          period_that_sees_a_heat_of_nan(DRIVE_PREMAGNETISE, &p));
     TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE, period_that_sees_a_heat_of_nan(DRIVE_RUN, &p));
 }
 
@@ -942,12 +942,14 @@ static void test_two_drives_do_not_know_each_other(void)
     drive_out_t x, y, z;
     for (int k = 0; k < 100; k++) {
         const measurement_in_t sample = words(&p1, k, 5.0, 30.0, 540.0);
-        const drive_in_t in = {.mode = (k < 20) ? DRIVE_PREMAGNETISE : DRIVE_RUN, .omega_e_ref_rad_s = 20.0f};
+        const drive_in_t in = {.mode = (k < 20) ? DRIVE_PREMAGNETISE : DRIVE_RUN,
+                               .omega_e_ref_rad_s = 20.0f};
         drive_step(&c1, &alone, &sample, &in, &x);
     }
     for (int k = 0; k < 100; k++) {
         const measurement_in_t sample = words(&p1, k, 5.0, 30.0, 540.0);
-        const drive_in_t in = {.mode = (k < 20) ? DRIVE_PREMAGNETISE : DRIVE_RUN, .omega_e_ref_rad_s = 20.0f};
+        const drive_in_t in = {.mode = (k < 20) ? DRIVE_PREMAGNETISE : DRIVE_RUN,
+                               .omega_e_ref_rad_s = 20.0f};
         const measurement_in_t sample2 = words(&p2, k + 7, 3.0, 60.0, 500.0);
         const drive_in_t in2 = {.mode = DRIVE_RUN, .omega_e_ref_rad_s = -40.0f};
         drive_step(&c1, &together, &sample, &in, &y);
@@ -981,8 +983,6 @@ static void test_init_refuses_one_bad_value_anywhere(void)
     REFUSE_WITH(motor.M_H, 10.0f);
     REFUSE_WITH(voltage_source, (acting_voltage_source_t)2);
     REFUSE_WITH(measurement.adc_bits, 0u);
-    REFUSE_WITH(lambda_max_Wb, 0.0f);
-    REFUSE_WITH(adaptation.kp_rad_per_s_Wb_A, -1.0f);
     REFUSE_WITH(speed.J_kg_m2, 0.0f);
     REFUSE_WITH(flux.i_d_A, 0.0f);
     REFUSE_WITH(current.bandwidth_rad_s, 0.0f);
@@ -994,6 +994,13 @@ static void test_init_refuses_one_bad_value_anywhere(void)
     REFUSE_WITH(rs_tracking.gain_ohm_per_rad, -1.0f);
     REFUSE_WITH(steering.min_rad_s, -1.0f);
 #undef REFUSE_WITH
+    p = both_machines(1);
+    estimator_list.lambda_max_Wb = 0.0f;
+    refuse(&p);
+    p = both_machines(1);
+    estimator_list.adapt_kp = -1.0f;
+    refuse(&p);
+    p = both_machines(1);
     drive_config_t cfg;
     gain_table_t broken = test_table;
     broken.magic = 0u;

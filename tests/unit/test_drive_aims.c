@@ -25,10 +25,10 @@ static void configure(float jerk_rad_s3)
 void setUp(void)
 {
     p = both_machines(0);
-    p.observer_gain_enable = false;
-    p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
-    p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
-    p.adaptation.leak_per_s_Wb_A = 0.0f;
+    estimator_list.observer_gain_enable = 0u;
+    estimator_list.adapt_kp = 0.0f;
+    estimator_list.adapt_ki = 0.0f;
+    estimator_list.eps1 = 0.0f;
     configure(0.0f);
 }
 

@@ -55,11 +55,11 @@ static void configure(int machine, drive_lost_action_t action)
                                  .slew_rad_s2 = 500.0f,
                                  .return_rad_s = 12.0f,
                                  .timeout_s = 2e-3f};
-    p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
-    p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
-    p.adaptation.leak_per_s_Wb_A = 0.0f;
+    estimator_list.adapt_kp = 0.0f;
+    estimator_list.adapt_ki = 0.0f;
+    estimator_list.eps1 = 0.0f;
     p.current.decoupling = 0.0f;
-    p.observer_gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
 }
 
@@ -279,7 +279,7 @@ static void test_take_over_asks_for_the_current_there_is(void)
 /* Below the return frequency nothing is to be seen: the rotor is taken to follow. */
 static void test_slow_the_speed_is_the_imposed_one(void)
 {
-    p.adaptation.kp_rad_per_s_Wb_A = 1.5f;
+    estimator_list.adapt_kp = 1.5f;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     run_impressed(SUPERVISOR_IMPRESSED, 11.9f, 1.0);
     st.estimator.observer.e1_A = (ab_t){1.0f, -1.0f};
@@ -301,10 +301,11 @@ static void test_slow_the_speed_is_the_imposed_one(void)
  * not towards the one that was wanted when the angle was lost. */
 static void test_fast_the_speed_is_estimated_around_the_imposed_one(void)
 {
-    p.adaptation.kp_rad_per_s_Wb_A = 1.5f;
-    p.adaptation.ki_rad_per_s2_Wb_A = 30.0f;
-    p.adaptation.leak_per_s_Wb_A = 200.0f;
+    estimator_list.adapt_kp = 1.5f;
+    estimator_list.adapt_ki = 30.0f;
+    estimator_list.eps1 = 200.0f;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    cfg.estimator.adaptation.p.leak_to_prior = true;
     run_impressed(SUPERVISOR_IMPRESSED, -40.0f, 1.0);
     st.modes.vector.speed.omega_ref_rad_s = 25.0f;
     step();

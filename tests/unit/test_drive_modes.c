@@ -26,11 +26,11 @@ void setUp(void)
 {
     p = both_machines(0);
     p.voltage_source = ACTING_VOLTAGE_DUTY;
-    p.observer_method = OBSERVER_SECOND_ORDER;
-    p.adaptation.kp_rad_per_s_Wb_A = 4.0f;
-    p.adaptation.ki_rad_per_s2_Wb_A = 2000.0f;
-    p.adaptation.eps1_mode = SPEED_ADAPTATION_EPS1_OFF;
-    p.observer_gain_enable = false;
+    estimator_list.observer_method = 1u;
+    estimator_list.adapt_kp = 4.0f;
+    estimator_list.adapt_ki = 2000.0f;
+    estimator_list.eps1_mode = 0u;
+    estimator_list.observer_gain_enable = 0u;
     p.dead_time.fraction = 0.0f;
     p.current.decoupling = 1.0f;
     p.modes = (modes_params_t){
@@ -99,6 +99,7 @@ static void test_init_refuses_what_a_mode_cannot_do(void)
     TEST_ASSERT_TRUE(refused());
     setUp();
     p.modes.level.voltage_share = 2.0f;
+    estimator_list.weaken_share = 0.95f;
     TEST_ASSERT_TRUE(refused());
     setUp();
     p.modes.mains.u_lost_V = 100.0f;
@@ -466,9 +467,10 @@ static void test_the_field_is_weakened_at_speed(void)
 /* With weakening the motor may run beyond the table's end (test_estimator). */
 static void test_weakening_extends_the_gain_table(void)
 {
-    p.observer_gain_enable = true;
+    estimator_list.observer_gain_enable = 1u;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     ASSERT_SAME_FLOAT(FLT_MAX, cfg.estimator.table_end_rad_s);
+    estimator_list.weaken_share = 0.95f;
     level_on();
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     ASSERT_SAME_FLOAT(3.0f * test_table.step_rad_s, cfg.estimator.table_end_rad_s);
@@ -483,6 +485,7 @@ static void test_weakening_may_be_switched_off_while_it_acts(void)
     run(1.5);
     TEST_ASSERT_TRUE(st.modes.vector.flux_reduction_Wb > 0.1f);
     p.modes.level.voltage_share = 0.0f;
+    estimator_list.weaken_share = 0.95f;
     start();
     plant.u_dc_V = 283.0;
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));

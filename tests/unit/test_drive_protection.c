@@ -44,11 +44,11 @@ static measurement_in_t sampled(cplx i_A, cplx u_V, double u_dc_V)
 void setUp(void)
 {
     p = both_machines(0);
-    p.observer_gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     p.voltage_source = ACTING_VOLTAGE_SENSORS;
-    p.adaptation.kp_rad_per_s_Wb_A = 0.0f;
-    p.adaptation.ki_rad_per_s2_Wb_A = 0.0f;
-    p.adaptation.leak_per_s_Wb_A = 0.0f;
+    estimator_list.adapt_kp = 0.0f;
+    estimator_list.adapt_ki = 0.0f;
+    estimator_list.eps1 = 0.0f;
     configure();
     sample = sampled(4.0, 0.0, 540.0);
 }

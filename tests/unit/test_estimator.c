@@ -10,22 +10,15 @@
 #define STEPS 60
 
 static estimator_config_t cfg;
-static estimator_params_t params;
 static estimator_state_t st;
 static motor_model_t motor;
 
 static void configure(int machine, observer_method_t method)
 {
-    const drive_params_t p = both_machines(machine);
+    (void)both_machines(machine); /* sets the list */
     motor = reference_derived(machine);
-    params = (estimator_params_t){.period_s = p.period_s,
-                                  .i_max_A = 50.0f,
-                                  .lambda_min_Wb = 0.02f,
-                                  .lambda_max_Wb = p.lambda_max_Wb,
-                                  .method = method,
-                                  .adaptation = p.adaptation,
-                                  .gain_enable = true};
-    TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, &test_table));
+    estimator_list.observer_method = (uint32_t)method;
+    TEST_ASSERT_TRUE(estimator_init(&cfg, &estimator_list, &motor, &test_table));
     st = (estimator_state_t){0};
 }
 
@@ -66,16 +59,16 @@ static void assert_same_ab(ab_t expected, ab_t actual)
 
 static void test_init_refuses_what_a_part_refuses(void)
 {
-    const estimator_params_t good = params;
+    const params_t good = estimator_list;
 #define REFUSE_WITH(field, value)                                                                  \
-    params = good;                                                                                 \
-    params.field = (value);                                                                        \
-    TEST_ASSERT_FALSE(estimator_init(&cfg, &params, &motor, &test_table))
+    estimator_list = good;                                                                         \
+    estimator_list.field = (value);                                                                \
+    TEST_ASSERT_FALSE(estimator_init(&cfg, &estimator_list, &motor, &test_table))
     REFUSE_WITH(period_s, 0.0f);
-    REFUSE_WITH(i_max_A, NAN);
+    REFUSE_WITH(current_full_scale_A, NAN);
     REFUSE_WITH(lambda_max_Wb, -1.0f);
-    REFUSE_WITH(method, (observer_method_t)2);
-    REFUSE_WITH(adaptation.omega_max_rad_s, 0.0f);
+    REFUSE_WITH(observer_method, 2u);
+    REFUSE_WITH(omega_max_rad_s, 0.0f);
 #undef REFUSE_WITH
     gain_table_t broken = test_table;
     broken.magic = 0u;
@@ -85,8 +78,8 @@ static void test_init_refuses_what_a_part_refuses(void)
 
 static void test_init_without_gain_needs_no_table(void)
 {
-    params.gain_enable = false;
-    TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, NULL));
+    estimator_list.observer_gain_enable = 0u;
+    TEST_ASSERT_TRUE(estimator_init(&cfg, &estimator_list, &motor, NULL));
     TEST_ASSERT_NULL(cfg.table);
     in_operation(20.0f);
     uint32_t seed = 3u;
@@ -216,7 +209,7 @@ static void test_what_is_no_number_leaves_numbers(void)
                          ab_finite(e->flux_correction_V));
         TEST_ASSERT_TRUE(is_finite(e->lambda_Wb) && is_finite(e->omega_e_rad_s) &&
                          is_finite(e->omega_s_rad_s));
-        TEST_ASSERT_TRUE(e->lambda_Wb <= 1.0001f * params.lambda_max_Wb);
+        TEST_ASSERT_TRUE(e->lambda_Wb <= 1.0001f * estimator_list.lambda_max_Wb);
     }
 }
 
@@ -236,8 +229,8 @@ static void test_beyond_the_tables_end_its_gain_grows_with_the_speed(void)
     const float end_rad_s = 3.0f * test_table.step_rad_s;
     const float growth[] = {1.0f, 1.5f, -2.0f, 3.0f, -3.0f};
     const float speeds[] = {1.0f, 1.5f, -2.0f, 4.0f, -5.0f};
-    params.gain_beyond_table = true;
-    TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, &test_table));
+    estimator_list.weaken_share = 0.9f;
+    TEST_ASSERT_TRUE(estimator_init(&cfg, &estimator_list, &motor, &test_table));
     ASSERT_SAME_FLOAT(end_rad_s, cfg.table_end_rad_s);
     for (int n = 0; n < 5; n++) {
         const observer_gain_t gain = gain_of_a_step_at(speeds[n] * end_rad_s);
@@ -246,8 +239,8 @@ static void test_beyond_the_tables_end_its_gain_grows_with_the_speed(void)
         ASSERT_NEAR(1e-4, growth[n] * last->l1_im_per_s, gain.l1_im_per_s);
         ASSERT_NEAR(1e-6, growth[n] * last->l2_im_ohm, gain.l2_im_ohm);
     }
-    params.gain_beyond_table = false;
-    TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, &test_table));
+    estimator_list.weaken_share = 0.0f;
+    TEST_ASSERT_TRUE(estimator_init(&cfg, &estimator_list, &motor, &test_table));
     const observer_gain_t held = gain_of_a_step_at(2.0f * end_rad_s);
     ASSERT_SAME_FLOAT(last->l1_im_per_s, held.l1_im_per_s);
     ASSERT_SAME_FLOAT(last->l2_im_ohm, held.l2_im_ohm);
@@ -273,11 +266,11 @@ static void test_an_imposed_frame_gives_the_frequency_and_nothing_else(void)
 /* What is hardly there is not divided by: the divisor is the least flux. */
 static void test_the_frequency_of_next_to_no_flux_is_finite(void)
 {
-    params.gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     const float floors_Wb[] = {0.05f, 0.5f};
     for (int n = 0; n < 2; n++) {
-        params.lambda_min_Wb = floors_Wb[n];
-        TEST_ASSERT_TRUE(estimator_init(&cfg, &params, &motor, NULL));
+        estimator_list.i_d_A = floors_Wb[n] / (0.05f * estimator_list.M_H);
+        TEST_ASSERT_TRUE(estimator_init(&cfg, &estimator_list, &motor, NULL));
         const estimator_seed_t seed = {.i_s_A = {0.0f, 5.0f}, .lambda_r_Wb = {0.001f, 0.0f}};
         estimator_seed(&cfg, &st, &seed);
         const estimator_in_t in = {.i_s_A = {0.0f, 5.0f}};

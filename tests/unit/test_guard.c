@@ -119,8 +119,7 @@ static void test_nothing_is_said_of_a_healthy_drive(void)
 {
     assert_never_comes();
     for (int k = 0; k < 100; k++) {
-        TEST_ASSERT_EQUAL_HEX32(
-            0u, guard_standing(&cfg, &st, meas.i_s_A, estimate.i_residual_A));
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_standing(&cfg, &st, meas.i_s_A, estimate.i_residual_A));
     }
 }
 

@@ -217,9 +217,8 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
             const float w = (float)sign * w_rad_s[k];
             speed_control_state_t st = {.omega_filtered_rad_s = w,
                                         .omega_ref_rad_s = w + (float)sign};
-            const speed_control_in_t in = {.flux_pu = 1.0f,
-                                           .inv_flux_pu = 1.0f,
-                                           .omega_ref_rad_s = w + (float)sign};
+            const speed_control_in_t in = {
+                .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = w + (float)sign};
             speed_control_schedule(&cfg, &st);
             ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], step(&cfg, &st, &in, w));
             ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
@@ -247,10 +246,8 @@ static void test_less_flux_takes_more_current_within_the_same_limit(void)
 
 static void test_step_holds_the_load_at_the_reference(void)
 {
-    const speed_control_in_t in = {.flux_pu = 1.0f,
-                                   .inv_flux_pu = 1.0f,
-                                   .omega_ref_rad_s = 60.0f,
-                                   .i_d_ref_A = 5.0f};
+    const speed_control_in_t in = {
+        .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 60.0f, .i_d_ref_A = 5.0f};
     speed_control_state_t st = {.pi = {.x = 7.25f},
                                 .omega_filtered_rad_s = 60.0f,
                                 .omega_ref_rad_s = 60.0f,
@@ -267,10 +264,8 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const motor_model_t model = reference_derived(m);
         const double kp =
             0.015 * 31.0 / (4.0 * (double)model.M_H / (double)reference_machine[m].Lr_H * 0.5);
-        const speed_control_in_t in = {.flux_pu = 1.0f,
-                                       .inv_flux_pu = 1.0f,
-                                       .omega_ref_rad_s = 41.0f,
-                                       .i_d_ref_A = 5.0f};
+        const speed_control_in_t in = {
+            .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 41.0f, .i_d_ref_A = 5.0f};
         speed_control_state_t st = {
             .pi = {.x = -1.5f}, .omega_filtered_rad_s = 36.0f, .omega_ref_rad_s = 40.9f};
         speed_control_config_t cfg;
@@ -293,15 +288,11 @@ static void test_step_is_odd(void)
         .pi = {.x = 1.5f}, .omega_filtered_rad_s = 30.0f, .omega_ref_rad_s = 33.0f};
     speed_control_state_t minus = {
         .pi = {.x = -1.5f}, .omega_filtered_rad_s = -30.0f, .omega_ref_rad_s = -33.0f};
-    speed_control_in_t in = {.flux_pu = 1.0f,
-                             .inv_flux_pu = 1.0f,
-                             .omega_ref_rad_s = 90.0f,
-                             .i_d_ref_A = 5.0f};
+    speed_control_in_t in = {
+        .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 90.0f, .i_d_ref_A = 5.0f};
     const float forward_A = step(&simple, &plus, &in, 30.5f);
-    in = (speed_control_in_t){.flux_pu = 1.0f,
-                              .inv_flux_pu = 1.0f,
-                              .omega_ref_rad_s = -90.0f,
-                              .i_d_ref_A = 5.0f};
+    in = (speed_control_in_t){
+        .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = -90.0f, .i_d_ref_A = 5.0f};
     ASSERT_SAME_FLOAT(-forward_A, step(&simple, &minus, &in, -30.5f));
     ASSERT_SAME_FLOAT(-plus.pi.x, minus.pi.x);
     ASSERT_SAME_FLOAT(-plus.omega_ref_rad_s, minus.omega_ref_rad_s);
@@ -481,9 +472,8 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
         speed_control_schedule(&cfg, &st);
         for (int k = 0; k < 40; k++) {
-            const speed_control_in_t in = {.flux_pu = 1.0f,
-                                           .inv_flux_pu = 1.0f,
-                                           .omega_ref_rad_s = 110.0f};
+            const speed_control_in_t in = {
+                .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 110.0f};
             w_rad_s += (double)PERIOD_S * 4.0 * kr * 0.5 / 0.015 *
                        (double)step(&cfg, &st, &in, (float)w_rad_s);
         }
@@ -513,9 +503,8 @@ static void test_an_input_that_is_no_number_leaves_the_last_one_in_force(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         speed_control_state_t st = {.omega_filtered_rad_s = 58.0f, .omega_ref_rad_s = 60.0f};
-        const speed_control_in_t in = {.flux_pu = 1.0f,
-                                       .inv_flux_pu = 1.0f,
-                                       .omega_ref_rad_s = not_finite(i)};
+        const speed_control_in_t in = {
+            .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = not_finite(i)};
         ASSERT_SAME_FLOAT(1.0f, step(&simple, &st, &in, not_finite(i)));
         ASSERT_SAME_FLOAT(60.0f, st.omega_ref_rad_s);
         ASSERT_SAME_FLOAT(58.0f, st.omega_filtered_rad_s);
@@ -545,8 +534,7 @@ static speed_control_config_t torque_config(void)
 static float torque_after(speed_control_state_t *st, float speed_rad_s, float torque_Nm, int n)
 {
     const speed_control_config_t cfg = torque_config();
-    const speed_control_in_t in = {
-                                   .i_d_ref_A = 5.0f,
+    const speed_control_in_t in = {.i_d_ref_A = 5.0f,
                                    .flux_pu = 1.0f,
                                    .inv_flux_pu = 1.0f,
                                    .torque = true,
@@ -590,10 +578,8 @@ static void test_take_over_is_smooth_both_ways(void)
     const speed_control_config_t cfg = torque_config();
     speed_control_state_t st = {.omega_ref_rad_s = 4.0f, .omega_filtered_rad_s = 4.0f};
     st.pi.x = 5.0f;
-    const speed_control_in_t in = {.omega_ref_rad_s = 4.0f,
-                                   .i_d_ref_A = 5.0f,
-                                   .flux_pu = 1.0f,
-                                   .inv_flux_pu = 1.0f};
+    const speed_control_in_t in = {
+        .omega_ref_rad_s = 4.0f, .i_d_ref_A = 5.0f, .flux_pu = 1.0f, .inv_flux_pu = 1.0f};
     ASSERT_SAME_FLOAT(5.0f, step(&cfg, &st, &in, 4.0f));
     ASSERT_SAME_FLOAT(6.0f, torque_after(&st, 4.0f, 4.0f, 1));
     (void)torque_after(&st, 4.0f, 4.0f, 200);

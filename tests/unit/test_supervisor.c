@@ -461,9 +461,8 @@ static void test_each_part_has_a_slot_of_its_own(void)
         TEST_ASSERT_EQUAL(ties, memcmp(&marked.s_Wb, &st.s_Wb, sizeof st.s_Wb) != 0);
         const bool finds = (slot == SLOT_SUPERVISOR_MEASURE) || (slot == SLOT_SUPERVISOR_WEIGH);
         TEST_ASSERT_EQUAL(finds, memcmp(&marked.found, &st.found, sizeof st.found) != 0);
-        TEST_ASSERT_EQUAL(slot == SLOT_SUPERVISOR_WEIGH,
-                          exact_bits(marked.flux_error_bound_pu) !=
-                              exact_bits(st.flux_error_bound_pu));
+        TEST_ASSERT_EQUAL(slot == SLOT_SUPERVISOR_WEIGH, exact_bits(marked.flux_error_bound_pu) !=
+                                                             exact_bits(st.flux_error_bound_pu));
         if (!supervisor_is_due(slot)) {
             supervisor_state_t expected = marked;
             supervisor_add(&expected, u_s_V, in.i_s_A, in.Rs_ohm);

@@ -37,7 +37,7 @@ static void configure(modes_control_t control)
 void setUp(void)
 {
     p = both_machines(1);
-    p.observer_gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     p.impressed = (i_f_params_t){.current_A = 6.0f,
                                  .slew_A_per_s = 100.0f,
                                  .slew_rad_s2 = 40.0f,

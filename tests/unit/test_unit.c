@@ -480,7 +480,6 @@ static void test_telemetry_says_what_the_period_did(void)
     TEST_ASSERT_EQUAL_FLOAT(2.5f, t.i_q_ref_A);
     TEST_ASSERT_EQUAL_FLOAT(0.1f, t.e1_alpha_A);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, t.e1_beta_A);
-    TEST_ASSERT_EQUAL_FLOAT(-7.0f, t.gain.l1_re_per_s);
 }
 
 int main(void)

@@ -35,7 +35,7 @@ static void configure(void)
 static void use_machine(int machine)
 {
     p = both_machines(machine);
-    p.observer_gain_enable = false;
+    estimator_list.observer_gain_enable = 0u;
     configure();
 }
 
