@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "sil_estimator.h"
 #include "sil_rig.h"
 
 void setUp(void)
@@ -440,72 +441,75 @@ static void test_a_thousand_drives_share_the_table(void)
     }
 }
 
-/* At rest the observer core holds the dc equilibrium: lambda = M i with u = Rs i. */
-static void test_observer_core_finds_the_dc_equilibrium(void)
+/* At rest the estimator holds the dc equilibrium: lambda = M i with u = Rs i. */
+static void test_estimator_finds_the_dc_equilibrium(void)
 {
-    zh_observer *core = zh_observer_open(MOTOR_DIR, "adapt_kp=0\nadapt_ki=0", 200e-6f);
-    TEST_ASSERT_NOT_NULL_MESSAGE(core, zh_sil_error());
-    zh_observer_out out = {.struct_size = sizeof out};
+    zh_estimator *core = zh_estimator_open(MOTOR_DIR, "adapt_kp=0\nadapt_ki=0", 200e-6f);
+    TEST_ASSERT_NOT_NULL_MESSAGE(core, zh_estimator_error());
+    const zh_estimator_event event = {
+        .verb = ZH_ESTIMATOR_STEP, .u_alpha_V = 0.93f * 4.0f, .i_alpha_A = 4.0f};
+    zh_estimate out;
     for (int k = 0; k < 20000; k++) {
-        TEST_ASSERT_EQUAL_INT(ZH_OK, zh_observer_step(core, 0.93f * 4.0f, 0.0f, 4.0f, 0.0f, &out));
+        TEST_ASSERT_EQUAL_INT(ZH_OK, zh_estimator_run(core, 1u, &event, &out));
     }
     /* float32 Euler over 4 s: a few parts in 1e5. */
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.102f * 4.0f, out.lambda_hat_alpha_Wb);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, out.lambda_hat_beta_Wb);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 4.0f, out.i_hat_alpha_A);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.0f, out.e1_alpha_A);
-    zh_observer_close(core);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.102f * 4.0f, out.lambda_alpha_Wb);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, out.lambda_beta_Wb);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.0f, out.residual_alpha_A);
+    zh_estimator_close(core);
 }
 
-static void test_observer_core_runs_in_rows_as_in_steps(void)
+static void test_estimator_runs_in_rows_as_in_steps(void)
 {
     enum {
         ROWS = 500
     };
-    static float in[ROWS][4];
-    static float out[ROWS][9];
-    zh_observer *stepped = zh_observer_open(MOTOR_DIR, NULL, 200e-6f);
-    zh_observer *run = zh_observer_open(MOTOR_DIR, NULL, 200e-6f);
-    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_observer_set_speed(stepped, 60.0f));
-    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_observer_set_speed(run, 60.0f));
-    for (int k = 0; k < ROWS; k++) {
+    static zh_estimator_event in[ROWS];
+    static zh_estimate out[ROWS];
+    zh_estimator *stepped = zh_estimator_open(MOTOR_DIR, NULL, 200e-6f);
+    zh_estimator *run = zh_estimator_open(MOTOR_DIR, NULL, 200e-6f);
+    in[0] = (zh_estimator_event){.verb = ZH_ESTIMATOR_SEED, .omega_e_rad_s = 60.0f};
+    for (int k = 1; k < ROWS; k++) {
         const float angle = 0.02f * (float)k;
-        in[k][0] = 40.0f * cosf(angle);
-        in[k][1] = 40.0f * sinf(angle);
-        in[k][2] = 5.0f * sinf(angle);
-        in[k][3] = -5.0f * cosf(angle);
+        in[k] = (zh_estimator_event){.u_alpha_V = 40.0f * cosf(angle),
+                                     .u_beta_V = 40.0f * sinf(angle),
+                                     .i_alpha_A = 5.0f * sinf(angle),
+                                     .i_beta_A = -5.0f * cosf(angle)};
     }
-    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_observer_run(run, ROWS, &in[0][0], &out[0][0]));
-    zh_observer_out one = {.struct_size = sizeof one};
+    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_estimator_run(run, ROWS, in, out));
+    zh_estimate one = {0};
     for (int k = 0; k < ROWS; k++) {
-        TEST_ASSERT_EQUAL_INT(
-            ZH_OK, zh_observer_step(stepped, in[k][0], in[k][1], in[k][2], in[k][3], &one));
-        TEST_ASSERT_EQUAL_MEMORY(out[k], &one.omega_e_hat_rad_s, sizeof out[k]);
+        TEST_ASSERT_EQUAL_INT(ZH_OK, zh_estimator_run(stepped, 1u, &in[k], &one));
+        TEST_ASSERT_EQUAL_MEMORY(&out[k], &one, sizeof one);
     }
-    TEST_ASSERT_TRUE(fabsf(one.omega_e_hat_rad_s - 60.0f) > 0.1f); /* it did adapt */
-    zh_observer_close(stepped);
-    zh_observer_close(run);
+    TEST_ASSERT_TRUE(fabsf(one.omega_e_rad_s - 60.0f) > 0.1f); /* it did adapt */
+    zh_estimator_close(stepped);
+    zh_estimator_close(run);
 }
 
-static void test_observer_core_refuses_what_is_no_number(void)
+static void test_estimator_refuses_what_is_no_number(void)
 {
-    TEST_ASSERT_NULL(zh_observer_open(NULL, NULL, 200e-6f));
-    TEST_ASSERT_NULL(zh_observer_open(MOTOR_DIR, NULL, NAN));
-    TEST_ASSERT_NULL(zh_observer_open(MOTOR_DIR, "no_such=1", 200e-6f));
-    zh_observer *core = zh_observer_open(MOTOR_DIR, NULL, 200e-6f);
-    zh_observer_out out = {.struct_size = sizeof out};
-    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_observer_step(core, NAN, 0.0f, 0.0f, 0.0f, &out));
-    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_observer_set_speed(core, INFINITY));
-    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_observer_step(core, 1.0f, 0.0f, 0.0f, 0.0f, &out));
-    TEST_ASSERT_TRUE(isfinite(out.i_hat_alpha_A));
-    const float rows[2][4] = {{1.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, NAN, 0.0f}};
-    float result[2][9];
-    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_observer_run(core, 2u, &rows[0][0], &result[0][0]));
-    TEST_ASSERT_NOT_NULL(strstr(zh_sil_error(), "row 1"));
-    TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_observer_run(core, 2u, NULL, &result[0][0]));
-    TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_observer_step(NULL, 0.f, 0.f, 0.f, 0.f, &out));
-    zh_observer_close(core);
-    zh_observer_close(NULL);
+    TEST_ASSERT_NULL(zh_estimator_open(NULL, NULL, 200e-6f));
+    TEST_ASSERT_NULL(zh_estimator_open(MOTOR_DIR, NULL, NAN));
+    TEST_ASSERT_NULL(zh_estimator_open(MOTOR_DIR, "no_such=1", 200e-6f));
+    zh_estimator *core = zh_estimator_open(MOTOR_DIR, NULL, 200e-6f);
+    const zh_estimator_event rows[2] = {{.u_alpha_V = 1.0f}, {.i_alpha_A = NAN}};
+    const zh_estimator_event unknown = {.verb = ZH_ESTIMATOR_VERBS};
+    zh_estimate out[2];
+    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_estimator_run(core, 1u, &rows[1], out));
+    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_estimator_run(core, 1u, &unknown, out));
+    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_estimator_run(core, 1u, rows, out));
+    TEST_ASSERT_TRUE(isfinite(out[0].lambda_alpha_Wb));
+    TEST_ASSERT_EQUAL_INT(ZH_BAD_INPUT, zh_estimator_run(core, 2u, rows, out));
+    TEST_ASSERT_NOT_NULL(strstr(zh_estimator_error(), "row 1"));
+    TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_estimator_run(core, 2u, NULL, out));
+    TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_estimator_run(NULL, 2u, rows, out));
+    TEST_ASSERT_EQUAL_STRING("l1_re_per_s", zh_estimator_signal_name(0u));
+    TEST_ASSERT_TRUE(zh_estimator_signal(core, 0u) < 0.0f);
+    TEST_ASSERT_NULL(zh_estimator_signal_name(1000u));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, zh_estimator_signal(core, 1000u));
+    zh_estimator_close(core);
+    zh_estimator_close(NULL);
 }
 
 int main(void)
@@ -532,8 +536,8 @@ int main(void)
     RUN_TEST(test_two_drives_in_one_process_do_not_meet);
     RUN_TEST(test_two_threads_give_what_one_gives);
     RUN_TEST(test_a_thousand_drives_share_the_table);
-    RUN_TEST(test_observer_core_finds_the_dc_equilibrium);
-    RUN_TEST(test_observer_core_runs_in_rows_as_in_steps);
-    RUN_TEST(test_observer_core_refuses_what_is_no_number);
+    RUN_TEST(test_estimator_finds_the_dc_equilibrium);
+    RUN_TEST(test_estimator_runs_in_rows_as_in_steps);
+    RUN_TEST(test_estimator_refuses_what_is_no_number);
     return UNITY_END();
 }

@@ -15,6 +15,7 @@ import typer
 from zerohertz.errors import UserError
 from zerohertz.motor import Motor, load_motor
 from zerohertz.replay import plot
+from zerohertz.replay.estimate import Estimate, run_estimator
 from zerohertz.replay.log import (
     Declaration,
     Log,
@@ -25,7 +26,6 @@ from zerohertz.replay.log import (
     read_log,
 )
 from zerohertz.replay.motor_folder import folder_with_table
-from zerohertz.replay.estimate import Estimate, run_estimator
 from zerohertz.replay.resample import Stream, resample
 from zerohertz.replay.statistics import SpeedError, speed_error
 
