@@ -112,7 +112,7 @@ typedef struct {
     float e1_beta_A;
     float stator_frequency_Hz;
     float Rs_hat_ohm;
-    uint32_t confidence;         /* supervisor: 0 closed loop, 1 degraded, 2 impressed current */
+    uint32_t confidence;         /* supervisor: 0 closed loop, 1 degraded, 2 I-f operation */
     uint32_t supervisor_reasons; /* SUPERVISOR_* */
     float omega_m_bound_rad_s;   /* of the speed error, as far as the drive can tell */
 } unit_telemetry_t;

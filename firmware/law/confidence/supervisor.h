@@ -19,7 +19,7 @@
 typedef enum {
     SUPERVISOR_CLOSED = 0,   /* oriented, as far as anyone can know */
     SUPERVISOR_DEGRADED = 1, /* may be lost, or could be without anything to tell it by */
-    SUPERVISOR_IMPRESSED = 2 /* lost: impressed current is asked for */
+    SUPERVISOR_IMPRESSED = 2 /* lost: I-f operation is asked for */
 } supervisor_confidence_t;
 
 /* Why, as append-only bits of the fault log. */

@@ -30,7 +30,7 @@ typedef struct {
     bool swap_vw;
 } measurement_config_t;
 
-/* What the sensors show at zero, found with the gates off (drive_state). */
+/* What the sensors show at zero, found with the gates off (sequence). */
 typedef struct {
     uvw_t offset_A;
     ab_t offset_V;

@@ -2,7 +2,7 @@
  * residual flux or none.
  *
  * First without current: residual flux tells all, and nothing brakes the shaft. Only when there is
- * none, with direct current. While the stator current stands still (standing_current), the rotor
+ * none, with direct current. While the stator current stands still (dc_current), the rotor
  * flux's rate obeys one mode, e' = (-tau + j w) e, e = kr lambda': residual flux or the flux that
  * the current itself begins to build make no difference. One-lag regression of e over a window,
  * with its mean removed (what Rs and the legs' voltage are wrong by is constant): w = arg(cov(e(t),

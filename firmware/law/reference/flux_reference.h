@@ -14,7 +14,7 @@
 #include "motor.h"
 #include "num.h"
 
-/* Periods between two turns: drive.h's slow turn. */
+/* Periods between two turns: slots.h. */
 #define FLUX_REFERENCE_PERIODS 16u
 
 typedef struct {

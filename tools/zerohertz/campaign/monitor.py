@@ -147,7 +147,9 @@ def _failures(rows: Rows) -> Iterator[str]:
 def page_text(result: Result, command: str) -> str:
     """The committed result."""
     sensor = summary(result.rows["sensor"])
-    severities = ", ".join(f"{k} {v:g}" for k, v in cases.SEVERITY.items() if v is not None)
+    severities = "\n".join(
+        f"| {kind} {cases.SEVERITY[kind]:g} | {meaning} |" for kind, meaning in SEVERITY_IS.items()
+    )
     points = ", ".join(f"{n:g}/{load:+g}" for n, load in cases.OPERATING_POINTS)
     head = "| what | kind | detected | harmless | FAILED | delay, ms: median / worst | peak, A |"
     tables = "\n\n".join(
@@ -163,12 +165,19 @@ Made by `{command}`; `tools/zh test` runs a sample.
 
 Configuration `{CONFIG}` with the brake resistor of the bench: the atlas' motor and shaft, a dc link
 of 1 mF behind a rectifier, comparators that open the gates at 25 A inside 2 us. Each fault comes
-two seconds after the load, at {len(cases.OPERATING_POINTS)} operating points (min^-1 / share of
-rated torque): {points}. Severities: {severities} (factor; share of full scale; periods; share of
-the samples that read zero). `peak` is the largest true current of a leg, `said first` the bits of
+two seconds after the load, at {len(cases.OPERATING_POINTS)} operating points. `peak` is the largest
+true current of a leg, `said first` the bits of
 the first period with a fault.
 
-- **detected**: a fault is latched, or impressed current was declared and lasts.
+| operating points: min^-1 / share of rated torque |
+|---|
+| {points} |
+
+| severity | is |
+|---|---|
+{severities}
+
+- **detected**: a fault is latched, or the supervisor declared IMPRESSED and stays with it.
 - **harmless**: nothing is said and nothing is wrong: still running, speed within
   {monitor_run.END_RPM:g} min^-1 at the end and never off by {monitor_run.FAR_RPM:g} for longer than
   {1e3 * monitor_run.FAR_S:g} ms, current within its limit.
@@ -192,6 +201,13 @@ Sensors: **{sensor["cases"]} cases, {sensor["detected"]} detected, {sensor["harm
 """
 
 
+SEVERITY_IS = {
+    "gain": "factor",
+    "offset": "share of full scale",
+    "delayed": "periods",
+    "intermittent": "share of the samples that read zero",
+}
+
 TITLES = {
     "sensor": "Sensors",
     "open_phase": "Lost motor phase",
@@ -210,8 +226,8 @@ def _quiet_text(quiet: dict[str, Any] | None) -> str:
     bits = ", ".join(f"{bit_names(int(b, 16))} {n}" for b, n in quiet["false_bits"].items())
     return (
         f"{quiet['held_hours']:g} hours of random missions (speeds, loads, noise, errors of sensors"
-        f" and inverter, true Rs .5 to 1.5 of the rig's), {quiet['held']} of them that the drive"
-        f" holds: **{quiet['false_alarms']} false alarms**{': ' + bits if bits else ''}. Of the"
+        f" and inverter,\ntrue Rs .5 to 1.5 of the rig's), {quiet['held']} of them that the drive"
+        f" holds: **{quiet['false_alarms']} false alarms**{': ' + bits if bits else ''}.\nOf the"
         f" {quiet['missions'] - quiet['held']} missions that it does not hold,"
         f" {quiet['alarms_not_held']} end with a fault."
     )

@@ -1,6 +1,6 @@
 """One case of the monitor's campaign from the real firmware on the simulated bench to its verdict.
 
-detected  a fault is latched, or the supervisor has declared impressed current, and lasting
+detected  a fault is latched, or the supervisor has declared IMPRESSED and stays with it
 harmless  nothing is said, and nothing is wrong: in RUN, the speed within 30 min^-1 at the end and
           never beyond 150 min^-1 for longer than 100 ms, the current within its limit
 FAILED    neither, or a leg current beyond 22.5 A for more than two periods, whatever is said

@@ -29,7 +29,7 @@ from zerohertz.link.siphash import load_key
 
 RPM_PER_RAD_S = 30.0 / math.pi
 EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
-CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "impressed current"}
+CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "I-f operation"}
 POLL_S = 0.05
 _NOT_NOW = 8  # status of an answer
 _LOADED = 1  # found at start
