@@ -3,7 +3,8 @@
 // goes on, or a fault opens the gates; the duties are numbers in 0..1 all the while, and no leg
 // carries more than 22.5 A for more than two periods.
 //
-// Every word of drive_state_t is poked, floats and all others, in each of the drive's modes.
+// Every word of drive_state_t is poked, floats and all others, in each of the drive's modes and, as
+// its state is looked at in slots (slots.h), before each slot of a quarter.
 #include "check.hpp"
 #include "firmware.hpp"
 #include "plant.hpp"
@@ -29,6 +30,7 @@ constexpr std::size_t word_count = sizeof(drive_state_t) / sizeof(std::uint32_t)
 constexpr std::array<std::uint32_t, 3> patterns{0x7fc00000, 0x7f800000, 0xff800000};
 constexpr int watched_periods = 1500; // .3 s
 constexpr int heal_periods = 50;
+constexpr int poked_slots = 16;
 constexpr double over_A = 22.5;
 constexpr double astray_rpm = 60.0; // the speed may be disturbed while it heals
 
@@ -46,6 +48,8 @@ bool is_float(std::size_t word)
     }
     constexpr Block others[] = {
         BLOCK(mode),
+        BLOCK(asked),
+        BLOCK(slot),
         BLOCK(estimator.adaptation.near_zero),
         BLOCK(limits.link.acting),
         BLOCK(limits.overload.derating),
@@ -56,18 +60,19 @@ bool is_float(std::size_t word)
         BLOCK(guard.plausibility.stall),
         BLOCK(guard.plausibility.mirrored),
         BLOCK(supervisor.started),
-        BLOCK(supervisor.periods),
+        BLOCK(supervisor.judged),
         BLOCK(supervisor.found.flux_high),
         BLOCK(supervisor.suspect_turns),
         BLOCK(supervisor.quiet_turns),
         BLOCK(supervisor.reasons),
         BLOCK(supervisor.confidence),
         BLOCK(rs_tracking.periods),
-        BLOCK(idle_periods),
         BLOCK(modes.vector.steering.steering),
         BLOCK(modes.vector.steer.moving),
         BLOCK(modes.vector.pull_out_near),
-        BLOCK(modes.vector.slow_period),
+        BLOCK(modes.vector.planned),
+        BLOCK(modes.vector.plan.torque),
+        BLOCK(modes.vector.plan.window),
         BLOCK(modes.vector.mains.active),
         BLOCK(modes.vector.mains.back_periods),
         BLOCK(modes.i_f.active),
@@ -154,12 +159,15 @@ struct Fate {
 // Drive and rig, which can be brought back to one moment.
 class Bench {
 public:
-    explicit Bench(const Point &p)
+    Bench(const Point &p, int later)
         : run_(run_of_point(p)), firmware_(run_.params, run_.gain),
           plant_(run_.rig, run_.board, run_.scenario.disturbances, run_.seed),
           timer_(run_.board.delay_periods)
     {
         while (plant_.time_s() < p.at_s) {
+            (void)period();
+        }
+        for (int k = 0; k < later; ++k) {
             (void)period();
         }
         CHECK(unit().asked.mode == p.mode && unit().machine.faults == 0);
@@ -241,9 +249,9 @@ private:
     PreloadedTimer kept_timer_;
 };
 
-void poke_all(const Point &p)
+void poke_all(const Point &p, int later)
 {
-    Bench bench(p);
+    Bench bench(p, later);
     std::vector<Duty> undisturbed;
     const Fate healthy = bench.poke(0, 0, undisturbed);
     CHECK(healthy.faults == 0 && healthy.sick == 0);
@@ -256,8 +264,9 @@ void poke_all(const Point &p)
             const bool well = o.gates_on && o.sick <= heal_periods && o.error_rpm < astray_rpm;
             const bool good = o.duties && o.over <= 2 && (off || well || o.same || !is_float(word));
             if (!good) {
-                std::printf("%s: byte %zu, %08x: faults %x gates %d over %d sick %d off by %.0f\n",
-                            p.name, 4 * word, pattern, o.faults, o.gates_on, o.over, o.sick,
+                std::printf("%s: byte %zu, %08x, %d later: faults %x gates %d over %d sick %d off "
+                            "by %.0f\n",
+                            p.name, 4 * word, pattern, later, o.faults, o.gates_on, o.over, o.sick,
                             o.error_rpm);
             }
             CHECK(good);
@@ -268,13 +277,20 @@ void poke_all(const Point &p)
             ++said[o.faults];
         }
     }
-    std::printf("%s: %d stopped, %d healed within %d periods, %d without effect;", p.name, stopped,
-                healed, longest, unused);
+    std::printf("%s, slot %d: %d stopped, %d healed within %d periods, %d without effect;", p.name,
+                later, stopped, healed, longest, unused);
     for (const auto &[bits, count] : said) {
         std::printf(" %x: %d", bits, count);
     }
     std::printf("\n");
     CHECK(said[FAULT_NON_FINITE] > 0);
+}
+
+void poke_in_all_slots(const Point &p)
+{
+    for (int later = 0; later < poked_slots; ++later) {
+        poke_all(p, later);
+    }
 }
 
 constexpr Point points[] = {
@@ -301,11 +317,11 @@ constexpr Point points[] = {
 int main()
 {
     return check::run({
-        {"in RUN with all means", [] { poke_all(points[0]); }},
-        {"in RUN as the paper has it", [] { poke_all(points[1]); }},
-        {"while the resistance is measured", [] { poke_all(points[2]); }},
-        {"before the gates go on", [] { poke_all(points[3]); }},
-        {"in V/f", [] { poke_all(points[4]); }},
-        {"in I-f", [] { poke_all(points[5]); }},
+        {"in RUN with all means", [] { poke_in_all_slots(points[0]); }},
+        {"in RUN as the paper has it", [] { poke_in_all_slots(points[1]); }},
+        {"while the resistance is measured", [] { poke_in_all_slots(points[2]); }},
+        {"before the gates go on", [] { poke_in_all_slots(points[3]); }},
+        {"in V/f", [] { poke_in_all_slots(points[4]); }},
+        {"in I-f", [] { poke_in_all_slots(points[5]); }},
     });
 }
