@@ -1,15 +1,18 @@
 #include "unit.h"
 
-/* The last line before the hardware: whatever went wrong above, a duty is in 0..1. */
-static inline void write_output(const unit_t *unit, bool gates_on, hal_output_t *output)
+static inline bool duties_valid(uvw_t d)
 {
-    const uvw_t d = unit->last.duty;
-    const bool valid = is_duty(d.u) && is_duty(d.v) && is_duty(d.w);
-    const uvw_t duty = valid ? d : (uvw_t){0.5f, 0.5f, 0.5f};
+    return is_duty(d.u) && is_duty(d.v) && is_duty(d.w);
+}
+
+/* The last line before the hardware: whatever went wrong above, a duty is in 0..1. */
+static inline void write_output(const unit_t *unit, bool valid, hal_output_t *output)
+{
+    const uvw_t duty = valid ? unit->last.duty : (uvw_t){0.5f, 0.5f, 0.5f};
     *output = (hal_output_t){.duty_u = duty.u,
                              .duty_v = duty.v,
                              .duty_w = duty.w,
-                             .gates_on = gates_on && valid,
+                             .gates_on = valid && (unit->asked.mode != DRIVE_OFF),
                              .brake_on = unit->drive.limits.link.brake_on};
 }
 
@@ -160,11 +163,13 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
     } else {
         unit->last = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}};
     }
+    const bool valid = duties_valid(unit->last.duty);
+    faults |= valid ? 0u : FAULT_NON_FINITE;
     const uint32_t command =
         auto_restart_on(&cfg->restart) ? substituted(unit, cfg, faults) : unit->command.command;
     if (!sequence_goes_on(&unit->machine, command, faults)) {
         step_state(unit, cfg, command, faults);
     }
-    write_output(unit, unit->asked.mode != DRIVE_OFF, output);
+    write_output(unit, valid, output);
     unit->period_count++;
 }

@@ -150,13 +150,14 @@ static void test_a_direction_forbidden_makes_zero_of_the_reference(void)
 static void test_a_stop_ramp_ignores_the_reference(void)
 {
     params.stop_mode = 1u;
-    params.ramp_down_rad_s2 = 100.0f; /* .02 rad/s a period */
+    params.ramp_down_rad_s2 = 100.0f; /* .08 rad/s in four periods */
     run_up(10.0f);
     (void)periods(0u, 10.0f, 1);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RAMP_DOWN, telemetry().state);
     TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.modes.vector.speed.omega_ref_rad_s);
-    (void)periods(0u, 10.0f, 50);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 19.0f, unit.drive.modes.vector.speed.omega_ref_rad_s);
+    (void)periods(0u, 10.0f, 48);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 20.0f - 12.0f * 0.08f,
+                             unit.drive.modes.vector.speed.omega_ref_rad_s);
 }
 
 static void test_torque_mode_asks_for_its_current(void)
@@ -339,6 +340,71 @@ static void test_a_duty_beyond_its_range_never_leaves(void)
     TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, telemetry().faults);
 }
 
+/* Each leg alone, whatever is wrong with it, tells in the period that found it. Gates off and at
+ * rest, where the law leaves its duties as they are. */
+static void test_a_duty_that_no_timer_can_do_is_a_fault(void)
+{
+    const float bad[] = {NAN, INFINITY, -INFINITY, -1e-6f, 1.000001f};
+    const float good[] = {0.0f, 1.0f, 0.25f};
+    for (int leg = 0; leg < 3; leg++) {
+        float *const duties[] = {&unit.last.duty.u, &unit.last.duty.v, &unit.last.duty.w};
+        for (size_t k = 0u; k < sizeof bad / sizeof bad[0]; k++) {
+            TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+            (void)periods(0u, 0.0f, 64); /* slot 0 */
+            TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);
+            *duties[leg] = good[k % 3u];
+            hal_output_t out = periods(0u, 0.0f, 1);
+            TEST_ASSERT_EQUAL_UINT32(0u, telemetry().faults);
+            TEST_ASSERT_EQUAL_FLOAT(good[k % 3u], (&out.duty_u)[leg]);
+            (void)periods(0u, 0.0f, 15);
+            *duties[leg] = bad[k];
+            out = periods(0u, 0.0f, 1);
+            TEST_ASSERT_EQUAL_UINT32(FAULT_NON_FINITE, telemetry().faults);
+            TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+            TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_u);
+            TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_v);
+            TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_w);
+            TEST_ASSERT_FALSE(out.gates_on);
+        }
+    }
+}
+
+/* What is new is handed over; what was said before only shows that somebody is alive. */
+static void test_a_command_is_posted_when_it_is_new(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    const uint32_t before = unit.mailbox.published;
+    unit_command_t c = {.command = SEQUENCE_CMD_RUN, .omega_m_ref_rad_s = 3.0f, .count = 7u};
+    unit_post_command(&unit, &c);
+    TEST_ASSERT_EQUAL_UINT32(before + 1u, unit.mailbox.published);
+    for (uint32_t k = 8u; k < 12u; k++) {
+        c.count = k;
+        unit_post_command(&unit, &c);
+        TEST_ASSERT_EQUAL_UINT32(before + 1u, unit.mailbox.published);
+        TEST_ASSERT_EQUAL_UINT32(k, unit.mailbox.alive);
+    }
+    c.command |= SEQUENCE_CMD_TORQUE_MODE;
+    unit_post_command(&unit, &c);
+    TEST_ASSERT_EQUAL_UINT32(before + 2u, unit.mailbox.published);
+    c.omega_m_ref_rad_s = -3.0f;
+    unit_post_command(&unit, &c);
+    TEST_ASSERT_EQUAL_UINT32(before + 3u, unit.mailbox.published);
+    c.torque_ref_Nm = 1.0f;
+    unit_post_command(&unit, &c);
+    TEST_ASSERT_EQUAL_UINT32(before + 4u, unit.mailbox.published);
+    c.torque_ref_Nm = NAN; /* bit for bit: said twice it is the same */
+    unit_post_command(&unit, &c);
+    unit_post_command(&unit, &c);
+    TEST_ASSERT_EQUAL_UINT32(before + 5u, unit.mailbox.published);
+    /* The period takes the last one, once. */
+    const hal_sample_t sample = rest();
+    hal_output_t out;
+    unit_control_period(&unit, &sample, &out);
+    TEST_ASSERT_EQUAL_UINT32(before + 5u, unit.taken);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_CMD_RUN | SEQUENCE_CMD_TORQUE_MODE, unit.command.command);
+    TEST_ASSERT_EQUAL_FLOAT(-3.0f, unit.command.omega_m_ref_rad_s);
+}
+
 /* Periods of a drive that runs, each with the port's count of late ones. */
 static hal_output_t late(const uint16_t *count, int n)
 {
@@ -504,6 +570,8 @@ int main(void)
     RUN_TEST(test_a_speed_reference_that_is_no_number_is_a_fault);
     RUN_TEST(test_over_current_opens_the_gates_in_the_same_period);
     RUN_TEST(test_a_duty_beyond_its_range_never_leaves);
+    RUN_TEST(test_a_duty_that_no_timer_can_do_is_a_fault);
+    RUN_TEST(test_a_command_is_posted_when_it_is_new);
     RUN_TEST(test_one_late_period_is_told_and_the_drive_goes_on);
     RUN_TEST(test_two_late_periods_in_a_row_open_the_gates);
     RUN_TEST(test_a_break_input_opens_the_gates_for_good);
