@@ -561,6 +561,28 @@ static void test_a_dip_at_low_speed_costs_nothing(void)
     ASSERT_NEAR(2.0, 10.0, plant.omega_e_rad_s);
 }
 
+/* Caught in turning, before RUN: there is no torque that could hold the link. */
+static void test_no_dip_is_ridden_through_without_torque(void)
+{
+    p.modes.flying.enable = true;
+    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
+                                          .u_hold_V = 230.0f,
+                                          .u_back_V = 260.0f,
+                                          .back_s = 0.01f,
+                                          .gain_W_per_V = 20.0f,
+                                          .stop_rad_s = 15.0f,
+                                          .lambda_Wb = 0.408f,
+                                          .i_q_max_A = 12.0f};
+    plant = plant_of(p.motor, 300.0, 0.35);
+    start();
+    TEST_ASSERT_EQUAL_HEX32(0u, run(1.3));
+    TEST_ASSERT_EQUAL(MODE_REMAGNETISE, st.mode);
+    plant.u_dc_V = 215.0;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(0.05));
+    TEST_ASSERT_FALSE(st.modes.vector.mains.active);
+    ASSERT_SAME_FLOAT(0.0f, out.i_ref_A.q);
+}
+
 /* Torque mode: the torque that was wanted comes back on its slew, not at once. */
 static void test_torque_mode_slews_back_from_a_dip(void)
 {
@@ -616,6 +638,7 @@ int main(void)
     RUN_TEST(test_weakening_extends_the_gain_table);
     RUN_TEST(test_weakening_may_be_switched_off_while_it_acts);
     RUN_TEST(test_a_dip_at_low_speed_costs_nothing);
+    RUN_TEST(test_no_dip_is_ridden_through_without_torque);
     RUN_TEST(test_torque_mode_slews_back_from_a_dip);
     return UNITY_END();
 }

@@ -1,10 +1,8 @@
-/* The recorder: which rows it keeps round its trigger, when it takes one, what it refuses; and the
- * fault record built on it. */
+/* The recorder: which rows it keeps round its trigger, when it takes one, what it refuses. */
 #include "trace.h"
 
 #include <string.h>
 
-#include "fault_record.h"
 #include "unity.h"
 
 #define WORDS 64u
@@ -12,8 +10,6 @@
 static uint32_t memory[WORDS];
 static trace_t trace;
 static trace_setup_t setup;
-static fault_memory_t kept;
-static fault_recorder_t recorder;
 
 void setUp(void)
 {
@@ -25,7 +21,6 @@ void setUp(void)
                             .level = 10u,
                             .before_pu = 0.25f,
                             .rows = 8u};
-    memset(&kept, 0xAB, sizeof kept);
 }
 
 void tearDown(void)
@@ -207,135 +202,6 @@ static void test_words_beyond_the_record_are_zero(void)
     TEST_ASSERT_EQUAL_UINT32(0u, trace_word(&trace, 0u, 2u));
 }
 
-/* --- fault record --------------------------------------------------------------------------- */
-
-static void drive_period(uint32_t number, uint32_t faults, bool gates_on)
-{
-    if (fault_record_changed(&recorder, faults, gates_on)) {
-        fault_record_look(&recorder, faults, faults, gates_on, number);
-    }
-    if (recorder.row != NULL) {
-        for (uint32_t k = 0u; k < FAULT_RECORD_SIGNALS; k++) {
-            recorder.row[k] = 10u * number + k;
-        }
-        fault_record_next(&recorder);
-    }
-}
-
-/* Runs, trips in period 100 with the bits, stands tripped until 200. */
-static void trip(uint32_t faults)
-{
-    for (uint32_t n = 0u; n < 200u; n++) {
-        const bool tripped = n >= 100u;
-        drive_period(n, tripped ? faults : 0u, !tripped);
-        fault_record_background(&recorder, tripped ? faults : 0u, tripped ? 8u : 4u, n);
-    }
-}
-
-static void test_a_fault_that_opens_the_gates_is_kept_with_what_was_before_and_after(void)
-{
-    fault_record_init(&recorder, &kept);
-    TEST_ASSERT_FALSE(recorder.from_before);
-    trip(5u);
-    const fault_kept_t *k = &kept.kept;
-    TEST_ASSERT_EQUAL_UINT32(1u, k->logged);
-    TEST_ASSERT_EQUAL_UINT32(5u, k->entry[0].faults);
-    TEST_ASSERT_EQUAL_UINT32(8u, k->entry[0].state);
-    TEST_ASSERT_EQUAL_UINT32(100u, k->entry[0].period);
-    TEST_ASSERT_EQUAL_UINT32(1u, k->number);
-    TEST_ASSERT_EQUAL_UINT32(100u, k->period);
-    TEST_ASSERT_EQUAL_UINT32(FAULT_RECORD_ROWS, k->rows);
-    TEST_ASSERT_EQUAL_UINT32(32u, k->fault_row);
-    TEST_ASSERT_EQUAL_UINT32(680u, k->word[0]);
-    TEST_ASSERT_EQUAL_UINT32(1005u, k->word[32u * FAULT_RECORD_SIGNALS + 5u]);
-    TEST_ASSERT_EQUAL_UINT32(1155u, k->word[47u * FAULT_RECORD_SIGNALS + 5u]);
-}
-
-static void test_the_record_comes_through_a_reset(void)
-{
-    fault_record_init(&recorder, &kept);
-    trip(5u);
-    const fault_kept_t before = kept.kept;
-    fault_record_init(&recorder, &kept);
-    TEST_ASSERT_TRUE(recorder.from_before);
-    TEST_ASSERT_EQUAL_MEMORY(&before, &kept.kept, sizeof before);
-}
-
-static void test_a_lost_bit_empties_the_record(void)
-{
-    fault_record_init(&recorder, &kept);
-    trip(5u);
-    const fault_kept_t whole = kept.kept;
-    for (size_t at = 0u; at < sizeof whole; at += 7u) {
-        kept.kept = whole;
-        ((uint8_t *)&kept.kept)[at] ^= 0x10u;
-        fault_record_init(&recorder, &kept);
-        TEST_ASSERT_FALSE(recorder.from_before);
-        TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.logged);
-        TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.number);
-    }
-}
-
-static void test_a_fault_behind_a_reset_is_listed_but_leaves_the_record(void)
-{
-    fault_record_init(&recorder, &kept);
-    trip(5u);
-    fault_record_init(&recorder, &kept);
-    for (uint32_t n = 0u; n < 100u; n++) {
-        drive_period(n, (n > 10u) ? 2u : 0u, false);
-        fault_record_background(&recorder, (n > 10u) ? 2u : 0u, 8u, n);
-    }
-    TEST_ASSERT_EQUAL_UINT32(2u, kept.kept.logged);
-    TEST_ASSERT_EQUAL_UINT32(2u, kept.kept.entry[1].faults);
-    TEST_ASSERT_EQUAL_UINT32(100u, kept.kept.period);
-    TEST_ASSERT_EQUAL_UINT32(1u, kept.kept.number);
-    fault_record_init(&recorder, &kept);
-    TEST_ASSERT_TRUE(recorder.from_before); /* the list was sealed with it */
-}
-
-static void test_the_list_keeps_the_last_eight(void)
-{
-    fault_record_init(&recorder, &kept);
-    for (uint32_t n = 1u; n <= 11u; n++) {
-        fault_record_background(&recorder, 0u, 2u, 10u * n);
-        fault_record_background(&recorder, n, 8u, 10u * n + 1u);
-    }
-    TEST_ASSERT_EQUAL_UINT32(11u, kept.kept.logged);
-    for (uint32_t n = 4u; n <= 11u; n++) {
-        TEST_ASSERT_EQUAL_UINT32(n, kept.kept.entry[(n - 1u) % FAULT_RECORD_LOG].number);
-        TEST_ASSERT_EQUAL_UINT32(n, kept.kept.entry[(n - 1u) % FAULT_RECORD_LOG].faults);
-    }
-}
-
-static void test_a_second_fault_replaces_the_first(void)
-{
-    fault_record_init(&recorder, &kept);
-    trip(5u);
-    recorder.listed = 0u;
-    trip(6u);
-    TEST_ASSERT_EQUAL_UINT32(2u, kept.kept.logged);
-    TEST_ASSERT_EQUAL_UINT32(2u, kept.kept.number);
-}
-
-static void test_clear_forgets_and_goes_on(void)
-{
-    fault_record_init(&recorder, &kept);
-    trip(5u);
-    fault_record_clear(&recorder);
-    TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.logged);
-    TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.number);
-    trip(6u);
-    TEST_ASSERT_EQUAL_UINT32(1u, kept.kept.number);
-}
-
-static void test_a_port_without_memory_records_nothing(void)
-{
-    fault_record_init(&recorder, NULL);
-    trip(5u);
-    fault_record_clear(&recorder);
-    TEST_ASSERT_NULL(recorder.row);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -351,13 +217,5 @@ int main(void)
     RUN_TEST(test_without_memory_nothing_can_be_armed);
     RUN_TEST(test_a_stopped_trace_is_not_read);
     RUN_TEST(test_words_beyond_the_record_are_zero);
-    RUN_TEST(test_a_fault_that_opens_the_gates_is_kept_with_what_was_before_and_after);
-    RUN_TEST(test_the_record_comes_through_a_reset);
-    RUN_TEST(test_a_lost_bit_empties_the_record);
-    RUN_TEST(test_a_fault_behind_a_reset_is_listed_but_leaves_the_record);
-    RUN_TEST(test_the_list_keeps_the_last_eight);
-    RUN_TEST(test_a_second_fault_replaces_the_first);
-    RUN_TEST(test_clear_forgets_and_goes_on);
-    RUN_TEST(test_a_port_without_memory_records_nothing);
     return UNITY_END();
 }
