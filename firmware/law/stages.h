@@ -35,9 +35,11 @@ COLD request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st,
 COLD void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                      const drive_out_t *out);
 
+_Static_assert((SLOT_RS_TRACKING % SLOT_QUARTERS) == SLOT_QUARTER_REFERENCES,
+               "the slot of Rs tracking is one of references: slow work is due in it anyhow");
 static inline bool stage_slow_is_due(const drive_state_t *st)
 {
-    return vector_slow_is_due(&st->modes.vector, st->slot) || (st->slot == SLOT_RS_TRACKING);
+    return vector_slow_is_due(&st->modes.vector, st->slot);
 }
 
 /* Request -> duty. */
