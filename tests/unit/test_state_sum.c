@@ -56,14 +56,14 @@ static void test_what_a_limit_would_heal_is_seen_at_once(void)
                             &o->e1_A.beta,
                             &st.estimator.adaptation.x_rad_s,
                             &st.estimator.estimate.omega_e_rad_s,
+                            &st.estimator.estimate.omega_s_rad_s,
                             &st.modes.vector.speed.pi.x};
     assert_each_is_seen(value, sizeof value / sizeof value[0], PASSING);
 }
 
 static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
 {
-    float *const value[] = {&st.estimator.estimate.omega_s_rad_s,
-                            &st.voltage.current.d.x,
+    float *const value[] = {&st.voltage.current.d.x,
                             &st.voltage.current.q.x,
                             &st.voltage.ahead.alpha,
                             &st.voltage.ahead.beta,
