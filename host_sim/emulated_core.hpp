@@ -8,11 +8,11 @@
 
 #include "firmware.hpp"
 #include "pil.h"
-#include "witness.hpp"
+#include "lockstep_peer.hpp"
 
 namespace zh {
 
-class EmulatedCore : public Witness {
+class EmulatedCore : public LockstepPeer {
 public:
     // Waits for the image in `folder`; throws ConfigError when it does not come, is of other
     // sources, carries another gain table, or refuses the parameters.

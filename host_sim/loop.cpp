@@ -60,8 +60,8 @@ Column column(std::size_t index)
     return columns[index];
 }
 
-Loop::Loop(const Run &run, Witness *witness)
-    : run_(run), witness_(witness), firmware_(run.params, run.gain),
+Loop::Loop(const Run &run, LockstepPeer *peer)
+    : run_(run), peer_(peer), firmware_(run.params, run.gain),
       plant_(run.rig, run.board, run.scenario.disturbances, run.seed),
       timer_(run.board.delay_periods), operator_(run.scenario), f_s_(run.board.period_s)
 {
@@ -116,16 +116,16 @@ Outcome Loop::take()
     return std::move(out_);
 }
 
-// False when a witness ends the run.
+// False when a peer ends the run.
 bool Loop::period(hal_sample_t &sample, const unit_command_t &command, hal_output_t &output)
 {
-    if (witness_ == nullptr) {
+    if (peer_ == nullptr) {
         output = firmware_.step(sample, command);
         return true;
     }
-    witness_->ask(sample, command);
+    peer_->ask(sample, command);
     output = firmware_.step(sample, command);
-    return witness_->answer(firmware_.unit(), output);
+    return peer_->answer(firmware_.unit(), output);
 }
 
 void Loop::record(const hal_output_t &output)

@@ -16,7 +16,7 @@
 #include "firmware.hpp"
 #include "plant.hpp"
 #include "simulate.hpp"
-#include "witness.hpp"
+#include "lockstep_peer.hpp"
 
 namespace zh {
 
@@ -92,8 +92,8 @@ private:
 
 class Loop {
 public:
-    // `run` and `witness` have to live as long. Throws ConfigError.
-    Loop(const Run &run, Witness *witness);
+    // `run` and `peer` have to live as long. Throws ConfigError.
+    Loop(const Run &run, LockstepPeer *peer);
 
     bool goes_on() const
     {
@@ -107,7 +107,7 @@ public:
     {
         return plant_;
     }
-    // The firmware's period: what acts on the plant from this crest on. A witness may end the loop
+    // The firmware's period: what acts on the plant from this crest on. A peer may end the loop
     // in it; the command then acts on nothing.
     void control(const Words &words, PlantCommand &command);
     // After the plant has advanced.
@@ -121,7 +121,7 @@ private:
     void watch(double t_s);
 
     const Run &run_;
-    Witness *witness_;
+    LockstepPeer *peer_;
     Firmware firmware_;
     Plant plant_;
     PreloadedTimer timer_;

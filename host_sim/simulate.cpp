@@ -179,9 +179,9 @@ private:
 
 } // namespace
 
-Outcome simulate(const Run &run, Witness *witness)
+Outcome simulate(const Run &run, LockstepPeer *peer)
 {
-    Loop loop(run, witness);
+    Loop loop(run, peer);
     const double start_s = cpu_time_s();
     run_to_end(loop);
     Outcome out = loop.take();

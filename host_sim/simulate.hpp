@@ -14,7 +14,7 @@
 #include "rig.hpp"
 #include "scenario.hpp"
 #include "signal_hash.hpp"
-#include "witness.hpp"
+#include "lockstep_peer.hpp"
 
 namespace zh {
 
@@ -74,9 +74,9 @@ struct Outcome {
     commissioning_result_t commissioning{};
 };
 
-// Throws ConfigError when firmware or plant refuse what they are given. With a witness the plant
-// gets the witness's duties.
-Outcome simulate(const Run &run, Witness *witness = nullptr);
+// Throws ConfigError when firmware or plant refuse what they are given. With a peer the plant
+// gets the peer's duties.
+Outcome simulate(const Run &run, LockstepPeer *peer = nullptr);
 
 // The same for many runs, several at once in this thread: every outcome to the bit that of
 // simulate(). Their loop_ns_per_step is the mean of all.

@@ -1,18 +1,18 @@
-// Somebody beside the SIL firmware who is given every sample and answers with duties of his own.
-#ifndef ZH_WITNESS_HPP
-#define ZH_WITNESS_HPP
+// Runs in lockstep with the SIL firmware: gets every sample and answers with duties of its own.
+#ifndef ZH_LOCKSTEP_PEER_HPP
+#define ZH_LOCKSTEP_PEER_HPP
 
 #include "firmware_headers.hpp"
 
 namespace zh {
 
-class Witness {
+class LockstepPeer {
 public:
-    virtual ~Witness() = default;
+    virtual ~LockstepPeer() = default;
     // Before the firmware's period: the sample and command it is about to get. Late periods are the
-    // witness's to count.
+    // peer's to count.
     virtual void ask(hal_sample_t &sample, const unit_command_t &command) = 0;
-    // After it: the witness's output, which the plant then gets. False ends the run.
+    // After it: the peer's output, which the plant then gets. False ends the run.
     virtual bool answer(const unit_t &unit, hal_output_t &output) = 0;
 };
 
