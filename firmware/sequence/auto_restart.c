@@ -40,7 +40,7 @@ static bool due(const auto_restart_config_t *cfg, auto_restart_state_t *st,
 }
 
 /* A run long enough clears the count of restarts. */
-static void forgive(const auto_restart_config_t *cfg, auto_restart_state_t *st)
+static void forgive_after_run(const auto_restart_config_t *cfg, auto_restart_state_t *st)
 {
     st->periods++;
     if (st->periods > cfg->forgive_periods) {
@@ -71,7 +71,7 @@ uint32_t auto_restart_step(const auto_restart_config_t *cfg, auto_restart_state_
             return SEQUENCE_CMD_FAULT_RESET;
         }
     } else if ((in->id == SEQUENCE_RUN) && (st->used > 0u)) {
-        forgive(cfg, st);
+        forgive_after_run(cfg, st);
     } else {
         /* on the way */
     }
