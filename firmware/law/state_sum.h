@@ -22,7 +22,7 @@ static inline float state_sum_fast(const drive_state_t *st)
                          ab_sum(st->acting.lag) + ab_sum(st->voltage.ahead);
     const measurement_state_t *m = &st->measurement;
     const float offsets = m->offset_A.u + m->offset_A.v + m->offset_A.w + ab_sum(m->offset_V);
-    return acting + offsets + st->modes.vector.speed.more;
+    return acting + offsets + st->modes.vector.speed.gain_extra;
 }
 
 COLD float state_sum_slow(const drive_state_t *st);

@@ -281,7 +281,7 @@ static ref_t compare_found(const drive_params_t *p, double amps, double volts, d
         /* A rounding of .2 Wb of flux, 1.5e-8, is a rate of 7e-5 Wb/s: .15 mA; some of them. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, ref.id_ref, (double)out.i_ref_A.d);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.rs_track, (double)st.rs_tracking.delta_ohm);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.below, (double)st.modes.vector.steering.below_Wb);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ref.below, (double)st.modes.vector.steering.reduction_Wb);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, (double)p->motor.Rs_ohm + ref.rs_start + ref.rs_track,
                                   (double)drive_rs_ohm(&cfg, &st));
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, creal(ref.i_dq), (double)out.i_A.d);
@@ -766,7 +766,7 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
                         .estimator.estimate = {.omega_e_rad_s = 30.0f, .omega_s_rad_s = 31.0f},
                         .modes.premagnetise = {.Rs_delta_ohm = 0.2f, .leg_loss_found = true},
                         .rs_tracking = {.delta_ohm = 0.1f},
-                        .modes.vector.steering = {.below_Wb = 0.1f},
+                        .modes.vector.steering = {.reduction_Wb = 0.1f},
                         .acting.pending_V = {5.0f, 5.0f},
                         .guard.monitor = {.adc_periods = 3u},
                         .asked = DRIVE_RUN};
@@ -798,7 +798,7 @@ static void test_off_rests_everything_but_offsets_and_fault_counters(void)
     TEST_ASSERT_EQUAL_FLOAT(2.0f, st.measurement.offset_V.alpha);
     TEST_ASSERT_EQUAL_FLOAT(-3.0f, st.measurement.offset_V.beta);
     TEST_ASSERT_EQUAL_FLOAT(p.motor.Rs_ohm, drive_rs_ohm(&cfg, &st));
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.modes.vector.steering.below_Wb);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.modes.vector.steering.reduction_Wb);
     TEST_ASSERT_FALSE(st.modes.premagnetise.leg_loss_found);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.estimate.omega_e_rad_s);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.estimator.estimate.omega_s_rad_s);

@@ -82,8 +82,8 @@ static void run_judged(supervisor_confidence_t confidence)
                                .omega_filtered_rad_s = 20.0f,
                                .pi = {2.0f}},
         .voltage.current = {.d = {12.0f}, .q = {-30.0f}},
-        .modes.vector.steering = {.torque_Nm = 3.0f, .below_Wb = 0.05f, .steering = true},
-        .modes.vector.steer = {.below_Wb = 0.05f},
+        .modes.vector.steering = {.torque_Nm = 3.0f, .reduction_Wb = 0.05f, .steering = true},
+        .modes.vector.steer = {.reduction_Wb = 0.05f},
         .rs_tracking = {.delta_ohm = 0.2f},
         .modes.vector.torque_gain_extra_pu = 0.1f,
         .modes.vector.i_d_reduction_A = 0.3f,
@@ -249,10 +249,10 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
         TEST_ASSERT_FALSE(st.estimator.adaptation.near_zero);
         ASSERT_SAME_FLOAT(25.0f, st.estimator.estimate.omega_e_rad_s);
         ASSERT_SAME_FLOAT(25.0f, st.estimator.estimate.omega_s_rad_s);
-        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steering.below_Wb);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steering.reduction_Wb);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steering.torque_Nm);
         TEST_ASSERT_FALSE(st.modes.vector.steering.steering);
-        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steer.below_Wb);
+        ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steer.reduction_Wb);
         ASSERT_SAME_FLOAT(0.0f, st.rs_tracking.delta_ohm);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.torque_gain_extra_pu);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.i_d_reduction_A);

@@ -460,8 +460,9 @@ static void test_the_field_is_weakened_at_speed(void)
     ASSERT_NEAR(0.04, 0.9, share);
     TEST_ASSERT_TRUE(cabs(plant.psi_r_Wb) < 0.3);
     ASSERT_NEAR(0.02, 0.0, flux_error());
-    TEST_ASSERT_EQUAL(st.modes.vector.reference.i_q_less_A > 0.0f, st.modes.vector.pull_out_near);
-    ASSERT_SAME_FLOAT(st.modes.vector.reference.below_Wb, st.modes.vector.flux_reduction_Wb);
+    TEST_ASSERT_EQUAL(st.modes.vector.reference.i_q_reduction_A > 0.0f,
+                      st.modes.vector.pull_out_near);
+    ASSERT_SAME_FLOAT(st.modes.vector.reference.reduction_Wb, st.modes.vector.flux_reduction_Wb);
 }
 
 /* With weakening the motor may run beyond the table's end (test_estimator). */
@@ -508,11 +509,11 @@ static void test_the_lower_of_steering_and_level_counts(void)
                                           .i_q_max_A = 12.0f};
     magnetised_run(50.0f);
     ASSERT_SAME_FLOAT(0.0f, st.modes.vector.flux_reduction_Wb);
-    st.modes.vector.steer.below_Wb = 0.1f;
-    st.modes.vector.steering.below_Wb = 0.1f;
+    st.modes.vector.steer.reduction_Wb = 0.1f;
+    st.modes.vector.steering.reduction_Wb = 0.1f;
     run(16.0 * PERIOD_S);
     TEST_ASSERT_TRUE(st.modes.vector.flux_reduction_Wb > 0.05f);
-    ASSERT_SAME_FLOAT(st.modes.vector.steer.below_Wb, st.modes.vector.flux_reduction_Wb);
+    ASSERT_SAME_FLOAT(st.modes.vector.steer.reduction_Wb, st.modes.vector.flux_reduction_Wb);
 }
 
 static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)

@@ -173,15 +173,15 @@ static void test_constant_mode_feeds_a_lowered_reference_forward(void)
     flux_control_config_t cfg = simple;
     flux_control_state_t st = {0};
     cfg.mode = FLUX_CONTROL_CONSTANT;
-    ASSERT_SAME_FLOAT(0.5f, flux_control_less_A(&cfg, 0.0625f, 0.0f));
-    ASSERT_SAME_FLOAT(-1.5f, flux_control_less_A(&cfg, 0.0625f, 1.0f));
-    ASSERT_SAME_FLOAT(2.5f, flux_control_less_A(&cfg, 0.0625f, -1.0f));
+    ASSERT_SAME_FLOAT(0.5f, flux_control_reduction_A(&cfg, 0.0625f, 0.0f));
+    ASSERT_SAME_FLOAT(-1.5f, flux_control_reduction_A(&cfg, 0.0625f, 1.0f));
+    ASSERT_SAME_FLOAT(2.5f, flux_control_reduction_A(&cfg, 0.0625f, -1.0f));
     /* Would take -.5 A, and 8.5 A of 0..8; NaN leaves a current that is allowed. */
-    ASSERT_SAME_FLOAT(4.0f, flux_control_less_A(&cfg, 0.0625f, -2.0f));
-    ASSERT_SAME_FLOAT(-4.0f, flux_control_less_A(&cfg, 0.0625f, 2.5f));
-    ASSERT_SAME_FLOAT(-4.0f, flux_control_less_A(&cfg, 0.0625f, NAN));
+    ASSERT_SAME_FLOAT(4.0f, flux_control_reduction_A(&cfg, 0.0625f, -2.0f));
+    ASSERT_SAME_FLOAT(-4.0f, flux_control_reduction_A(&cfg, 0.0625f, 2.5f));
+    ASSERT_SAME_FLOAT(-4.0f, flux_control_reduction_A(&cfg, 0.0625f, NAN));
 
-    const flux_control_in_t in = {.lambda_hat_Wb = 0.3f, .less_A = 2.5f};
+    const flux_control_in_t in = {.lambda_hat_Wb = 0.3f, .reduction_A = 2.5f};
     ASSERT_SAME_FLOAT(1.5f, flux_control_step(&cfg, &st, &in));
     ASSERT_SAME_FLOAT(0.0f, st.pi.x);
 }
@@ -189,7 +189,8 @@ static void test_constant_mode_feeds_a_lowered_reference_forward(void)
 static void test_the_pi_controls_to_the_lowered_reference_and_needs_no_feed_forward(void)
 {
     flux_control_state_t st = {.pi = {.x = 4.25f}};
-    const flux_control_in_t in = {.lambda_hat_Wb = 0.375f, .below_Wb = 0.125f, .less_A = 3.0f};
+    const flux_control_in_t in = {
+        .lambda_hat_Wb = 0.375f, .reduction_Wb = 0.125f, .reduction_A = 3.0f};
     ASSERT_SAME_FLOAT(4.25f, flux_control_step(&simple, &st, &in));
     ASSERT_SAME_FLOAT(4.25f, st.pi.x);
 }
@@ -259,21 +260,21 @@ static void test_the_flux_follows_a_ramp_without_lag_on_both_machines(void)
         const reference_model_t exact = reference_model(&reference_machine[m], 0.0);
         const double M_H = (double)reference_machine[m].M_H, nominal_Wb = 4.9 * M_H;
         const double decay = exp(-exact.tau * (double)PERIOD_S);
-        double lambda_Wb = nominal_Wb, below_Wb = 0.0;
+        double lambda_Wb = nominal_Wb, reduction_Wb = 0.0;
         flux_control_config_t cfg;
         flux_control_state_t st = {0};
         TEST_ASSERT_TRUE(flux_control_init(&cfg, &p, &model, PERIOD_S));
         for (int k = 0; k < 2500; k++) {
-            below_Wb += 0.5 * (double)PERIOD_S;
-            const flux_control_in_t in = {.lambda_hat_Wb = NAN,
-                                          .below_Wb = (float)below_Wb,
-                                          .less_A =
-                                              flux_control_less_A(&cfg, (float)below_Wb, -0.5f)};
+            reduction_Wb += 0.5 * (double)PERIOD_S;
+            const flux_control_in_t in = {
+                .lambda_hat_Wb = NAN,
+                .reduction_Wb = (float)reduction_Wb,
+                .reduction_A = flux_control_reduction_A(&cfg, (float)reduction_Wb, -0.5f)};
             const float i_d_A = flux_control_step(&cfg, &st, &in);
             lambda_Wb = decay * lambda_Wb + (1.0 - decay) * M_H * (double)i_d_A;
             /* Half a period of the ramp; without the rate it would lag by .5/tau, 64 mWb and more.
              */
-            ASSERT_NEAR(1e-4, nominal_Wb - below_Wb, lambda_Wb);
+            ASSERT_NEAR(1e-4, nominal_Wb - reduction_Wb, lambda_Wb);
         }
     }
 }

@@ -58,7 +58,7 @@ static void test_init_derives_the_coefficients_of_both_machines(void)
         ASSERT_NEAR(1e-6, 20.0 * 0.0032 / kr, cfg.gain_Wb_rad_s_per_V);
         ASSERT_NEAR(0.01, 0.8 * (double)motor->Ls_H / (sigma_Ls * (double)motor->M_H),
                     cfg.i_q_per_Wb_A);
-        ASSERT_NEAR(1e-6, 0.47, cfg.below_max_Wb);
+        ASSERT_NEAR(1e-6, 0.47, cfg.reduction_max_Wb);
     }
 }
 
@@ -68,9 +68,9 @@ static void test_both_off_takes_anything_and_does_nothing(void)
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &off, &table1, TURN_S));
     TEST_ASSERT_FALSE(flux_reference_on(&cfg));
     step(300.0f, 100.0f, 700.0f, 0.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
     flux_reference_start(&cfg, &st, 700.0f, 283.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
 }
 
 static bool refused(flux_reference_params_t p)
@@ -137,10 +137,10 @@ static void test_weakening_settles_with_the_voltage_at_its_share(void)
     for (int n = 0; n < 2; n++) {
         st = (flux_reference_state_t){0};
         for (int k = 0; k < 300; k++) {
-            step(716.0f * (0.52f - st.below_Wb), 283.0f, speeds[n], 0.0f);
+            step(716.0f * (0.52f - st.reduction_Wb), 283.0f, speeds[n], 0.0f);
         }
         const double u_max = 0.9 / sqrt(2.0) * 283.0;
-        ASSERT_NEAR(1e-3, u_max / 716.0, 0.52 - (double)st.below_Wb);
+        ASSERT_NEAR(1e-3, u_max / 716.0, 0.52 - (double)st.reduction_Wb);
         ASSERT_NEAR(1e-2, 0.0, st.rate_Wb_per_s);
     }
 }
@@ -153,15 +153,15 @@ static void test_one_step_of_the_voltage_controller_by_hand(void)
     step(200.0f, 283.0f, 500.0f, 0.0f);
     const double u_max = 0.9 / sqrt(2.0) * 283.0;
     const double below = 20.0 * 0.0032 * (200.0 - u_max) / 500.0;
-    ASSERT_NEAR(1e-7, below, st.below_Wb);
+    ASSERT_NEAR(1e-7, below, st.reduction_Wb);
     ASSERT_NEAR(1e-4, -below / 0.0032, st.rate_Wb_per_s);
     /* Back at once, never above nominal, never below the least flux. */
     step(0.0f, 283.0f, 500.0f, 0.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
     for (int k = 0; k < 10000; k++) {
         step(500.0f, 283.0f, 500.0f, 0.0f);
     }
-    ASSERT_NEAR(1e-6, 0.47, st.below_Wb);
+    ASSERT_NEAR(1e-6, 0.47, st.reduction_Wb);
 }
 
 /* Near zero speed the division has a floor: half the speed at which weakening could begin. */
@@ -203,18 +203,18 @@ static void test_what_is_switched_off_gives_its_flux_back(void)
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &p, &table1, TURN_S));
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 400.0f, 0.0f);
     ASSERT_SAME_FLOAT(0.0f, st.economy_Wb);
-    ASSERT_NEAR(1e-4, 0.1, st.below_Wb);
+    ASSERT_NEAR(1e-4, 0.1, st.reduction_Wb);
     p = good;
     p.voltage_share = 0.0f;
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &p, &table1, TURN_S));
     step(300.0f, 283.0f, 400.0f, 100.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
-    st = (flux_reference_state_t){.weakened_Wb = 0.4f, .economy_Wb = 0.2f, .i_q_less_A = 2.0f};
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
+    st = (flux_reference_state_t){.weakened_Wb = 0.4f, .economy_Wb = 0.2f, .i_q_reduction_A = 2.0f};
     p.economy_min_pu = 0.0f;
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &p, &table1, TURN_S));
     step(300.0f, 283.0f, 400.0f, 100.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
-    ASSERT_SAME_FLOAT(0.0f, st.i_q_less_A);
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.i_q_reduction_A);
 }
 
 /* Slip below pull-out: sigma Ls i_q <= share Ls i_d. Takes nothing while i_q_max is lower. */
@@ -223,10 +223,10 @@ static void test_torque_current_keeps_away_from_pull_out(void)
     st.weakened_Wb = 0.42f;
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 1500.0f, 100.0f);
     const double i_q = 0.8 * 0.110 / 0.008 * (0.10 / 0.102);
-    ASSERT_NEAR(0.05, 15.0 - i_q, st.i_q_less_A);
+    ASSERT_NEAR(0.05, 15.0 - i_q, st.i_q_reduction_A);
     st.weakened_Wb = 0.30f;
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 900.0f, 100.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.i_q_less_A);
+    ASSERT_SAME_FLOAT(0.0f, st.i_q_reduction_A);
 }
 
 /* Least copper loss of a torque, found by search over the flux. */
@@ -256,7 +256,7 @@ static void test_economy_is_the_least_copper_loss(void)
                 best_Wb = lambda;
             }
         }
-        ASSERT_NEAR(1e-3, best_Wb, 2.0 - (double)st.below_Wb);
+        ASSERT_NEAR(1e-3, best_Wb, 2.0 - (double)st.reduction_Wb);
     }
 }
 
@@ -289,11 +289,11 @@ static void test_the_lower_flux_counts(void)
 {
     st = (flux_reference_state_t){.weakened_Wb = 0.1f, .economy_Wb = 0.2f};
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 400.0f, 0.0f);
-    ASSERT_SAME_FLOAT(st.economy_Wb, st.below_Wb);
+    ASSERT_SAME_FLOAT(st.economy_Wb, st.reduction_Wb);
     TEST_ASSERT_TRUE(st.economy_Wb > 0.2f);
     st.weakened_Wb = 0.4f;
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 400.0f, 0.0f);
-    ASSERT_NEAR(1e-4, 0.4, st.below_Wb);
+    ASSERT_NEAR(1e-4, 0.4, st.reduction_Wb);
 }
 
 /* Beside a lower flux of economy the voltage controller stays where the voltage would end: at half
@@ -305,23 +305,23 @@ static void test_weakening_waits_for_the_flux_that_economy_gives_back(void)
     step(0.5f * u_max_V, 283.0f, 600.0f, 0.0f);
     ASSERT_NEAR(1e-3, 0.22, st.weakened_Wb);
     for (int k = 0; k < 1000; k++) {
-        step(600.0f * (0.52f - st.below_Wb), 283.0f, 600.0f, 0.0f);
+        step(600.0f * (0.52f - st.reduction_Wb), 283.0f, 600.0f, 0.0f);
     }
     ASSERT_NEAR(2e-3, (double)u_max_V / 600.0, 0.52 - (double)st.weakened_Wb);
-    ASSERT_NEAR(1e-3, 0.7 * 0.52, st.below_Wb);
+    ASSERT_NEAR(1e-3, 0.7 * 0.52, st.reduction_Wb);
 }
 
 static void test_start_at_speed_is_weakened_at_once(void)
 {
     flux_reference_start(&cfg, &st, -700.0f, 283.0f);
-    ASSERT_NEAR(1e-5, 0.52 - 0.9 / sqrt(2.0) * 283.0 / 700.0, st.below_Wb);
+    ASSERT_NEAR(1e-5, 0.52 - 0.9 / sqrt(2.0) * 283.0 / 700.0, st.reduction_Wb);
     flux_reference_start(&cfg, &st, 0.0f, 283.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
     flux_reference_params_t economy = good;
     economy.voltage_share = 0.0f;
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &economy, &table1, TURN_S));
     flux_reference_start(&cfg, &st, 700.0f, 283.0f);
-    ASSERT_SAME_FLOAT(0.0f, st.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
 }
 
 int main(void)

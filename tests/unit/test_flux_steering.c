@@ -50,7 +50,7 @@ void tearDown(void)
 static float flux_Wb(float omega_ref_rad_s, float torque_Nm)
 {
     const flux_steering_out_t out = flux_steering_step(&cfg, &st, omega_ref_rad_s, torque_Nm);
-    return cfg.lambda_nominal_Wb - out.below_Wb;
+    return cfg.lambda_nominal_Wb - out.reduction_Wb;
 }
 
 /* The same from rest. */
@@ -163,7 +163,7 @@ static void test_switched_off_nothing_is_looked_at_and_nothing_moves(void)
     st = (flux_steering_state_t){0};
     const flux_steering_state_t before = st;
     const flux_steering_out_t out = flux_steering_step(&cfg, &st, 0.0f, 10.0f);
-    ASSERT_SAME_FLOAT(0.0f, out.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(0.0f, out.rate_Wb_per_s);
     TEST_ASSERT_FALSE(out.moving);
     TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
@@ -193,7 +193,7 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         flux_steering_params_t p = good;
         p.slew_Wb_per_s = 10.0f; /* not limited in this step */
         TEST_ASSERT_TRUE(flux_steering_init(&cfg, &p, &model, PERIOD_S));
-        st = (flux_steering_state_t){.torque_Nm = -6.0f, .below_Wb = 0.2f, .steering = true};
+        st = (flux_steering_state_t){.torque_Nm = -6.0f, .reduction_Wb = 0.2f, .steering = true};
         const double torque = -6.0 + 0.2 / 32.2 * (-7.0 + 6.0);
         /* 1 rad/s against the torque. */
         const double slip = 4.23 + 1.0;
@@ -202,9 +202,9 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const double step = fmax(-2e-3, fmin(2e-3, below - 0.2));
         const flux_steering_out_t out = flux_steering_step(&cfg, &st, 1.0f, -7.0f);
         ASSERT_NEAR(1e-6, torque, st.torque_Nm);
-        ASSERT_NEAR(1e-7, 0.2 + step, out.below_Wb);
+        ASSERT_NEAR(1e-7, 0.2 + step, out.reduction_Wb);
         ASSERT_NEAR(1e-3, -step / 2e-4, out.rate_Wb_per_s);
-        ASSERT_SAME_FLOAT(out.below_Wb, st.below_Wb);
+        ASSERT_SAME_FLOAT(out.reduction_Wb, st.reduction_Wb);
     }
 }
 
@@ -284,21 +284,21 @@ static void test_motoring_faster_than_the_minimum_needs_no_slip(void)
 static void test_the_flux_moves_by_the_slew_step_and_says_so(void)
 {
     cfg.step_Wb = 0.125f;
-    const float below_Wb[] = {0.125f, 0.25f, 0.375f, 0.5f, 0.5f};
+    const float reduction_Wb[] = {0.125f, 0.25f, 0.375f, 0.5f, 0.5f};
     for (unsigned k = 0; k < 5u; k++) {
         const flux_steering_out_t out = flux_steering_step(&cfg, &st, -4.0f, 8.0f);
-        ASSERT_SAME_FLOAT(below_Wb[k], out.below_Wb);
+        ASSERT_SAME_FLOAT(reduction_Wb[k], out.reduction_Wb);
         ASSERT_NEAR(0.0, (k < 4u) ? -512.0 : 0.0, out.rate_Wb_per_s);
         TEST_ASSERT_EQUAL(k < 4u, out.moving);
     }
     /* And back, the last bit of the way slower than the limit. */
-    st.below_Wb = 0.1875f;
+    st.reduction_Wb = 0.1875f;
     flux_steering_out_t out = flux_steering_step(&cfg, &st, 20.0f, 8.0f);
-    ASSERT_SAME_FLOAT(0.0625f, out.below_Wb);
+    ASSERT_SAME_FLOAT(0.0625f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(512.0f, out.rate_Wb_per_s);
     TEST_ASSERT_TRUE(out.moving);
     out = flux_steering_step(&cfg, &st, 20.0f, 8.0f);
-    ASSERT_SAME_FLOAT(0.0f, out.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(256.0f, out.rate_Wb_per_s);
     TEST_ASSERT_FALSE(out.moving);
 }
@@ -307,7 +307,7 @@ static void test_no_number_is_remembered(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         const float x = not_finite(i);
-        st = (flux_steering_state_t){.torque_Nm = 8.0f, .below_Wb = 0.5f, .steering = true};
+        st = (flux_steering_state_t){.torque_Nm = 8.0f, .reduction_Wb = 0.5f, .steering = true};
         ASSERT_SAME_FLOAT(0.5f, flux_Wb(-4.0f, x));
         ASSERT_SAME_FLOAT(8.0f, st.torque_Nm);
         ASSERT_SAME_FLOAT(1.0f, flux_Wb(x, 8.0f)); /* a reference without sense: nominal flux */
@@ -421,7 +421,7 @@ static void test_zero_frequency_is_crossed_in_one_go(void)
             TEST_ASSERT_EQUAL_INT(0, back);
             /* Unsteered it would be 8 rad/s at 1.05 rad/s^2: 7.6 s. */
             TEST_ASSERT_TRUE(inside_s < 1.0);
-            ASSERT_NEAR(1e-6, 0.0, st.below_Wb);
+            ASSERT_NEAR(1e-6, 0.0, st.reduction_Wb);
         }
     }
 }
@@ -431,7 +431,7 @@ static void test_two_steerings_share_a_config_and_nothing_else(void)
     flux_steering_state_t other = {0};
     const float first_Wb = flux_Wb(-4.0f, 8.0f);
     const flux_steering_out_t out = flux_steering_step(&cfg, &other, -4.0f, 8.0f);
-    ASSERT_SAME_FLOAT(first_Wb, cfg.lambda_nominal_Wb - out.below_Wb);
+    ASSERT_SAME_FLOAT(first_Wb, cfg.lambda_nominal_Wb - out.reduction_Wb);
 }
 
 int main(void)

@@ -160,8 +160,8 @@ static void test_init_derives_the_schedule(void)
     const speed_control_params_t p = scheduled();
     speed_control_config_t cfg = {0};
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
-    ASSERT_NEAR(1e-6, 3.0, cfg.more_max);
-    ASSERT_NEAR(1e-7, 0.1, cfg.more_per_rad_s);
+    ASSERT_NEAR(1e-6, 3.0, cfg.gain_extra_max);
+    ASSERT_NEAR(1e-7, 0.1, cfg.gain_extra_per_rad_s);
     ASSERT_SAME_FLOAT(30.0f, cfg.slow_rad_s);
 }
 
@@ -193,8 +193,8 @@ static void test_a_fast_bandwidth_that_is_not_faster_is_no_schedule(void)
         p.fast_bandwidth_rad_s = not_faster_rad_s[i];
         p.slow_rad_s = 60.0f; /* not looked at */
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
-        ASSERT_SAME_FLOAT(0.0f, cfg.more_max);
-        ASSERT_SAME_FLOAT(0.0f, cfg.more_per_rad_s);
+        ASSERT_SAME_FLOAT(0.0f, cfg.gain_extra_max);
+        ASSERT_SAME_FLOAT(0.0f, cfg.gain_extra_per_rad_s);
     }
     speed_control_params_t p = scheduled();
     speed_control_config_t cfg = {0};
@@ -207,8 +207,8 @@ static void test_a_fast_bandwidth_that_is_not_faster_is_no_schedule(void)
 static void test_the_gains_grow_with_the_speed_either_way(void)
 {
     speed_control_config_t cfg = simple;
-    cfg.more_per_rad_s = 0.125f;
-    cfg.more_max = 1.0f;
+    cfg.gain_extra_per_rad_s = 0.125f;
+    cfg.gain_extra_max = 1.0f;
     cfg.slow_rad_s = 4.0f;
     const float w_rad_s[] = {0.0f, 4.0f, 8.0f, 12.0f, 100.0f};
     const float faster[] = {1.0f, 1.0f, 1.5f, 2.0f, 2.0f};

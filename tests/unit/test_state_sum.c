@@ -63,22 +63,14 @@ static void test_what_a_limit_would_heal_is_seen_at_once(void)
 
 static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
 {
-    float *const value[] = {&st.voltage.current.d.x,
-                            &st.voltage.current.q.x,
-                            &st.voltage.ahead.alpha,
-                            &st.voltage.ahead.beta,
-                            &st.acting.acting_V.alpha,
-                            &st.acting.acting_V.beta,
-                            &st.acting.pending_V.alpha,
-                            &st.acting.pending_V.beta,
-                            &st.acting.lag.alpha,
-                            &st.acting.lag.beta,
-                            &st.measurement.offset_A.u,
-                            &st.measurement.offset_A.v,
-                            &st.measurement.offset_A.w,
-                            &st.measurement.offset_V.alpha,
-                            &st.measurement.offset_V.beta,
-                            &st.modes.vector.speed.more};
+    float *const value[] = {&st.voltage.current.d.x,       &st.voltage.current.q.x,
+                            &st.voltage.ahead.alpha,       &st.voltage.ahead.beta,
+                            &st.acting.acting_V.alpha,     &st.acting.acting_V.beta,
+                            &st.acting.pending_V.alpha,    &st.acting.pending_V.beta,
+                            &st.acting.lag.alpha,          &st.acting.lag.beta,
+                            &st.measurement.offset_A.u,    &st.measurement.offset_A.v,
+                            &st.measurement.offset_A.w,    &st.measurement.offset_V.alpha,
+                            &st.measurement.offset_V.beta, &st.modes.vector.speed.gain_extra};
     assert_each_is_seen(value, sizeof value / sizeof value[0], FAST);
 }
 
@@ -102,8 +94,8 @@ static void test_control_and_resistance_are_seen_once_per_turn(void)
                             &st.modes.vector.i_d_reduction_A,
                             &st.modes.vector.torque_gain_extra_pu,
                             &st.modes.vector.steering.torque_Nm,
-                            &st.modes.vector.steering.below_Wb,
-                            &st.modes.vector.steer.below_Wb,
+                            &st.modes.vector.steering.reduction_Wb,
+                            &st.modes.vector.steer.reduction_Wb,
                             &st.modes.vector.steer.rate_Wb_per_s,
                             &st.modes.i_f.axis.alpha,
                             &st.modes.i_f.axis.beta,
@@ -146,9 +138,9 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
                             &st.guard.plausibility.omega_before_rad_s,
                             &m->vector.reference.weakened_Wb,
                             &m->vector.reference.economy_Wb,
-                            &m->vector.reference.below_Wb,
+                            &m->vector.reference.reduction_Wb,
                             &m->vector.reference.rate_Wb_per_s,
-                            &m->vector.reference.i_q_less_A,
+                            &m->vector.reference.i_q_reduction_A,
                             &m->flying_current.i_before_A.alpha,
                             &m->flying_current.i_before_A.beta,
                             &m->flying_current.e_V.alpha,

@@ -231,10 +231,10 @@ static void test_the_torque_current_stays_in_its_window(void)
     ASSERT_NEAR(1e-5, 3.0, step_planned().q); /* 4 of 5 A magnetise */
     limits.overload.derating = false;
     st.pull_out_near = true;
-    st.reference.i_q_less_A = 4.5f;
+    st.reference.i_q_reduction_A = 4.5f;
     st.speed.pi.x = 11.0f;
     ASSERT_NEAR(1e-5, 7.5, step_planned().q);
-    st.reference.i_q_less_A = 0.0f;
+    st.reference.i_q_reduction_A = 0.0f;
     st.pull_out_near = false;
     st.speed.pi.x = 11.0f;
     ASSERT_NEAR(0.1, 11.0, step_planned().q);
@@ -244,7 +244,7 @@ static void test_the_torque_current_stays_in_its_window(void)
 static void test_less_flux_takes_more_current_for_the_torque(void)
 {
     steer();
-    st.steer = (flux_steering_out_t){.below_Wb = 0.25f * cfg->flux.lambda_ref_Wb};
+    st.steer = (flux_steering_out_t){.reduction_Wb = 0.25f * cfg->flux.lambda_ref_Wb};
     vector_catch(cfg, &st, 0.0f, 540.0f); /* no weakening: steering alone */
     ASSERT_NEAR(1e-6, 0.25 * (double)cfg->flux.lambda_ref_Wb, st.flux_reduction_Wb);
     ASSERT_NEAR(1e-6, 1.0, st.i_d_reduction_A);
@@ -262,7 +262,7 @@ static void test_the_voltage_limit_lowers_the_flux_in_its_slot(void)
     for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
         st.reference = (flux_reference_state_t){0};
         vector_slow(cfg, &drive.limits, &st, &in);
-        TEST_ASSERT_EQUAL(in.slot == SLOT_FLUX_REFERENCE, st.reference.below_Wb > 0.0f);
+        TEST_ASSERT_EQUAL(in.slot == SLOT_FLUX_REFERENCE, st.reference.reduction_Wb > 0.0f);
     }
     flux_reference_state_t expected = {0};
     st.reference = expected;
@@ -276,13 +276,13 @@ static void test_the_voltage_limit_lowers_the_flux_in_its_slot(void)
     flux_reference_step(&cfg->reference, &expected, &reference_in);
     vector_slow(cfg, &drive.limits, &st, &in);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &st.reference, sizeof expected);
-    ASSERT_SAME_FLOAT(expected.below_Wb, st.flux_reduction_Wb);
+    ASSERT_SAME_FLOAT(expected.reduction_Wb, st.flux_reduction_Wb);
 }
 
 /* Switched off while it acts: the flux comes back, and then nothing is stepped any more. */
 static void test_a_voltage_limit_that_is_switched_off_lets_go(void)
 {
-    st.reference.below_Wb = 0.2f;
+    st.reference.reduction_Wb = 0.2f;
     st.reference.weakened_Wb = 0.2f;
     st.planned = true;
     in.slot = SLOT_FLUX_REFERENCE;
@@ -301,7 +301,7 @@ static void test_steering_has_a_slot_of_its_own(void)
         st.steering = (flux_steering_state_t){0};
         st.speed.omega_ref_rad_s = -3.0f;
         vector_slow(cfg, &drive.limits, &st, &in);
-        TEST_ASSERT_EQUAL(in.slot == SLOT_FLUX_STEERING, st.steering.below_Wb > 0.0f);
+        TEST_ASSERT_EQUAL(in.slot == SLOT_FLUX_STEERING, st.steering.reduction_Wb > 0.0f);
     }
     flux_steering_state_t expected = {0};
     st.steering = expected;
@@ -311,7 +311,7 @@ static void test_steering_has_a_slot_of_its_own(void)
     const flux_steering_out_t steer_out =
         flux_steering_step(&cfg->steering, &expected, -3.0f, torque_Nm);
     vector_slow(cfg, &drive.limits, &st, &in);
-    ASSERT_SAME_FLOAT(steer_out.below_Wb, st.flux_reduction_Wb);
+    ASSERT_SAME_FLOAT(steer_out.reduction_Wb, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
 }
 
@@ -322,9 +322,9 @@ static void test_the_speed_schedule_has_a_slot_of_its_own(void)
     p.speed.fast_rad_s = 50.0f;
     configure();
     for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
-        st.speed.more = 0.0f;
+        st.speed.gain_extra = 0.0f;
         vector_slow(cfg, &drive.limits, &st, &in);
-        ASSERT_NEAR(1e-6, (in.slot == SLOT_SPEED_SCHEDULE) ? 1.0 : 0.0, st.speed.more);
+        ASSERT_NEAR(1e-6, (in.slot == SLOT_SPEED_SCHEDULE) ? 1.0 : 0.0, st.speed.gain_extra);
     }
 }
 
@@ -332,7 +332,7 @@ static void test_the_speed_schedule_has_a_slot_of_its_own(void)
 static void test_the_lower_of_both_flux_references_counts(void)
 {
     weaken();
-    st.steer = (flux_steering_out_t){.below_Wb = 0.1f, .rate_Wb_per_s = -0.5f};
+    st.steer = (flux_steering_out_t){.reduction_Wb = 0.1f, .rate_Wb_per_s = -0.5f};
     vector_catch(cfg, &st, 0.0f, 540.0f);
     ASSERT_SAME_FLOAT(0.1f, st.flux_reduction_Wb);
     const double M_H = (double)p.motor.M_H, tau_per_s = (double)(p.motor.Rr_ohm / p.motor.Lr_H);
@@ -374,16 +374,17 @@ static void test_at_rest_the_speed_controller_begins_again(void)
 /* What the voltage limit took stays taken. */
 static void test_steering_that_is_stopped_leaves_the_other_reference(void)
 {
-    st.steering = (flux_steering_state_t){.torque_Nm = 3.0f, .below_Wb = 0.2f, .steering = true};
-    st.steer = (flux_steering_out_t){.below_Wb = 0.2f, .rate_Wb_per_s = 1.0f, .moving = true};
-    st.reference.below_Wb = 0.05f;
+    st.steering =
+        (flux_steering_state_t){.torque_Nm = 3.0f, .reduction_Wb = 0.2f, .steering = true};
+    st.steer = (flux_steering_out_t){.reduction_Wb = 0.2f, .rate_Wb_per_s = 1.0f, .moving = true};
+    st.reference.reduction_Wb = 0.05f;
     st.flux_reduction_Wb = 0.2f;
     vector_stop_steering(cfg, &st);
     ASSERT_SAME_FLOAT(0.05f, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(0.0f, st.steering.torque_Nm);
-    ASSERT_SAME_FLOAT(0.0f, st.steering.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.steering.reduction_Wb);
     TEST_ASSERT_FALSE(st.steering.steering);
-    ASSERT_SAME_FLOAT(0.0f, st.steer.below_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.steer.reduction_Wb);
     TEST_ASSERT_FALSE(st.steer.moving);
 }
 

@@ -9,13 +9,14 @@
  * far from it. */
 static void choose_flux(const vector_config_t *cfg, vector_state_t *st)
 {
-    const bool level = st->reference.below_Wb > st->steer.below_Wb;
+    const bool level = st->reference.reduction_Wb > st->steer.reduction_Wb;
     const float rate_Wb_per_s = level ? st->reference.rate_Wb_per_s : st->steer.rate_Wb_per_s;
-    st->flux_reduction_Wb = level ? st->reference.below_Wb : st->steer.below_Wb;
+    st->flux_reduction_Wb = level ? st->reference.reduction_Wb : st->steer.reduction_Wb;
     const float reduction_pu = st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb;
     st->torque_gain_extra_pu = reduction_pu / (1.0f - reduction_pu);
-    st->i_d_reduction_A = flux_control_less_A(&cfg->flux, st->flux_reduction_Wb, rate_Wb_per_s);
-    st->pull_out_near = st->reference.i_q_less_A > 0.0f;
+    st->i_d_reduction_A =
+        flux_control_reduction_A(&cfg->flux, st->flux_reduction_Wb, rate_Wb_per_s);
+    st->pull_out_near = st->reference.i_q_reduction_A > 0.0f;
 }
 
 static float torque_Nm(const vector_config_t *cfg, const mode_in_t *in, ab_t axis)
@@ -27,7 +28,7 @@ static float torque_Nm(const vector_config_t *cfg, const mode_in_t *in, ab_t axi
 COLD static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
                             ab_t axis)
 {
-    if (!flux_reference_on(&cfg->reference) && !(st->reference.below_Wb > 0.0f)) {
+    if (!flux_reference_on(&cfg->reference) && !(st->reference.reduction_Wb > 0.0f)) {
         return;
     }
     const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->pending_V)),
@@ -64,14 +65,14 @@ static void plan(const vector_config_t *cfg, const torque_limits_config_t *limit
                  vector_state_t *st, const mode_in_t *in)
 {
     const flux_control_in_t flux_in = {.lambda_hat_Wb = in->estimate->lambda_Wb,
-                                       .below_Wb = st->flux_reduction_Wb,
-                                       .less_A = st->i_d_reduction_A};
+                                       .reduction_Wb = st->flux_reduction_Wb,
+                                       .reduction_A = st->i_d_reduction_A};
     const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
     torque_window_t window;
     const bool limited = torque_limits_active(in->limits) || st->pull_out_near;
     if (limited) {
         window = torque_limits_window(limits, in->limits, in->estimate->omega_e_rad_s, i_d_A,
-                                      st->reference.i_q_less_A);
+                                      st->reference.i_q_reduction_A);
     }
     const bool torque = in->asked->aim == DRIVE_AIM_TORQUE;
     if (torque) {

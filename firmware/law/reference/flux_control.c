@@ -31,7 +31,7 @@ bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *
 float flux_control_pi(const flux_control_config_t *cfg, flux_control_state_t *st,
                       const flux_control_in_t *in)
 {
-    const float lambda_err_Wb = cfg->lambda_ref_Wb - in->below_Wb - in->lambda_hat_Wb;
+    const float lambda_err_Wb = cfg->lambda_ref_Wb - in->reduction_Wb - in->lambda_hat_Wb;
     const float asked_A = pi_output(&cfg->pi, &st->pi, lambda_err_Wb);
     const float i_d_ref_A = clampf(asked_A, 0.0f, cfg->i_d_max_A);
     pi_update(&cfg->pi, &st->pi, lambda_err_Wb, i_d_ref_A - asked_A);

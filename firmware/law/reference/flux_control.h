@@ -45,17 +45,17 @@ CHECKED bool flux_control_init(flux_control_config_t *cfg, const flux_control_pa
 
 typedef struct {
     float lambda_hat_Wb;
-    float below_Wb; /* the reference is this much below M i_d (flux_steering) */
-    float less_A;   /* constant mode: what that takes from i_d (flux_control_less) */
+    float reduction_Wb; /* the reference is this much below M i_d (flux_steering) */
+    float reduction_A;  /* constant mode: what that takes from i_d (flux_control_less) */
 } flux_control_in_t;
 
 /* (below - rate/tau)/M: the flux follows M i_d with the lag 1/tau, the rate makes up for it. Need
  * not be called every period. */
-static inline float flux_control_less_A(const flux_control_config_t *cfg, float below_Wb,
-                                        float rate_Wb_per_s)
+static inline float flux_control_reduction_A(const flux_control_config_t *cfg, float reduction_Wb,
+                                             float rate_Wb_per_s)
 {
-    const float less_A = (below_Wb - rate_Wb_per_s * cfg->inv_tau_s) * cfg->inv_M_per_H;
-    return clampf(less_A, cfg->i_d_A - cfg->i_d_max_A, cfg->i_d_A);
+    const float reduction_A = (reduction_Wb - rate_Wb_per_s * cfg->inv_tau_s) * cfg->inv_M_per_H;
+    return clampf(reduction_A, cfg->i_d_A - cfg->i_d_max_A, cfg->i_d_A);
 }
 
 float flux_control_pi(const flux_control_config_t *cfg, flux_control_state_t *st,
@@ -65,7 +65,7 @@ float flux_control_pi(const flux_control_config_t *cfg, flux_control_state_t *st
 static inline float flux_control_step(const flux_control_config_t *cfg, flux_control_state_t *st,
                                       const flux_control_in_t *in)
 {
-    return (cfg->mode == FLUX_CONTROL_CONSTANT) ? (cfg->i_d_A - in->less_A)
+    return (cfg->mode == FLUX_CONTROL_CONSTANT) ? (cfg->i_d_A - in->reduction_A)
                                                 : flux_control_pi(cfg, st, in);
 }
 

@@ -48,7 +48,7 @@ bool flux_reference_init(flux_reference_config_t *cfg, const flux_reference_para
         .economy_step_Wb = params->economy_slew_Wb_per_s * period_s,
         .gain_Wb_rad_s_per_V = params->bandwidth_rad_s * period_s / kr,
         .lambda_nominal_Wb = params->lambda_nominal_Wb,
-        .below_max_Wb = params->lambda_nominal_Wb - params->lambda_min_Wb,
+        .reduction_max_Wb = params->lambda_nominal_Wb - params->lambda_min_Wb,
         /* sigma Ls i_q = share Ls i_d, i_d = lambda/M. */
         .i_q_per_Wb_A = params->pull_out_share * Ls_H / (motor->sigma_Ls_H * motor->M_H),
         .i_q_max_A = params->i_q_max_A,
@@ -76,7 +76,7 @@ static void weaken(const flux_reference_config_t *cfg, flux_reference_state_t *s
     const float more_Wb =
         cfg->gain_Wb_rad_s_per_V * (u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
     if (is_finite(more_Wb)) {
-        st->weakened_Wb = clampf(st->weakened_Wb + more_Wb, 0.0f, cfg->below_max_Wb);
+        st->weakened_Wb = clampf(st->weakened_Wb + more_Wb, 0.0f, cfg->reduction_max_Wb);
     }
 }
 
@@ -110,11 +110,11 @@ void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_stat
     } else {
         st->weakened_Wb = 0.0f;
     }
-    const float below_Wb = maxf(st->weakened_Wb, st->economy_Wb);
-    st->rate_Wb_per_s = (st->below_Wb - below_Wb) * cfg->inv_period_per_s;
-    st->below_Wb = below_Wb;
-    const float i_q_A = cfg->i_q_per_Wb_A * (cfg->lambda_nominal_Wb - below_Wb);
-    st->i_q_less_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
+    const float reduction_Wb = maxf(st->weakened_Wb, st->economy_Wb);
+    st->rate_Wb_per_s = (st->reduction_Wb - reduction_Wb) * cfg->inv_period_per_s;
+    st->reduction_Wb = reduction_Wb;
+    const float i_q_A = cfg->i_q_per_Wb_A * (cfg->lambda_nominal_Wb - reduction_Wb);
+    st->i_q_reduction_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
 }
 
 void flux_reference_start(const flux_reference_config_t *cfg, flux_reference_state_t *st,
@@ -123,7 +123,7 @@ void flux_reference_start(const flux_reference_config_t *cfg, flux_reference_sta
     *st = (flux_reference_state_t){0};
     const float room_Wb = cfg->voltage_share * u_dc_V / maxf(absf(omega_s_rad_s), 1.0f);
     if (cfg->voltage_share > 0.0f) {
-        st->weakened_Wb = clampf(cfg->lambda_nominal_Wb - room_Wb, 0.0f, cfg->below_max_Wb);
-        st->below_Wb = st->weakened_Wb;
+        st->weakened_Wb = clampf(cfg->lambda_nominal_Wb - room_Wb, 0.0f, cfg->reduction_max_Wb);
+        st->reduction_Wb = st->weakened_Wb;
     }
 }

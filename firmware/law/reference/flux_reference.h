@@ -39,18 +39,18 @@ typedef struct {
     float economy_step_Wb;
     float gain_Wb_rad_s_per_V; /* of the voltage controller, per turn */
     float lambda_nominal_Wb;
-    float below_max_Wb;
+    float reduction_max_Wb;
     float i_q_per_Wb_A;
     float i_q_max_A;
     float inv_period_per_s;
 } flux_reference_config_t;
 
 typedef struct {
-    float weakened_Wb;   /* nominal flux minus what the voltage allows */
-    float economy_Wb;    /* nominal flux minus what the torque needs */
-    float below_Wb;      /* the larger of the two: below nominal */
-    float rate_Wb_per_s; /* of the flux, in the last turn */
-    float i_q_less_A;    /* what pull-out takes from the largest torque current */
+    float weakened_Wb;     /* nominal flux minus what the voltage allows */
+    float economy_Wb;      /* nominal flux minus what the torque needs */
+    float reduction_Wb;    /* the larger of the two: below nominal */
+    float rate_Wb_per_s;   /* of the flux, in the last turn */
+    float i_q_reduction_A; /* what pull-out takes from the largest torque current */
 } flux_reference_state_t;
 
 typedef struct {

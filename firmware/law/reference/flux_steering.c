@@ -85,10 +85,10 @@ flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_s
     if (is_finite(behind_Nm)) {
         st->torque_Nm += cfg->filter_gain * behind_Nm;
     }
-    const float below_Wb = cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s);
-    const float step_Wb = limitf(below_Wb - st->below_Wb, cfg->step_Wb);
-    st->below_Wb += step_Wb;
-    return (flux_steering_out_t){.below_Wb = st->below_Wb,
+    const float reduction_Wb = cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s);
+    const float step_Wb = limitf(reduction_Wb - st->reduction_Wb, cfg->step_Wb);
+    st->reduction_Wb += step_Wb;
+    return (flux_steering_out_t){.reduction_Wb = st->reduction_Wb,
                                  .rate_Wb_per_s = -step_Wb * cfg->inv_period_per_s,
                                  .moving = absf(step_Wb) >= cfg->step_Wb};
 }

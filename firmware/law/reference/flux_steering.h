@@ -39,13 +39,13 @@ typedef struct {
 } flux_steering_config_t;
 
 typedef struct {
-    float torque_Nm; /* filtered */
-    float below_Wb;  /* nominal flux minus the reference, after the slew limit */
-    bool steering;   /* hysteresis */
+    float torque_Nm;    /* filtered */
+    float reduction_Wb; /* nominal flux minus the reference, after the slew limit */
+    bool steering;      /* hysteresis */
 } flux_steering_state_t;
 
 typedef struct {
-    float below_Wb;      /* nominal flux minus the reference */
+    float reduction_Wb;  /* nominal flux minus the reference */
     float rate_Wb_per_s; /* of the reference */
     bool moving;         /* the slew limit is active */
 } flux_steering_out_t;

@@ -37,8 +37,8 @@ typedef struct {
     float i_max2_A2;
     float filter_gain; /* T/(T + filter_s) */
     float slew_step_rad_s;
-    float more_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
-    float more_max;       /* ... up to 1 + this */
+    float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
+    float gain_extra_max;       /* ... up to 1 + this */
     float slow_rad_s;
     float A_per_Nm; /* torque to current at nominal flux */
     float torque_step_A;
@@ -50,7 +50,7 @@ typedef struct {
     pi_state_t pi;
     float omega_filtered_rad_s;
     float omega_ref_rad_s; /* after the slew limit */
-    float more;            /* bandwidth over that of slow speed is 1 + this */
+    float gain_extra;      /* bandwidth over that of slow speed is 1 + this */
     float i_q_A;           /* allowed last, at nominal flux: where torque mode begins */
     float low_A;           /* what is allowed, at nominal flux */
     float high_A;
@@ -83,7 +83,7 @@ static inline void speed_control_schedule(const speed_control_config_t *cfg,
                                           speed_control_state_t *st)
 {
     const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
-    st->more = clampf(cfg->more_per_rad_s * above_rad_s, 0.0f, cfg->more_max);
+    st->gain_extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
 }
 
 /* i_q reference in A. With a torque for reference that is i_q on its slew from what it was, and the
