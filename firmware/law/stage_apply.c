@@ -36,5 +36,5 @@ void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *
     out->i_A = i_A;
     out->i_ref_A = voltage_in.i_ref_A; /* of a voltage: no error, the controllers only follow */
     out->premagnetising = request->busy;
-    st->acting.pending_V = voltage.u_V;
+    acting_voltage_push(&st->acting, voltage.u_V);
 }

@@ -83,9 +83,10 @@ void transition_after_open_loop(const drive_config_t *cfg, drive_state_t *st, co
         (void)i_f_step(&cfg->modes.i_f, &st->modes.i_f, &i_f_in);
         return;
     }
-    st->modes.vector.speed.omega_ref_rad_s =
-        (st->mode == MODE_DC_BRAKE) ? dc_brake_reference_rad_s(&cfg->modes.brake, &st->modes.brake)
-                                    : request->omega_e_rad_s;
+    speed_control_follow(&st->modes.vector.speed,
+                         (st->mode == MODE_DC_BRAKE)
+                             ? dc_brake_reference_rad_s(&cfg->modes.brake, &st->modes.brake)
+                             : request->omega_e_rad_s);
     if (st->mode != MODE_FLYING_START) {
         return;
     }

@@ -42,6 +42,12 @@ static inline void acting_voltage_angle(const acting_voltage_config_t *cfg,
     st->lag = (ab_t){unit.alpha - 1.0f, unit.beta};
 }
 
+/* The voltage that this period's duties will give. */
+static inline void acting_voltage_push(acting_voltage_state_t *st, ab_t u_V)
+{
+    st->pending_V = u_V;
+}
+
 /* One period: the voltage of the ended interval, by the source in use. u_line_V: sensed now. */
 ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
                          ab_t u_line_V);

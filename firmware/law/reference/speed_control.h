@@ -106,6 +106,12 @@ static inline void speed_control_track(speed_control_state_t *st, float i_q_A)
     st->omega_ref_rad_s = st->omega_filtered_rad_s;
 }
 
+/* Another mode sets the speed: the reference follows it. */
+static inline void speed_control_follow(speed_control_state_t *st, float omega_ref_rad_s)
+{
+    st->omega_ref_rad_s = omega_ref_rad_s;
+}
+
 /* No torque while the shaft turns at omega_hat: begins there. */
 static inline void speed_control_wait(speed_control_state_t *st, float omega_hat_rad_s)
 {
