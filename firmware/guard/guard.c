@@ -4,10 +4,10 @@
 #define GUARD_AT_LIMIT_PU2 0.9f
 
 bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
-                const plausibility_params_t *plausibility, float turn_s)
+                const plausibility_params_t *plausibility, float schedule_s)
 {
     cfg->monitor = *monitor;
-    return monitor_init(monitor) && plausibility_init(&cfg->plausibility, plausibility, turn_s);
+    return monitor_init(monitor) && plausibility_init(&cfg->plausibility, plausibility, schedule_s);
 }
 
 /* What the estimate claims of power: that of its torque at the speed of its field. */

@@ -53,7 +53,7 @@ static inline bool guard_look_is_due(uint32_t slot)
 
 /* False for what one of the parts refuses. */
 CHECKED bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
-                        const plausibility_params_t *plausibility, float turn_s);
+                        const plausibility_params_t *plausibility, float schedule_s);
 
 /* Fault bits of this period: limits, and numbers that are none. */
 static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,

@@ -41,8 +41,8 @@ static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in
 }
 
 /* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */
-COLD static uint32_t lasting_faults(const monitor_config_t *cfg, monitor_state_t *st,
-                                    const measured_t *meas)
+COLD static uint32_t debounced_faults(const monitor_config_t *cfg, monitor_state_t *st,
+                                      const measured_t *meas)
 {
     const uint32_t flags = meas->flags;
     const uint32_t limit = cfg->plausibility_periods;
@@ -68,7 +68,7 @@ uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const mo
     }
     /* Nothing odd now nor before: nothing to count. */
     if ((flags | st->adc_periods | st->sum_periods | st->earth_periods) != 0u) {
-        faults |= lasting_faults(cfg, st, in->meas);
+        faults |= debounced_faults(cfg, st, in->meas);
     }
     return faults;
 }

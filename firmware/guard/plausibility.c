@@ -4,12 +4,12 @@
 
 #include "debounce.h"
 
-/* Times on end, each a turn of 3.2 ms: longer than any transient of the current loop, shorter than
- * what a wrong angle needs to lose the load. A phase comes first: with one open, the voltages do
- * not fit either. */
-#define PLAUSIBILITY_VOLTAGE_TURNS  8u
-#define PLAUSIBILITY_PHASE_TURNS    6u
-#define PLAUSIBILITY_ESTIMATE_TURNS 60u
+/* Times on end, each a schedule of 3.2 ms: longer than any transient of the current loop, shorter
+ * than what a wrong angle needs to lose the load. A phase comes first: with one open, the voltages
+ * do not fit either. */
+#define PLAUSIBILITY_VOLTAGE_SCHEDULES  8u
+#define PLAUSIBILITY_PHASE_SCHEDULES    6u
+#define PLAUSIBILITY_ESTIMATE_SCHEDULES 60u
 
 /* Periods on end, and how well the image fits (square of a tenth). Two exchanged sensors make 8 and
  * more of them up to the trip, the start of a motor that turns 3 at most (tools/docs/monitor.md).
@@ -24,22 +24,24 @@
 /* Electrical. No speed: below the first; a speed is wanted from the second on. */
 #define PLAUSIBILITY_STILL_RAD_S  3.0f
 #define PLAUSIBILITY_WANTED_RAD_S 6.0f
-#define PLAUSIBILITY_STALL_MAX    1000000.0f /* turns */
+#define PLAUSIBILITY_STALL_MAX    1000000.0f /* schedules */
 
 bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *params,
-                       float turn_s)
+                       float schedule_s)
 {
     if (!nonnegativef(params->u_V) || !nonnegativef(params->open_A) ||
         !nonnegativef(params->e1_A) || !nonnegativef(params->rate_rad_s2) ||
-        !nonnegativef(params->power_W) || !nonnegativef(params->stall_s) || !positivef(turn_s)) {
+        !nonnegativef(params->power_W) || !nonnegativef(params->stall_s) ||
+        !positivef(schedule_s)) {
         return false;
     }
-    const float turns = params->stall_s / turn_s + 0.5f;
-    if (!(turns < PLAUSIBILITY_STALL_MAX)) {
+    const float schedules = params->stall_s / schedule_s + 0.5f;
+    if (!(schedules < PLAUSIBILITY_STALL_MAX)) {
         return false;
     }
-    *cfg = (plausibility_config_t){
-        .p = *params, .change_rad_s = params->rate_rad_s2 * turn_s, .stall_turns = (uint32_t)turns};
+    *cfg = (plausibility_config_t){.p = *params,
+                                   .change_rad_s = params->rate_rad_s2 * schedule_s,
+                                   .stall_schedules = (uint32_t)schedules};
     return true;
 }
 
@@ -51,8 +53,8 @@ bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_s
     }
     const float allowed_V = cfg->p.u_V + PLAUSIBILITY_VOLTAGE_PU * sqrtf(ab_norm2(duty_V));
     const bool wrong = !(ab_norm2(ab_sub(sensed_V, duty_V)) <= (allowed_V * allowed_V));
-    st->voltage = debounce_count(st->voltage, wrong, PLAUSIBILITY_VOLTAGE_TURNS);
-    return debounce_elapsed(st->voltage, PLAUSIBILITY_VOLTAGE_TURNS);
+    st->voltage = debounce_count(st->voltage, wrong, PLAUSIBILITY_VOLTAGE_SCHEDULES);
+    return debounce_elapsed(st->voltage, PLAUSIBILITY_VOLTAGE_SCHEDULES);
 }
 
 /* Each phase counts for itself: where the voltage ends, the current lags what is asked for, and one
@@ -72,8 +74,8 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
         /* A NaN is no current. */
         const bool wrong = (absf(wanted_A[x]) > least_A) &&
                            !(absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A));
-        st->phase[x] = debounce_count(st->phase[x], wrong, PLAUSIBILITY_PHASE_TURNS);
-        open = open || debounce_elapsed(st->phase[x], PLAUSIBILITY_PHASE_TURNS);
+        st->phase[x] = debounce_count(st->phase[x], wrong, PLAUSIBILITY_PHASE_SCHEDULES);
+        open = open || debounce_elapsed(st->phase[x], PLAUSIBILITY_PHASE_SCHEDULES);
     }
     return open;
 }
@@ -94,20 +96,20 @@ bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_
     const bool power = beyond(in->air_gap_W - in->torque_power_W, cfg->p.power_W);
     st->omega_before_rad_s = in->omega_rad_s;
     st->estimate =
-        debounce_count(st->estimate, e1 || flux || rate || power, PLAUSIBILITY_ESTIMATE_TURNS);
-    return debounce_elapsed(st->estimate, PLAUSIBILITY_ESTIMATE_TURNS);
+        debounce_count(st->estimate, e1 || flux || rate || power, PLAUSIBILITY_ESTIMATE_SCHEDULES);
+    return debounce_elapsed(st->estimate, PLAUSIBILITY_ESTIMATE_SCHEDULES);
 }
 
 bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t *st, bool at_limit,
                           float omega_rad_s, float omega_ref_rad_s)
 {
-    if (cfg->stall_turns == 0u) {
+    if (cfg->stall_schedules == 0u) {
         return false;
     }
     const bool wrong = at_limit && (absf(omega_rad_s) < PLAUSIBILITY_STILL_RAD_S) &&
                        (absf(omega_ref_rad_s) > PLAUSIBILITY_WANTED_RAD_S);
-    st->stall = debounce_count(st->stall, wrong, cfg->stall_turns);
-    return debounce_elapsed(st->stall, cfg->stall_turns);
+    st->stall = debounce_count(st->stall, wrong, cfg->stall_schedules);
+    return debounce_elapsed(st->stall, cfg->stall_schedules);
 }
 
 /* With u and v, v and w or w and u exchanged the sensors show e^(j phi) conj(i), phi a third of a

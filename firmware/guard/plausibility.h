@@ -1,6 +1,6 @@
 /* Does what is measured, what was asked for and what is estimated fit together? Bits for faults.
  *
- * Each question is put once per slow turn, to one sample, and answered by a count (debounce.h):
+ * Each check runs once per schedule on one sample, and is answered by a count (debounce.h):
  *   voltage   |u_sensed - u_duty| <= u_V + .1 |u_duty|    line sensors, dc link, duty
  *   phases    no phase without current that was asked for   open phase
  *   estimate  |e1| <= e1_A, flux not far below its reference, speed changes by rate_rad_s2 at
@@ -33,15 +33,15 @@ typedef struct {
 
 typedef struct {
     plausibility_params_t p;
-    float change_rad_s; /* rate_rad_s2 for a turn */
-    uint32_t stall_turns;
+    float change_rad_s; /* rate_rad_s2 for a schedule */
+    uint32_t stall_schedules;
 } plausibility_config_t;
 
 typedef struct {
     uint32_t voltage; /* counts of debounce.h */
     uint32_t phase[3];
     uint32_t estimate;
-    float omega_before_rad_s; /* a turn ago */
+    float omega_before_rad_s; /* a schedule ago */
     uint32_t stall;
     uint32_t mirrored;
 } plausibility_state_t;
@@ -58,7 +58,7 @@ typedef struct {
 
 /* False for a limit that is negative or not finite, or a stall time of more than an hour. */
 CHECKED bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *params,
-                               float turn_s);
+                               float schedule_s);
 
 /* Each: true when it has lasted. */
 COLD bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,

@@ -28,9 +28,9 @@
 
 /* When the supervisor finds the orientation lost. */
 typedef enum {
-    DRIVE_LOST_TELL = 0,   /* telemetry only, as the paper would */
-    DRIVE_LOST_STOP = 1,   /* a fault: gates off */
-    DRIVE_LOST_IMPRESS = 2 /* I-f takes over and holds the load until the estimate is back */
+    DRIVE_LOST_TELL = 0, /* telemetry only, as the paper would */
+    DRIVE_LOST_STOP = 1, /* a fault: gates off */
+    DRIVE_LOST_I_F = 2   /* I-f takes over and holds the load until the estimate is back */
 } drive_lost_action_t;
 
 typedef struct {

@@ -16,13 +16,13 @@ static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const mot
     cfg->inv_lambda_ref_per_Wb = 1.0f / lambda_Wb;
     cfg->lambda_min_Wb = ESTIMATE_LAMBDA_MIN_PU * p->motor.M_H * p->flux.i_d_A;
     cfg->ride_through = p->modes.mains.u_lost_V > 0.0f;
-    const float turn_s = (float)SLOT_COUNT * p->period_s;
+    const float schedule_s = (float)SLOT_COUNT * p->period_s;
     const float quarter_s = (float)SLOT_QUARTERS * p->period_s;
     return speed_control_init(&cfg->speed, &p->speed, motor, p->period_s) &&
            speed_ramp_init(&cfg->ramp, &p->ramp, quarter_s) &&
            flux_control_init(&cfg->flux, &p->flux, motor, quarter_s) &&
-           flux_steering_init(&cfg->steering, &p->steering, motor, turn_s) &&
-           flux_reference_init(&cfg->reference, &p->modes.level, motor, turn_s) &&
+           flux_steering_init(&cfg->steering, &p->steering, motor, schedule_s) &&
+           flux_reference_init(&cfg->reference, &p->modes.flux, motor, schedule_s) &&
            mains_loss_init(&cfg->mains, &p->modes.mains, motor, p->period_s);
 }
 
@@ -42,7 +42,7 @@ static bool init_premagnetise(premagnetise_config_t *cfg, const drive_params_t *
 static bool init_open_loop(modes_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)
 {
     const bool volts = p->modes.control == MODES_CONTROL_VOLTS_PER_HERTZ;
-    return i_f_init(&cfg->i_f, &p->impressed, motor, p->period_s) &&
+    return i_f_init(&cfg->i_f, &p->i_f, motor, p->period_s) &&
            (!volts || volts_per_hertz_init(&cfg->volts, &p->modes.volts, p->period_s));
 }
 
@@ -73,23 +73,23 @@ static bool init_voltage(voltage_config_t *cfg, const drive_params_t *p, const m
 
 static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
 {
-    const float turn_s = (float)SLOT_COUNT * p->period_s;
+    const float schedule_s = (float)SLOT_COUNT * p->period_s;
     cfg->guard.i_q_max2_A2 = cfg->modes.vector.speed.i_q_max2_A2;
     cfg->guard.i_max2_A2 = cfg->modes.vector.speed.i_max2_A2;
     cfg->guard.kr = cfg->motor.kr;
     const torque_limits_params_t limits = {
         .link = p->link, .overload = p->overload, .i_q_max_A = p->speed.i_q_max_A};
-    return torque_limits_init(&cfg->limits, &limits, turn_s) &&
-           guard_init(&cfg->guard, &p->monitor, &p->plausibility, turn_s);
+    return torque_limits_init(&cfg->limits, &limits, schedule_s) &&
+           guard_init(&cfg->guard, &p->monitor, &p->plausibility, schedule_s);
 }
 
 /* I-f current is there where something may ask for it. */
 static bool lost_action_valid(const drive_config_t *cfg, const drive_params_t *p)
 {
     const bool known = (p->lost_action == DRIVE_LOST_TELL) || (p->lost_action == DRIVE_LOST_STOP) ||
-                       (p->lost_action == DRIVE_LOST_IMPRESS);
+                       (p->lost_action == DRIVE_LOST_I_F);
     const bool wanted =
-        (p->lost_action == DRIVE_LOST_IMPRESS) || (p->modes.control == MODES_CONTROL_I_F);
+        (p->lost_action == DRIVE_LOST_I_F) || (p->modes.control == MODES_CONTROL_I_F);
     return known && (!wanted || i_f_on(&cfg->modes.i_f));
 }
 

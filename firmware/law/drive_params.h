@@ -6,7 +6,7 @@
 
 typedef struct {
     modes_control_t control;
-    flux_reference_params_t level;
+    flux_reference_params_t flux;
     flying_start_params_t flying;
     volts_per_hertz_params_t volts;
     mains_loss_params_t mains;
@@ -38,7 +38,7 @@ struct drive_params {
     plausibility_params_t plausibility;
     supervisor_params_t supervisor;
     drive_lost_action_t lost_action;
-    i_f_params_t impressed;
+    i_f_params_t i_f;
     modes_params_t modes;
 };
 

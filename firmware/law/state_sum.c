@@ -26,8 +26,8 @@ static float of_protection(const drive_state_t *st)
 {
     const supervisor_state_t *s = &st->supervisor;
     const torque_limits_state_t *l = &st->limits;
-    return l->link.braking_pu + l->overload.image_pu[OVERLOAD_MOTOR] +
-           l->overload.image_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + ab_sum(s->s_Wb) +
+    return l->link.braking_pu + l->overload.heat_pu[OVERLOAD_MOTOR] +
+           l->overload.heat_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + ab_sum(s->s_Wb) +
            s->found.residual_pu + s->found.lambda_Wb + s->found.i_s_A + s->found.excess_pu +
            s->omega_s_rad_s + ab_sum(s->emf_sum_V) + ab_sum(s->d_Wb) + s->flux_error_bound_pu +
            s->omega_bound_rad_s + st->guard.plausibility.omega_before_rad_s;

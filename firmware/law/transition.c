@@ -161,7 +161,7 @@ void transition_by_confidence(const drive_config_t *cfg, drive_state_t *st, cons
     const mode_in_t in = stage_view(cfg, st, asked, out);
     if (st->mode == MODE_TAKE_OVER) {
         hold_load(cfg, st, &in, lost, &out->faults);
-    } else if (cfg->lost_action == DRIVE_LOST_IMPRESS) {
+    } else if (cfg->lost_action == DRIVE_LOST_I_F) {
         take_over(cfg, st, &in);
     } else if (cfg->lost_action == DRIVE_LOST_STOP) {
         out->faults |= FAULT_ORIENTATION_LOST;

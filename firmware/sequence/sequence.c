@@ -138,7 +138,7 @@ static void premagnetise(const sequence_config_t *cfg, sequence_state_t *st,
     if (!run) {
         let_go(cfg, st);
     } else if (in->premagnetising) {
-        st->periods = 0u; /* the flux level of RUN is built up after the measurement */
+        st->periods = 0u; /* the flux of RUN is built up after the measurement */
     } else if (st->periods >= cfg->premagnetise_periods) {
         enter(st, SEQUENCE_RUN);
     } else {

@@ -201,11 +201,11 @@ static void config_confidence(drive_params_t *d, const params_t *p)
                               .lambda_nominal_Wb = p->M_H * p->i_d_A,
                               .omega_max_rad_s = p->omega_max_rad_s};
     d->lost_action = (drive_lost_action_t)p->lost_action;
-    d->impressed = (i_f_params_t){.current_A = p->i_f_A,
-                                  .slew_A_per_s = CONFIG_I_F_PER_S * p->i_f_A,
-                                  .slew_rad_s2 = p->open_loop_slew_rad_s2,
-                                  .return_rad_s = NUM_TWO_PI * CONFIG_I_F_RETURN_HZ,
-                                  .timeout_s = CONFIG_I_F_TIMEOUT_S};
+    d->i_f = (i_f_params_t){.current_A = p->i_f_A,
+                            .slew_A_per_s = CONFIG_I_F_PER_S * p->i_f_A,
+                            .slew_rad_s2 = p->open_loop_slew_rad_s2,
+                            .return_rad_s = NUM_TWO_PI * CONFIG_I_F_RETURN_HZ,
+                            .timeout_s = CONFIG_I_F_TIMEOUT_S};
 }
 
 void unit_config_drive(drive_params_t *drive, const params_t *params)

@@ -42,7 +42,7 @@ void unit_config_modes(modes_params_t *m, const params_t *p)
     const float stands_rad_s = CONFIG_STANDS_TAU * p->Rr_ohm / p->Lr_H;
     const float lambda_Wb = p->M_H * p->i_d_A;
     m->control = (modes_control_t)p->control_mode;
-    config_flux_reference(&m->level, p);
+    config_flux_reference(&m->flux, p);
     m->flying = (flying_start_params_t){.enable = p->flying_start != 0u,
                                         .current_A = p->i_d_A,
                                         .settle_s = CONFIG_FLYING_SETTLE_S,

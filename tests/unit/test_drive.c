@@ -884,7 +884,7 @@ static int period_that_sees_a_heat_of_nan(drive_mode_t mode, const drive_params_
     TEST_ASSERT_TRUE(drive_init(&cfg, p, &test_table));
     const measurement_in_t sample = words(p, 0, 0.0, 0.0, 540.0);
     const drive_in_t in = {.mode = mode};
-    drive_state_t st = {.limits.overload = {.image_pu = {NAN, 0.0f}}};
+    drive_state_t st = {.limits.overload = {.heat_pu = {NAN, 0.0f}}};
     drive_out_t out;
     for (int k = 1; k < 100; k++) {
         drive_step(&cfg, &st, &sample, &in, &out);

@@ -125,12 +125,12 @@ static void test_standing_is_reference_and_estimate(void)
 /* Impressed current cannot hold a torque: it holds the speed of then, whatever is commanded. */
 static void test_a_take_over_in_torque_mode_holds_the_speed(void)
 {
-    p.lost_action = DRIVE_LOST_IMPRESS;
-    p.impressed = (i_f_params_t){.current_A = 8.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 1000.0f,
-                                 .return_rad_s = 12.0f,
-                                 .timeout_s = 1.0f};
+    p.lost_action = DRIVE_LOST_I_F;
+    p.i_f = (i_f_params_t){.current_A = 8.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 1000.0f,
+                           .return_rad_s = 12.0f,
+                           .timeout_s = 1.0f};
     const drive_aim_t aim[2] = {DRIVE_AIM_TORQUE, DRIVE_AIM_SPEED};
     const double moved_rad_s[2] = {0.0, 0.2};
     for (int k = 0; k < 2; k++) {

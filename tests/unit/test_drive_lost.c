@@ -50,11 +50,11 @@ static void configure(int machine, drive_lost_action_t action)
 {
     p = both_machines(machine);
     p.lost_action = action;
-    p.impressed = (i_f_params_t){.current_A = 10.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 500.0f,
-                                 .return_rad_s = 12.0f,
-                                 .timeout_s = 2e-3f};
+    p.i_f = (i_f_params_t){.current_A = 10.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 500.0f,
+                           .return_rad_s = 12.0f,
+                           .timeout_s = 2e-3f};
     estimator_list.adapt_kp = 0.0f;
     estimator_list.adapt_ki = 0.0f;
     estimator_list.eps1 = 0.0f;
@@ -121,7 +121,7 @@ static void step(void)
 
 void setUp(void)
 {
-    configure(1, DRIVE_LOST_IMPRESS);
+    configure(1, DRIVE_LOST_I_F);
 }
 
 void tearDown(void)
@@ -199,7 +199,7 @@ static void test_stop_is_a_fault_and_nothing_else(void)
 
 static void test_doubt_alone_is_acted_upon_by_nobody(void)
 {
-    for (int action = DRIVE_LOST_TELL; action <= DRIVE_LOST_IMPRESS; action++) {
+    for (int action = DRIVE_LOST_TELL; action <= DRIVE_LOST_I_F; action++) {
         configure(0, (drive_lost_action_t)action);
         drive_state_t doubted;
         drive_out_t doubted_out;
@@ -215,7 +215,7 @@ static void test_doubt_alone_is_acted_upon_by_nobody(void)
 static void test_the_supervisor_itself_brings_the_vector(void)
 {
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
-        configure(machine, DRIVE_LOST_IMPRESS);
+        configure(machine, DRIVE_LOST_I_F);
         run_judged(SUPERVISOR_CLOSED);
         st.estimator.observer.lambda_r_hat_Wb = (ab_t){1.2f, 0.0f};
         for (int k = 0; k < 14; k++) {
@@ -231,7 +231,7 @@ static void test_the_supervisor_itself_brings_the_vector(void)
 static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(void)
 {
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
-        configure(machine, DRIVE_LOST_IMPRESS);
+        configure(machine, DRIVE_LOST_I_F);
         run_judged(SUPERVISOR_IMPRESSED);
         step();
         const cplx i_A = of(out.meas.i_s_A);
@@ -359,7 +359,7 @@ static void test_hand_back_takes_torque_and_speed_along(void)
 {
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         const double flux_pu[] = {1.0, 0.7, 1.3};
-        configure(machine, DRIVE_LOST_IMPRESS);
+        configure(machine, DRIVE_LOST_I_F);
         for (unsigned k = 0; k < 3u; k++) {
             run_impressed(SUPERVISOR_CLOSED, 30.0f, flux_pu[k]);
             st.estimator.adaptation.x_rad_s = 27.0f; /* the estimate, with some slip */
@@ -446,7 +446,7 @@ static void test_hand_back_without_flux_leaves_numbers(void)
 static void test_hand_back_does_not_move_the_voltage(void)
 {
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
-        configure(machine, DRIVE_LOST_IMPRESS);
+        configure(machine, DRIVE_LOST_I_F);
         run_impressed(SUPERVISOR_CLOSED, 30.0f, 1.0);
         const cplx x_V = (12.0 - 30.0 * I) * of(st.modes.i_f.axis);
         step();
@@ -497,10 +497,10 @@ static void test_init_refuses_what_cannot_be_done_about_a_loss(void)
     p.lost_action = (drive_lost_action_t)3;
     TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
     p = good;
-    p.impressed.slew_A_per_s = 0.0f;
+    p.i_f.slew_A_per_s = 0.0f;
     TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
     /* No current to impress: refused only where it is wanted. */
-    p.impressed = (i_f_params_t){0};
+    p.i_f = (i_f_params_t){0};
     TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
     p.lost_action = DRIVE_LOST_STOP;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
@@ -508,7 +508,7 @@ static void test_init_refuses_what_cannot_be_done_about_a_loss(void)
     p.lost_action = DRIVE_LOST_TELL;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     TEST_ASSERT_TRUE(drive_init(&cfg, &good, NULL));
-    TEST_ASSERT_EQUAL(DRIVE_LOST_IMPRESS, cfg.lost_action);
+    TEST_ASSERT_EQUAL(DRIVE_LOST_I_F, cfg.lost_action);
 }
 
 int main(void)

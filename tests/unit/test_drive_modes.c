@@ -98,7 +98,7 @@ static void test_init_refuses_what_a_mode_cannot_do(void)
     p.modes.dc_bandwidth_rad_s = 0.0f;
     TEST_ASSERT_TRUE(refused());
     setUp();
-    p.modes.level.voltage_share = 2.0f;
+    p.modes.flux.voltage_share = 2.0f;
     estimator_list.weaken_share = 0.95f;
     TEST_ASSERT_TRUE(refused());
     setUp();
@@ -279,11 +279,11 @@ static void test_open_loop_is_not_judged(void)
 static void test_impressed_control_turns_the_motor(void)
 {
     p.modes.control = MODES_CONTROL_I_F;
-    p.impressed = (i_f_params_t){.current_A = 6.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 40.0f,
-                                 .return_rad_s = 10.0f,
-                                 .timeout_s = 0.0f};
+    p.i_f = (i_f_params_t){.current_A = 6.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 40.0f,
+                           .return_rad_s = 10.0f,
+                           .timeout_s = 0.0f};
     start();
     run(1.0);
     in.mode = DRIVE_RUN;
@@ -333,12 +333,12 @@ static void test_no_brake_while_a_torque_is_asked_for(void)
 static void test_no_brake_takes_over_from_impressed_current(void)
 {
     p.modes.brake.current_A = 8.0f;
-    p.lost_action = DRIVE_LOST_IMPRESS;
-    p.impressed = (i_f_params_t){.current_A = 6.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 40.0f,
-                                 .return_rad_s = 10.0f,
-                                 .timeout_s = 5.0f};
+    p.lost_action = DRIVE_LOST_I_F;
+    p.i_f = (i_f_params_t){.current_A = 6.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 40.0f,
+                           .return_rad_s = 10.0f,
+                           .timeout_s = 5.0f};
     magnetised_run(8.0f);
     i_f_start(&st.modes.i_f, out.meas.i_s_A, 8.0f);
     in.omega_e_ref_rad_s = 0.0f;
@@ -358,11 +358,11 @@ static void test_open_loop_goes_on_with_a_motor_that_was_caught(void)
         const float omega_rad_s = (n < 2) ? 200.0f : -200.0f;
         p.modes.flying.enable = true;
         p.modes.control = controls[n % 2];
-        p.impressed = (i_f_params_t){.current_A = 6.0f,
-                                     .slew_A_per_s = 100.0f,
-                                     .slew_rad_s2 = 40.0f,
-                                     .return_rad_s = 10.0f,
-                                     .timeout_s = 0.0f};
+        p.i_f = (i_f_params_t){.current_A = 6.0f,
+                               .slew_A_per_s = 100.0f,
+                               .slew_rad_s2 = 40.0f,
+                               .return_rad_s = 10.0f,
+                               .timeout_s = 0.0f};
         plant = plant_of(p.motor, (double)omega_rad_s, 0.35);
         start();
         TEST_ASSERT_EQUAL_HEX32(0u, run(1.2));
@@ -439,14 +439,14 @@ static void test_commissioning_searches_for_nothing(void)
 
 static void level_on(void)
 {
-    p.modes.level = (flux_reference_params_t){.voltage_share = 0.9f,
-                                              .bandwidth_rad_s = 20.0f,
-                                              .pull_out_share = 0.8f,
-                                              .economy_filter_s = 0.5f,
-                                              .economy_slew_Wb_per_s = 0.4f,
-                                              .lambda_nominal_Wb = 0.408f,
-                                              .lambda_min_Wb = 0.04f,
-                                              .i_q_max_A = 12.0f};
+    p.modes.flux = (flux_reference_params_t){.voltage_share = 0.9f,
+                                             .bandwidth_rad_s = 20.0f,
+                                             .pull_out_share = 0.8f,
+                                             .economy_filter_s = 0.5f,
+                                             .economy_slew_Wb_per_s = 0.4f,
+                                             .lambda_nominal_Wb = 0.408f,
+                                             .lambda_min_Wb = 0.04f,
+                                             .i_q_max_A = 12.0f};
 }
 
 /* Beyond the speed whose EMF is the dc link: the voltage stays at its share, no fault. */
@@ -485,7 +485,7 @@ static void test_weakening_may_be_switched_off_while_it_acts(void)
     magnetised_run(420.0f);
     run(1.5);
     TEST_ASSERT_TRUE(st.modes.vector.flux_reduction_Wb > 0.1f);
-    p.modes.level.voltage_share = 0.0f;
+    p.modes.flux.voltage_share = 0.0f;
     estimator_list.weaken_share = 0.95f;
     start();
     plant.u_dc_V = 283.0;

@@ -212,12 +212,12 @@ static void test_impressed_current_is_judged_by_its_heat_alone(void)
 {
     p.plausibility.e1_A = 0.5f;
     p.plausibility.stall_s = 0.05f;
-    p.lost_action = DRIVE_LOST_IMPRESS;
-    p.impressed = (i_f_params_t){.current_A = 10.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 500.0f,
-                                 .return_rad_s = 12.0f,
-                                 .timeout_s = 1.0f};
+    p.lost_action = DRIVE_LOST_I_F;
+    p.i_f = (i_f_params_t){.current_A = 10.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 500.0f,
+                           .return_rad_s = 12.0f,
+                           .timeout_s = 1.0f};
     p.overload.cont_A[OVERLOAD_MOTOR] = 10.0f;
     p.overload.tau_s[OVERLOAD_MOTOR] = 1.0f;
     configure();
@@ -230,7 +230,7 @@ static void test_impressed_current_is_judged_by_its_heat_alone(void)
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults & (FAULT_OBSERVER | FAULT_STALL));
     }
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.44f * (1.0f - expf(-0.256f)),
-                             st.limits.overload.image_pu[OVERLOAD_MOTOR]);
+                             st.limits.overload.heat_pu[OVERLOAD_MOTOR]);
 }
 
 /* Warm: derated and told, gates untouched. Hot: stopped. */
@@ -240,12 +240,12 @@ static void test_heat_derates_and_then_stops(void)
     p.overload.tau_s[OVERLOAD_MOTOR] = 10.0f;
     configure();
     in.omega_e_ref_rad_s = 200.0f;
-    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.1f;
+    st.limits.overload.heat_pu[OVERLOAD_MOTOR] = 1.1f;
     sample = sampled(5.0, 0.0, 540.0);
     TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(4 * TURN));
     /* 5 A are left, 4 of them magnetise. */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 3.0f, out.i_ref_A.q);
-    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
+    st.limits.overload.heat_pu[OVERLOAD_MOTOR] = 1.3f;
     TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_OVERLOAD, TURN));
 }
 
@@ -256,7 +256,7 @@ static void test_a_magnetising_current_beyond_the_derated_one_leaves_no_torque(v
     configure();
     in.omega_e_ref_rad_s = 200.0f;
     st.limits.overload =
-        (overload_state_t){.image_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
+        (overload_state_t){.heat_pu = {1.1f, 0.0f}, .derating = true, .i_max_A = 3.0f};
     (void)faults_in(8);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, out.i_ref_A.q);
 }
@@ -297,11 +297,11 @@ static void test_gates_off_forgets_neither_heat_nor_brake_resistor(void)
     configure();
     in.mode = DRIVE_OFF;
     sample = sampled(0.0, 0.0, 610.0);
-    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 0.9f;
+    st.limits.overload.heat_pu[OVERLOAD_MOTOR] = 0.9f;
     st.guard.plausibility.stall = 5u;
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(3));
     TEST_ASSERT_TRUE(st.limits.link.brake_on);
-    TEST_ASSERT_EQUAL_FLOAT(0.9f, st.limits.overload.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_EQUAL_FLOAT(0.9f, st.limits.overload.heat_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_EQUAL_UINT32(0u, st.guard.plausibility.stall);
     sample = sampled(0.0, 0.0, 580.0);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
@@ -317,11 +317,11 @@ static void test_heat_goes_on_outside_run(void)
     configure();
     in.mode = DRIVE_OFF;
     sample = sampled(0.0, 0.0, 540.0);
-    st.limits.overload.image_pu[OVERLOAD_MOTOR] = 1.3f;
+    st.limits.overload.heat_pu[OVERLOAD_MOTOR] = 1.3f;
     TEST_ASSERT_EQUAL_UINT32(FAULT_DERATED, faults_in(TURN));
     (void)faults_in(299 * TURN); /* .96 s */
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.3f * expf(-0.96f),
-                             st.limits.overload.image_pu[OVERLOAD_MOTOR]);
+                             st.limits.overload.heat_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(1));
     const drive_mode_t modes[] = {DRIVE_PREMAGNETISE, DRIVE_COMMISSION};
     for (int n = 0; n < 2; n++) {
@@ -330,7 +330,7 @@ static void test_heat_goes_on_outside_run(void)
         sample = sampled(8.0, 0.0, 540.0);
         TEST_ASSERT_EQUAL_UINT32(0u, faults_in(100 * TURN) & FAULT_OVERLOAD);
         TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.56f * (1.0f - expf(-0.32f)),
-                                 st.limits.overload.image_pu[OVERLOAD_MOTOR]);
+                                 st.limits.overload.heat_pu[OVERLOAD_MOTOR]);
         TEST_ASSERT_EQUAL_UINT32(FAULT_OVERLOAD, faults_in(200 * TURN) & FAULT_OVERLOAD);
     }
 }

@@ -32,11 +32,11 @@ void setUp(void)
 {
     p = both_machines(1);
     estimator_list.observer_gain_enable = 0u;
-    p.impressed = (i_f_params_t){.current_A = 6.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 40.0f,
-                                 .return_rad_s = 10.0f,
-                                 .timeout_s = 1.0f};
+    p.i_f = (i_f_params_t){.current_A = 6.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 40.0f,
+                           .return_rad_s = 10.0f,
+                           .timeout_s = 1.0f};
     p.modes = (modes_params_t){
         .dc_bandwidth_rad_s = 400.0f,
         .flying = {.enable = true,

@@ -56,12 +56,12 @@ static void run_for(float time_s, float i_A)
 static void test_an_image_warms_up_as_the_closed_form(void)
 {
     run_for(60.0f, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.64f * (1.0f - expf(-0.5f)), st.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.64f * (1.0f - expf(-0.5f)), st.heat_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, (64.0f / 144.0f) * (1.0f - expf(-6.0f)),
-                             st.image_pu[OVERLOAD_INVERTER]);
+                             st.heat_pu[OVERLOAD_INVERTER]);
     run_for(60.0f, 0.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.64f * (1.0f - expf(-0.5f)) * expf(-0.5f),
-                             st.image_pu[OVERLOAD_MOTOR]);
+                             st.heat_pu[OVERLOAD_MOTOR]);
     TEST_ASSERT_FALSE(st.derating);
 }
 
@@ -73,16 +73,16 @@ static void test_the_continuous_current_may_flow_for_ever(void)
 
 static void test_the_limit_falls_in_a_line_and_holds_at_the_continuous_current(void)
 {
-    st.image_pu[OVERLOAD_MOTOR] = 1.0f;
+    st.heat_pu[OVERLOAD_MOTOR] = 1.0f;
     TEST_ASSERT_FALSE(overload_step(&cfg, &st, 100.0f));
-    st.image_pu[OVERLOAD_MOTOR] = 1.025f;
+    st.heat_pu[OVERLOAD_MOTOR] = 1.025f;
     TEST_ASSERT_FALSE(overload_step(&cfg, &st, 102.5f));
     TEST_ASSERT_TRUE(st.derating);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.5f, st.i_max_A);
-    st.image_pu[OVERLOAD_MOTOR] = 1.1f;
+    st.heat_pu[OVERLOAD_MOTOR] = 1.1f;
     TEST_ASSERT_FALSE(overload_step(&cfg, &st, 110.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, st.i_max_A);
-    st = (overload_state_t){.image_pu = {0.0f, 1.1f}};
+    st = (overload_state_t){.heat_pu = {0.0f, 1.1f}};
     TEST_ASSERT_FALSE(overload_step(&cfg, &st, 144.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 12.0f, st.i_max_A);
 }
@@ -96,7 +96,7 @@ static void test_derating_keeps_an_obedient_drive_from_tripping(void)
         i_A = st.derating ? st.i_max_A : 15.0f;
     }
     TEST_ASSERT_TRUE(st.derating);
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.045f, st.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.045f, st.heat_pu[OVERLOAD_MOTOR]);
 }
 
 static void test_a_current_that_does_not_obey_stops_the_drive(void)
@@ -119,7 +119,7 @@ static void test_an_image_at_zero_current_is_off(void)
     TEST_ASSERT_TRUE(overload_init(&cfg, &none, TURN_S));
     run_for(10.0f, 1000.0f);
     TEST_ASSERT_FALSE(st.derating);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.image_pu[OVERLOAD_MOTOR]);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.heat_pu[OVERLOAD_MOTOR]);
 }
 
 static void test_a_current_that_is_no_number_stops_the_drive(void)

@@ -119,8 +119,8 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
     supervisor_state_t *const s = &st.supervisor;
     modes_state_t *const m = &st.modes;
     float *const value[] = {&st.limits.link.braking_pu,
-                            &st.limits.overload.image_pu[OVERLOAD_MOTOR],
-                            &st.limits.overload.image_pu[OVERLOAD_INVERTER],
+                            &st.limits.overload.heat_pu[OVERLOAD_MOTOR],
+                            &st.limits.overload.heat_pu[OVERLOAD_INVERTER],
                             &st.limits.overload.i_max_A,
                             &s->s_Wb.alpha,
                             &s->s_Wb.beta,

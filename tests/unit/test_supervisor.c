@@ -166,13 +166,13 @@ static void test_init_refuses_a_senseless_motor_or_period(void)
 static void test_init_rounds_times_to_whole_judgements(void)
 {
     ASSERT_ACCEPTED(confirm_s, 0.01755f); /* 5.48 */
-    TEST_ASSERT_EQUAL_UINT32(5u, cfg.confirm_turns);
+    TEST_ASSERT_EQUAL_UINT32(5u, cfg.confirm_schedules);
     ASSERT_ACCEPTED(confirm_s, 0.01765f); /* 5.52 */
-    TEST_ASSERT_EQUAL_UINT32(6u, cfg.confirm_turns);
+    TEST_ASSERT_EQUAL_UINT32(6u, cfg.confirm_schedules);
     ASSERT_ACCEPTED(return_s, 0.01755f);
-    TEST_ASSERT_EQUAL_UINT32(5u, cfg.return_turns);
+    TEST_ASSERT_EQUAL_UINT32(5u, cfg.return_schedules);
     ASSERT_ACCEPTED(return_s, 0.01765f);
-    TEST_ASSERT_EQUAL_UINT32(6u, cfg.return_turns);
+    TEST_ASSERT_EQUAL_UINT32(6u, cfg.return_schedules);
 }
 
 static void test_a_threshold_itself_is_no_reason(void)
@@ -598,10 +598,10 @@ static void test_a_lasting_residual_asks_for_impressed_current(void)
 static void test_counters_stop_at_their_limit(void)
 {
     judge_times(100, 0.5f, 50.0f);
-    TEST_ASSERT_EQUAL_UINT32(5u, st.suspect_turns);
+    TEST_ASSERT_EQUAL_UINT32(5u, st.suspect_schedules);
     judge_times(100, 0.1f, 50.0f);
-    TEST_ASSERT_EQUAL_UINT32(10u, st.quiet_turns);
-    TEST_ASSERT_EQUAL_UINT32(0u, st.suspect_turns);
+    TEST_ASSERT_EQUAL_UINT32(10u, st.quiet_schedules);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.suspect_schedules);
 }
 
 /* Below the corner a residual is Rs: a standing shaft with a wrong Rs asks for nothing. */
@@ -631,7 +631,7 @@ static void test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator
     judge_times(5, 0.0f, 50.0f);
     TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_FLUX, st.reasons);
     TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
-    TEST_ASSERT_EQUAL_UINT32(0u, st.quiet_turns);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.quiet_schedules);
     judge_with(0.0f, 50.0f);
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }

@@ -38,11 +38,11 @@ void setUp(void)
 {
     p = both_machines(1);
     estimator_list.observer_gain_enable = 0u;
-    p.impressed = (i_f_params_t){.current_A = 6.0f,
-                                 .slew_A_per_s = 100.0f,
-                                 .slew_rad_s2 = 40.0f,
-                                 .return_rad_s = 10.0f,
-                                 .timeout_s = 1.0f};
+    p.i_f = (i_f_params_t){.current_A = 6.0f,
+                           .slew_A_per_s = 100.0f,
+                           .slew_rad_s2 = 40.0f,
+                           .return_rad_s = 10.0f,
+                           .timeout_s = 1.0f};
     p.modes = (modes_params_t){
         .dc_bandwidth_rad_s = 400.0f,
         .volts = {.psi_Wb = 0.44f, .boost_V = 4.0f, .slew_rad_s2 = 200.0f, .i_max_A = 15.0f},
@@ -255,14 +255,14 @@ static void test_a_motor_that_turns_is_caught(void)
 /* At a speed whose EMF the dc link cannot give, with the flux that it can. */
 static void test_a_fast_motor_is_caught_with_a_weakened_field(void)
 {
-    p.modes.level = (flux_reference_params_t){.voltage_share = 0.9f,
-                                              .bandwidth_rad_s = 20.0f,
-                                              .pull_out_share = 0.8f,
-                                              .economy_filter_s = 0.5f,
-                                              .economy_slew_Wb_per_s = 0.4f,
-                                              .lambda_nominal_Wb = 0.6888f,
-                                              .lambda_min_Wb = 0.06f,
-                                              .i_q_max_A = 12.0f};
+    p.modes.flux = (flux_reference_params_t){.voltage_share = 0.9f,
+                                             .bandwidth_rad_s = 20.0f,
+                                             .pull_out_share = 0.8f,
+                                             .economy_filter_s = 0.5f,
+                                             .economy_slew_Wb_per_s = 0.4f,
+                                             .lambda_nominal_Wb = 0.6888f,
+                                             .lambda_min_Wb = 0.06f,
+                                             .i_q_max_A = 12.0f};
     configure(MODES_CONTROL_VECTOR);
     st.modes.flying = (flying_start_state_t){
         .phase = FLYING_START_CAUGHT, .omega_rad_s = 900.0f, .lambda_Wb = {0.03f, 0.0f}};
@@ -285,7 +285,7 @@ static void test_caught_without_flux_the_frame_stands(void)
  * taken over, as configured. */
 static void test_a_lost_orientation_has_its_configured_consequence(void)
 {
-    const drive_lost_action_t actions[] = {DRIVE_LOST_TELL, DRIVE_LOST_STOP, DRIVE_LOST_IMPRESS};
+    const drive_lost_action_t actions[] = {DRIVE_LOST_TELL, DRIVE_LOST_STOP, DRIVE_LOST_I_F};
     for (int n = 0; n < 6; n++) {
         const bool lost = n < 3;
         p.lost_action = actions[n % 3];

@@ -79,14 +79,14 @@ static ab_t axis(void)
 
 static void weaken(void)
 {
-    p.modes.level = (flux_reference_params_t){.voltage_share = 0.9f,
-                                              .bandwidth_rad_s = 20.0f,
-                                              .pull_out_share = 0.8f,
-                                              .economy_filter_s = 0.5f,
-                                              .economy_slew_Wb_per_s = 0.4f,
-                                              .lambda_nominal_Wb = 0.6888f,
-                                              .lambda_min_Wb = 0.06f,
-                                              .i_q_max_A = 12.0f};
+    p.modes.flux = (flux_reference_params_t){.voltage_share = 0.9f,
+                                             .bandwidth_rad_s = 20.0f,
+                                             .pull_out_share = 0.8f,
+                                             .economy_filter_s = 0.5f,
+                                             .economy_slew_Wb_per_s = 0.4f,
+                                             .lambda_nominal_Wb = 0.6888f,
+                                             .lambda_min_Wb = 0.06f,
+                                             .i_q_max_A = 12.0f};
     configure();
 }
 

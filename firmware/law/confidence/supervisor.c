@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-/* Filter of w_s per turn: 11 ms, the noise of w_hat is faster. */
+/* Filter of w_s per schedule: 11 ms, the noise of w_hat is faster. */
 #define SUPERVISOR_OMEGA_S_GAIN 0.25f
 
 /* Lost is 25 degrees or a quarter of the flux; an error of a quarter turns it by 14.5 degrees at
@@ -10,16 +10,16 @@
 #define SUPERVISOR_LIMIT_PU  0.25f
 #define SUPERVISOR_RETURN_PU 0.18f
 
-/* The estimate of an oriented drive overshoots nominal flux by less (M 15 % off and a quarter
- * more). */
+/* The estimate of an oriented drive overshoots nominal flux by a smaller factor (M wrong by 15 %,
+ * and a quarter on top). */
 #define SUPERVISOR_FLUX_HIGH_PU 1.5f
 
 /* Floor of the flux that errors are measured by, and of w_s that bounds are divided by. */
 #define SUPERVISOR_FLUX_LOW_PU       0.05f
 #define SUPERVISOR_OMEGA_S_MIN_RAD_S 1e-3f
 
-/* Longest time in turns that a counter takes with room to spare. */
-#define SUPERVISOR_MAX_TURNS 1e9f
+/* Longest time in schedules that a counter takes with room to spare. */
+#define SUPERVISOR_MAX_SCHEDULES 1e9f
 
 static bool params_valid(const supervisor_params_t *p)
 {
@@ -38,11 +38,11 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         !ALL_POSITIVE(period_s, motor->kr, motor->eps_H, motor->tau_per_s, motor->M_H)) {
         return false;
     }
-    const float turn_s = (float)SLOT_COUNT * period_s;
-    const float confirm = params->confirm_s / turn_s;
-    const float back = params->return_s / turn_s;
+    const float schedule_s = (float)SLOT_COUNT * period_s;
+    const float confirm = params->confirm_s / schedule_s;
+    const float back = params->return_s / schedule_s;
     if (!(params->corner_rad_s * (float)SLOT_QUARTERS * period_s < 1.0f) ||
-        !(confirm < SUPERVISOR_MAX_TURNS) || !(back < SUPERVISOR_MAX_TURNS)) {
+        !(confirm < SUPERVISOR_MAX_SCHEDULES) || !(back < SUPERVISOR_MAX_SCHEDULES)) {
         return false;
     }
     *cfg = (supervisor_config_t){
@@ -56,8 +56,8 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         .corner2_rad2_s2 = params->corner_rad_s * params->corner_rad_s,
         .lambda_low_Wb = SUPERVISOR_FLUX_LOW_PU * params->lambda_nominal_Wb,
         .lambda_high_Wb = SUPERVISOR_FLUX_HIGH_PU * params->lambda_nominal_Wb,
-        .confirm_turns = (uint32_t)(confirm + 0.5f),
-        .return_turns = (uint32_t)(back + 0.5f),
+        .confirm_schedules = (uint32_t)(confirm + 0.5f),
+        .return_schedules = (uint32_t)(back + 0.5f),
     };
     return true;
 }
@@ -67,13 +67,13 @@ static inline float magnitude(ab_t x)
     return sqrtf(ab_norm2(x));
 }
 
-/* Turns on end with the flag; stops at the limit, so that it cannot wrap. */
-static inline uint32_t turns_with(bool flag, uint32_t turns, uint32_t limit)
+/* Schedules on end with the flag; stops at the limit, so that it cannot wrap. */
+static inline uint32_t schedules_with(bool flag, uint32_t schedules, uint32_t limit)
 {
     if (!flag) {
         return 0u;
     }
-    return (turns < limit) ? (turns + 1u) : limit;
+    return (schedules < limit) ? (schedules + 1u) : limit;
 }
 
 /* All comparisons say x <= limit, so that a NaN is a reason. */
@@ -91,8 +91,8 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
         reasons |= SUPERVISOR_FLUX;
     }
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
-    const bool long_enough = suspect && (st->suspect_turns >= cfg->confirm_turns);
-    st->suspect_turns = turns_with(suspect, st->suspect_turns, cfg->confirm_turns);
+    const bool long_enough = suspect && (st->suspect_schedules >= cfg->confirm_schedules);
+    st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
     if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
         reasons |= SUPERVISOR_LOST;
     }
@@ -107,10 +107,10 @@ static void decide(const supervisor_config_t *cfg, supervisor_state_t *st)
         now = ((st->reasons & SUPERVISOR_LOST) != 0u) ? SUPERVISOR_IMPRESSED : SUPERVISOR_DEGRADED;
     }
     const bool quiet = (st->reasons == 0u) && (st->flux_error_bound_pu <= SUPERVISOR_RETURN_PU);
-    st->quiet_turns = turns_with(quiet, st->quiet_turns, cfg->return_turns);
+    st->quiet_schedules = schedules_with(quiet, st->quiet_schedules, cfg->return_schedules);
     if (now > st->confidence) {
         st->confidence = now;
-    } else if (quiet && (st->quiet_turns >= cfg->return_turns)) {
+    } else if (quiet && (st->quiet_schedules >= cfg->return_schedules)) {
         st->confidence = SUPERVISOR_CLOSED;
     } else {
         /* as it was */
@@ -149,7 +149,7 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
         .i_s_A = magnitude(in->i_s_A),
-        /* Impressed current magnetises as it likes. */
+        /* I-f does not control the flux. */
         .flux_high =
             (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb),
     };
@@ -194,9 +194,7 @@ static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const 
     }
 }
 
-/* s goes on with the EMF since the last time, and is drawn to what it should be: lambda_hat + eps
- * i.
- */
+/* s integrates the EMF since the last time, and is drawn to lambda_hat + eps i. */
 static void tie(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in)
 {
     const ab_t target_Wb = ab_add(in->lambda_r_hat_Wb, ab_scale(in->i_s_A, cfg->eps_H));

@@ -53,8 +53,8 @@ typedef struct {
     float corner2_rad2_s2;
     float lambda_low_Wb;
     float lambda_high_Wb;
-    uint32_t confirm_turns;
-    uint32_t return_turns;
+    uint32_t confirm_schedules;
+    uint32_t return_schedules;
 } supervisor_config_t;
 
 /* What one part of a judgement leaves to the next. */
@@ -73,9 +73,9 @@ typedef struct {
     ab_t emf_sum_V; /* of the periods since s was tied to the estimate */
     ab_t d_Wb;      /* as it was then */
     supervisor_findings_t found;
-    float omega_s_rad_s;    /* low-passed */
-    uint32_t suspect_turns; /* RESIDUAL or FLUX on end */
-    uint32_t quiet_turns;
+    float omega_s_rad_s;        /* low-passed */
+    uint32_t suspect_schedules; /* RESIDUAL or FLUX on end */
+    uint32_t quiet_schedules;
     uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* |omega_e_hat - omega_e| is below, as far as can be known */

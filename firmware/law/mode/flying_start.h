@@ -59,7 +59,7 @@ typedef struct {
     uint32_t periods;                       /* of this look */
     float current_A;                        /* on its ramp */
     ab_t block_V;                           /* sum of the block that runs */
-    ab_t e_V[FLYING_START_LAG_BLOCKS + 1u]; /* block means, the newest first */
+    ab_t e_V[FLYING_START_LAG_BLOCKS + 1u]; /* block averages, the newest first */
     float rough_rad_s; /* of the last blocks: for the feed-forward of the EMF */
     float count;
     ab_t sum_before_V;

@@ -5,7 +5,7 @@
 /* Share of the dc link that the rotor flux M I may induce: half of what svpwm can give. */
 #define I_F_VOLTAGE_SHARE 0.35f
 
-/* Below this there is no current whose direction means anything. */
+/* Below this there is no current whose direction says anything. */
 #define I_F_I_MIN_A 1e-3f
 
 #define I_F_MAX_PERIODS 1e9f

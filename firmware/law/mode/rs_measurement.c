@@ -50,7 +50,7 @@ static void add(rs_measurement_sums_t *sums, const rs_measurement_in_t *in)
     sums->u_duty_V += in->u_duty_V;
 }
 
-/* Both levels are averaged over the same time, so that sums serve as means. */
+/* Both levels are averaged over the same time, so that sums stand for averages. */
 static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
                                    const rs_measurement_state_t *st)
 {

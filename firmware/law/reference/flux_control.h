@@ -46,7 +46,7 @@ CHECKED bool flux_control_init(flux_control_config_t *cfg, const flux_control_pa
 typedef struct {
     float lambda_hat_Wb;
     float reduction_Wb; /* the reference is this much below M i_d (flux_steering) */
-    float reduction_A;  /* constant mode: what that takes from i_d (flux_control_less) */
+    float reduction_A;  /* constant mode: of i_d, from flux_control_i_d_reduction_A */
 } flux_control_in_t;
 
 /* (below - rate/tau)/M: the flux follows M i_d with the lag 1/tau, the rate makes up for it. Need

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-/* Flux that lacks by no more than this may be noise of the torque. */
+/* A deviation of the flux up to this may be noise of the torque. */
 #define FLUX_REFERENCE_NEAR_PU 0.1f
 
 /* Zero of either sign. */
@@ -64,8 +64,8 @@ static float at_least(const flux_reference_config_t *cfg, float omega_s_rad_s, f
     return maxf(absf(omega_s_rad_s), 0.5f * u_max_V / cfg->lambda_nominal_Wb);
 }
 
-/* Where economy takes more, the voltage is what its own flux would need: it waits where it has to
- * be when a torque step gives the flux back. */
+/* Where economy lowers the flux further, the voltage is scaled to the flux weakening allows: its
+ * controller is then right when a torque step gives the flux back. */
 static void weaken(const flux_reference_config_t *cfg, flux_reference_state_t *st,
                    const flux_reference_in_t *in)
 {
@@ -73,10 +73,10 @@ static void weaken(const flux_reference_config_t *cfg, flux_reference_state_t *s
     const float allowed_Wb = cfg->lambda_nominal_Wb - st->weakened_Wb;
     const float lambda_Wb = minf(allowed_Wb, cfg->lambda_nominal_Wb - st->economy_Wb);
     const float u_V = in->u_V * (allowed_Wb / lambda_Wb);
-    const float more_Wb =
+    const float change_Wb =
         cfg->gain_Wb_rad_s_per_V * (u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
-    if (is_finite(more_Wb)) {
-        st->weakened_Wb = clampf(st->weakened_Wb + more_Wb, 0.0f, cfg->reduction_max_Wb);
+    if (is_finite(change_Wb)) {
+        st->weakened_Wb = clampf(st->weakened_Wb + change_Wb, 0.0f, cfg->reduction_max_Wb);
     }
 }
 
@@ -92,9 +92,10 @@ static void economise(const flux_reference_config_t *cfg, flux_reference_state_t
         lambda_Wb = clampf(sqrtf(cfg->economy_Wb2_per_Nm * absf(in->torque_Nm)),
                            cfg->economy_min_Wb, cfg->lambda_nominal_Wb);
     }
-    const float more_Wb = cfg->lambda_nominal_Wb - lambda_Wb - st->economy_Wb;
-    const bool step = more_Wb < -FLUX_REFERENCE_NEAR_PU * cfg->lambda_nominal_Wb;
-    st->economy_Wb += step ? maxf(more_Wb, -cfg->economy_step_Wb) : (cfg->economy_gain * more_Wb);
+    const float change_Wb = cfg->lambda_nominal_Wb - lambda_Wb - st->economy_Wb;
+    const bool step = change_Wb < -FLUX_REFERENCE_NEAR_PU * cfg->lambda_nominal_Wb;
+    st->economy_Wb +=
+        step ? maxf(change_Wb, -cfg->economy_step_Wb) : (cfg->economy_gain * change_Wb);
 }
 
 void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_state_t *st,

@@ -1,10 +1,10 @@
-/* Flux that the operating point deserves: what the dc link allows, and what the torque needs.
+/* Flux reference by operating point: what the dc link allows, and what the torque needs.
  *
- * Weakening: below' = bw (|u| - u_max)/(kr w), u_max = share u_dc/sqrt(2): the voltage vector stays
- * that far inside the hexagon at any speed, dc link and load. Economy: the copper loss
- * Rs (i_d^2 + i_q^2) + kr^2 Rr i_q^2 of a torque is least at lambda^2 = M |T|/(p kr)
- * sqrt(1 + kr^2 Rr/Rs). The lower of the two counts. In the voltage limit the torque turns over at
- * sigma Ls i_q = Ls i_d: i_q stays a share below, which is a slip below pull-out.
+ * Weakening: reduction' = bw (|u| - u_max)/(kr w), u_max = share u_dc/sqrt(2): the voltage vector
+ * stays that far inside the hexagon at any speed, dc link and load. Economy: the copper loss Rs
+ * (i_d^2 + i_q^2) + kr^2 Rr i_q^2 of a torque is least at lambda^2 = M |T|/(p kr) sqrt(1 + kr^2
+ * Rr/Rs). The lower of the two counts. In the voltage limit the torque turns over at sigma Ls i_q =
+ * Ls i_d: i_q stays a share below, which is a slip below pull-out.
  */
 #ifndef FLUX_REFERENCE_H
 #define FLUX_REFERENCE_H
@@ -13,9 +13,6 @@
 
 #include "motor.h"
 #include "num.h"
-
-/* Periods between two turns: slots.h. */
-#define FLUX_REFERENCE_PERIODS 16u
 
 typedef struct {
     float voltage_share;         /* of u_dc/sqrt(2) that may be used; 0: no weakening */
@@ -37,9 +34,9 @@ typedef struct {
     float economy_from_rad_s;
     float economy_gain;
     float economy_step_Wb;
-    float gain_Wb_rad_s_per_V; /* of the voltage controller, per turn */
+    float gain_Wb_rad_s_per_V; /* of the voltage controller, per step */
     float lambda_nominal_Wb;
-    float reduction_max_Wb;
+    float reduction_max_Wb; /* of nominal flux */
     float i_q_per_Wb_A;
     float i_q_max_A;
     float inv_period_per_s;
@@ -48,9 +45,9 @@ typedef struct {
 typedef struct {
     float weakened_Wb;     /* nominal flux minus what the voltage allows */
     float economy_Wb;      /* nominal flux minus what the torque needs */
-    float reduction_Wb;    /* the larger of the two: below nominal */
-    float rate_Wb_per_s;   /* of the flux, in the last turn */
-    float i_q_reduction_A; /* what pull-out takes from the largest torque current */
+    float reduction_Wb;    /* the larger of the two, in force */
+    float rate_Wb_per_s;   /* of the flux, in the last step */
+    float i_q_reduction_A; /* largest torque current minus what pull-out allows */
 } flux_reference_state_t;
 
 typedef struct {
@@ -71,7 +68,7 @@ static inline bool flux_reference_on(const flux_reference_config_t *cfg)
     return (cfg->voltage_share > 0.0f) || (cfg->economy_Wb2_per_Nm > 0.0f);
 }
 
-/* One turn. A number that is not finite changes nothing. */
+/* Once per schedule. A number that is not finite changes nothing. */
 COLD void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_state_t *st,
                               const flux_reference_in_t *in);
 

@@ -1,4 +1,4 @@
-/* Flux level that keeps the stator frequency away from zero, where the speed cannot be seen.
+/* Flux reference that keeps the stator frequency away from zero, where the speed cannot be seen.
  *
  * Rr T/(p lambda^2) is the slip: with less flux it grows. While |w* + slip| at nominal flux would
  * be below w_min, the flux is lowered until the field turns with w_min in the sense of the torque:

@@ -48,8 +48,8 @@ void mains_loss_step(const mains_loss_config_t *cfg, mains_loss_state_t *st, flo
         return;
     }
     /* Only ever taken from the shaft: what lies above u_hold the mains gave. */
-    const float below_V = maxf(cfg->u_hold_V - u_dc_V, 0.0f);
-    st->i_q_A = limitf(-cfg->A_rad_s_per_V * below_V / omega_e_rad_s, cfg->i_q_max_A);
+    const float deficit_V = maxf(cfg->u_hold_V - u_dc_V, 0.0f);
+    st->i_q_A = limitf(-cfg->A_rad_s_per_V * deficit_V / omega_e_rad_s, cfg->i_q_max_A);
     if (!(u_dc_V > cfg->u_back_V)) {
         st->back_periods = 0u;
     } else if (st->back_periods < cfg->back_periods) {

@@ -1,9 +1,9 @@
-/* I2t of motor and inverter: a first-order thermal image each, x' = ((i/i_cont)^2 - x) / tau.
+/* I2t of motor and inverter: a first-order thermal model each, x' = ((i/i_cont)^2 - x) / tau.
  *
  * x = 1 is what the continuous current heats to. From there on the current limit falls in a line
  * from its full value to the continuous current at 1.05, which then holds x: an overloaded drive
  * becomes weaker, it does not stop. It stops at 1.2, which only a current that the limit does not
- * reach can bring about. Currents power invariant; step once per turn.
+ * reach can bring about. Currents power invariant; step once per schedule.
  */
 #ifndef OVERLOAD_H
 #define OVERLOAD_H
@@ -14,30 +14,31 @@
 
 #define OVERLOAD_MOTOR    0
 #define OVERLOAD_INVERTER 1
-#define OVERLOAD_IMAGES   2
+#define OVERLOAD_MODELS   2
 
 typedef struct {
-    float cont_A[OVERLOAD_IMAGES]; /* continuous; 0: not watched */
-    float tau_s[OVERLOAD_IMAGES];
+    float cont_A[OVERLOAD_MODELS]; /* continuous; 0: not watched */
+    float tau_s[OVERLOAD_MODELS];
     float i_max_A; /* of the drive, where nothing is derated */
 } overload_params_t;
 
 typedef struct {
-    float cont_A[OVERLOAD_IMAGES];
-    float warm_per_A2[OVERLOAD_IMAGES]; /* T / (tau i_cont^2); 0: not watched */
-    float fade[OVERLOAD_IMAGES];        /* T / tau */
+    float cont_A[OVERLOAD_MODELS];
+    float warm_per_A2[OVERLOAD_MODELS]; /* T / (tau i_cont^2); 0: not watched */
+    float fade[OVERLOAD_MODELS];        /* T / tau */
     float i_max_A;
 } overload_config_t;
 
 typedef struct {
-    float image_pu[OVERLOAD_IMAGES];
+    float heat_pu[OVERLOAD_MODELS];
     bool derating;
     float i_max_A; /* while derating */
 } overload_state_t;
 
 /* False for a current that is negative, not finite or above i_max, or a time constant that is
- * shorter than the turn or not finite. */
-CHECKED bool overload_init(overload_config_t *cfg, const overload_params_t *params, float turn_s);
+ * shorter than the schedule or not finite. */
+CHECKED bool overload_init(overload_config_t *cfg, const overload_params_t *params,
+                           float schedule_s);
 
 /* True: stop. */
 COLD bool overload_step(const overload_config_t *cfg, overload_state_t *st, float i2_A2);
