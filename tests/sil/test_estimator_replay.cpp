@@ -5,9 +5,9 @@
 // The calls are the drive's, taken by the linker (--wrap), not what a test believes of its wiring.
 // While the gates are off the drive zeroes the state: seen in the state itself.
 #include "check.hpp"
+#include "lockstep_peer.hpp"
 #include "sil_estimator.h"
 #include "sim_job.hpp"
-#include "lockstep_peer.hpp"
 
 #include <dlfcn.h>
 

@@ -255,7 +255,7 @@ def test_the_c_array_is_the_json_bit_for_bit(folder, tmp_path) -> None:
         [
             *("gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"),
             *("-Wdouble-promotion", "-shared", "-fPIC", "-O1", "-I", base),
-            *("-o", library, tmp_path / "l_gain.c", base / "gain_table.c"),
+            *("-o", library, tmp_path / "l_gain.c", base / "gain_table.c", base / "num.c"),
         ],
         check=True,
     )

@@ -76,6 +76,49 @@ static void test_init_refuses_what_a_part_refuses(void)
     TEST_ASSERT_FALSE(estimator_init(&cfg, &good, &motor, NULL));
 }
 
+/* The paper's eps1 in its three readings; frequencies in Hz become speeds. */
+static void test_init_turns_parameters_into_a_configuration(void)
+{
+    const float leaks[] = {0.5f, 0.5f * 30.0f, 0.5f / 200e-6f};
+    estimator_list.eps1 = 0.5f;
+    for (uint32_t unit = 0u; unit < 3u; unit++) {
+        estimator_list.eps1_unit = unit;
+        TEST_ASSERT_TRUE(estimator_init(&cfg, &estimator_list, &motor, &test_table));
+        TEST_ASSERT_EQUAL_FLOAT(leaks[unit], cfg.adaptation.p.leak_per_s_Wb_A);
+    }
+    const speed_adaptation_params_t *p = &cfg.adaptation.p;
+    TEST_ASSERT_EQUAL_FLOAT(NUM_TWO_PI * 1.6f, p->near_zero_on_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(NUM_TWO_PI * 1.9f, p->near_zero_off_rad_s);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.563f * motor.tau_per_s, p->phi_ramp_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.05f * motor.M_H * 4.0f, cfg.lambda_min_Wb);
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.observer.i_max_A); /* twice the ADC's full scale */
+    TEST_ASSERT_EQUAL_PTR(&test_table, estimator_table(&cfg));
+}
+
+/* state_sum.h judges the whole law by it. */
+static void test_sum_is_no_number_when_one_of_them_is_none(void)
+{
+    in_operation(20.0f);
+    TEST_ASSERT_TRUE(is_finite(estimator_sum(&st)));
+    float *const word[] = {&st.observer.i_s_hat_A.alpha,
+                           &st.observer.i_s_hat_A.beta,
+                           &st.observer.lambda_r_hat_Wb.alpha,
+                           &st.observer.lambda_r_hat_Wb.beta,
+                           &st.observer.e1_A.alpha,
+                           &st.observer.e1_A.beta,
+                           &st.adaptation.x_rad_s,
+                           &st.estimate.omega_e_rad_s,
+                           &st.estimate.omega_s_rad_s};
+    for (size_t k = 0u; k < sizeof word / sizeof word[0]; k++) {
+        for (int n = 0; n < NOT_FINITE_COUNT; n++) {
+            const float good = *word[k];
+            *word[k] = not_finite(n);
+            TEST_ASSERT_FALSE(is_finite(estimator_sum(&st)));
+            *word[k] = good;
+        }
+    }
+}
+
 static void test_init_without_gain_needs_no_table(void)
 {
     estimator_list.observer_gain_enable = 0u;
@@ -365,6 +408,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_what_a_part_refuses);
+    RUN_TEST(test_init_turns_parameters_into_a_configuration);
+    RUN_TEST(test_sum_is_no_number_when_one_of_them_is_none);
     RUN_TEST(test_init_without_gain_needs_no_table);
     RUN_TEST(test_step_is_observer_and_adaptation_called_by_hand);
     RUN_TEST(test_step_holds_the_dc_equilibrium);
