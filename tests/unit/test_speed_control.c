@@ -572,6 +572,24 @@ static void test_torque_gives_way_at_either_speed_limit(void)
     ASSERT_SAME_FLOAT(-6.0f, torque_after(&st, 9.0f, -3.0f, 60));
 }
 
+/* The limit that counts is that of the direction it turns in, however slowly: no way forward holds
+ * back nothing while it turns backward. */
+static void test_the_speed_limit_is_that_of_the_direction(void)
+{
+    speed_control_config_t cfg = torque_config();
+    cfg.torque_max_rad_s = 0.0f;
+    const float speed_rad_s[] = {-0.5f, 0.5f};
+    const float expected_A[] = {1.0f, 0.0f};
+    for (int n = 0; n < 2; n++) {
+        speed_control_state_t st = {.omega_filtered_rad_s = speed_rad_s[n]};
+        const speed_control_in_t in = {
+            .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .torque = true, .torque_ref_Nm = 3.0f};
+        const float i_q_A = step(&cfg, &st, &in, speed_rad_s[n]);
+        TEST_ASSERT_TRUE(i_q_A <= expected_A[n]);
+        TEST_ASSERT_TRUE(i_q_A > expected_A[n] - 0.5f);
+    }
+}
+
 /* Torque and back: neither way does the current jump. */
 static void test_take_over_is_smooth_both_ways(void)
 {
@@ -657,6 +675,7 @@ int main(void)
     RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
     RUN_TEST(test_torque_becomes_current_on_its_slew);
     RUN_TEST(test_torque_gives_way_at_either_speed_limit);
+    RUN_TEST(test_the_speed_limit_is_that_of_the_direction);
     RUN_TEST(test_take_over_is_smooth_both_ways);
     RUN_TEST(test_torque_that_is_no_number_moves_nothing);
     RUN_TEST(test_less_flux_takes_more_current_for_the_torque);
