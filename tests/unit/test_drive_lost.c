@@ -413,6 +413,22 @@ static void test_the_schedule_goes_on_through_a_loss(void)
     }
 }
 
+/* Its flux goes on with the EMF of every period, or it could never find the motor again. */
+static void test_while_a_current_holds_the_load_the_supervisor_goes_on(void)
+{
+    run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
+    sample = sampled(8.0 * cexp(0.7 * I), 40.0 + 20.0 * I);
+    step(); /* ties its flux */
+    cplx sum_V = 0.0;
+    for (int k = 0; k < 3; k++) {
+        step();
+        TEST_ASSERT_EQUAL(MODE_TAKE_OVER, st.mode);
+        sum_V += of(out.u_s_V) - (double)drive_rs_ohm(&cfg, &st) * of(out.meas.i_s_A);
+        ASSERT_NEAR(1e-3, 0.0, cabs(of(st.supervisor.emf_sum_V) - sum_V));
+    }
+    TEST_ASSERT_TRUE(cabs(sum_V) > 10.0);
+}
+
 /* Between two looks of the supervisor a verdict waits: three periods at most. */
 static void test_a_verdict_is_asked_for_in_the_supervisors_slots(void)
 {
@@ -529,6 +545,7 @@ int main(void)
     RUN_TEST(test_hand_back_limits_the_torque_to_what_the_controller_may_ask);
     RUN_TEST(test_no_hand_back_below_the_return_frequency);
     RUN_TEST(test_the_schedule_goes_on_through_a_loss);
+    RUN_TEST(test_while_a_current_holds_the_load_the_supervisor_goes_on);
     RUN_TEST(test_a_verdict_is_asked_for_in_the_supervisors_slots);
     RUN_TEST(test_hand_back_without_flux_leaves_numbers);
     RUN_TEST(test_hand_back_does_not_move_the_voltage);

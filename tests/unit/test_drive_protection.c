@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "drive_fixture.h"
+#include "stages.h"
 #include "unity.h"
 
 #define TURN ((int)SLOT_COUNT)
@@ -195,6 +196,27 @@ static void test_power_that_no_torque_explains_is_told(void)
     TEST_ASSERT_EQUAL_INT(0, period_of(FAULT_OBSERVER, 61 * TURN));
 }
 
+/* A fifth of the nominal flux: little of that, enough of half of it. */
+static void test_a_lowered_flux_is_compared_with_its_own_reference(void)
+{
+    p.plausibility.e1_A = 0.5f;
+    configure();
+    const float nominal_Wb = cfg.modes.vector.flux.lambda_ref_Wb;
+    const float reduction_pu[] = {0.5f, 0.0f};
+    for (int n = 0; n < 2; n++) {
+        st = (drive_state_t){.mode = MODE_VECTOR,
+                             .slot = SLOT_GUARD_ESTIMATE,
+                             .estimator.estimate = {.lambda_Wb = 0.2f * nominal_Wb},
+                             .modes.vector.flux_reduction_Wb = reduction_pu[n] * nominal_Wb};
+        out = (drive_out_t){0};
+        uint32_t faults = 0u;
+        for (int k = 0; k < 100; k++) {
+            faults |= stage_guard_look(&cfg, &st, &in, &out);
+        }
+        TEST_ASSERT_EQUAL_UINT32((n == 0) ? 0u : FAULT_OBSERVER, faults);
+    }
+}
+
 static void test_all_torque_without_speed_is_a_stall(void)
 {
     p.plausibility.stall_s = 0.05f;
@@ -357,6 +379,7 @@ int main(void)
     RUN_TEST(test_exchanged_current_sensors_are_told_wherever_direct_current_flows);
     RUN_TEST(test_an_estimate_far_from_the_current_is_told);
     RUN_TEST(test_power_that_no_torque_explains_is_told);
+    RUN_TEST(test_a_lowered_flux_is_compared_with_its_own_reference);
     RUN_TEST(test_all_torque_without_speed_is_a_stall);
     RUN_TEST(test_impressed_current_is_judged_by_its_heat_alone);
     RUN_TEST(test_heat_derates_and_then_stops);
