@@ -62,8 +62,10 @@ COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 {
     unit->taken = unit->mailbox.published;
     unit->command = unit->mailbox.slot[unit->taken & 1u];
-    const bool numbers = is_finite(unit->command.omega_m_ref_rad_s + unit->command.torque_ref_Nm);
-    unit->command_faults = numbers ? 0u : FAULT_NON_FINITE;
+    unit->command_faults = 0u;
+    if (!is_finite(unit->command.omega_m_ref_rad_s + unit->command.torque_ref_Nm)) {
+        unit->command_faults = FAULT_NON_FINITE;
+    }
     unit->asked.omega_e_ref_rad_s = speed_reference(cfg, unit);
     unit->asked.torque_ref_Nm = unit->command.torque_ref_Nm;
 }

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from zerohertz.errors import UserError
 
-_LINE = re.compile(r"(?P<rule>\d+\.\d+)(?: +(?P<file>[\w/]+\.[ch]))? +(?P<reason>\S.{9,})")
+_LINE = re.compile(r"(?P<rule>\d+\.\d+)(?: +(?P<file>[\w/]+\.(?:[ch]|def)))? +(?P<reason>\S.{9,})")
 
 
 _NOTICE = re.compile(r"^\S+:\d+:\d+: \w+: .*\[[\w.-]+\]$", re.MULTILINE)

@@ -313,9 +313,15 @@ def _no_breaches(log: Log, *checks: list[str]) -> Outcome:
 
 
 def unbuilt(sources: Iterable[Path], database: Iterable[dict]) -> list[str]:
-    """Sources that no CMakeLists.txt names: a test that is not built cannot fail."""
+    """Sources that no CMakeLists.txt names: a test that is not built cannot fail. The estimators of
+    tests/estimator are built by their test, in a build of their own."""
     built = {Path(entry["file"]) for entry in database}
-    return [f"{source}: in no CMakeLists.txt" for source in sources if source not in built]
+    own = ROOT / "tests" / "estimator"
+    return [
+        f"{source}: in no CMakeLists.txt"
+        for source in sources
+        if source not in built and own not in source.parents
+    ]
 
 
 def _mutation(log: Log) -> Outcome:
