@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "crc32c.h"
+#include "unit_signal.h"
 #include "unity.h"
 
 static observer_gain_t entries[100];
@@ -548,6 +549,18 @@ static void test_telemetry_says_what_the_period_did(void)
     TEST_ASSERT_EQUAL_FLOAT(0.2f, t.e1_beta_A);
 }
 
+/* What the estimator shows beside its estimate is read from its state. */
+static void test_signals_of_the_estimator_show_its_state(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    const hal_output_t out = {0};
+    TEST_ASSERT_EQUAL_UINT32(0u, unit_signal(&unit, &out, UNIT_SIGNAL_near_zero));
+    unit.drive.estimator.adaptation.near_zero = true;
+    unit.drive.estimator.adaptation.x_rad_s = 3.0f;
+    TEST_ASSERT_EQUAL_UINT32(1u, unit_signal(&unit, &out, UNIT_SIGNAL_near_zero));
+    TEST_ASSERT_EQUAL_HEX32(float_bits(3.0f), unit_signal(&unit, &out, UNIT_SIGNAL_x_rad_s));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -580,5 +593,6 @@ int main(void)
     RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
     RUN_TEST(test_eps1_units_reach_the_law_converted);
     RUN_TEST(test_telemetry_says_what_the_period_did);
+    RUN_TEST(test_signals_of_the_estimator_show_its_state);
     return UNITY_END();
 }

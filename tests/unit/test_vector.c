@@ -334,6 +334,7 @@ static void test_the_lower_of_both_flux_references_counts(void)
     weaken();
     st.steer = (flux_steering_out_t){.reduction_Wb = 0.1f, .rate_Wb_per_s = -0.5f};
     vector_catch(cfg, &st, 0.0f, 540.0f);
+    TEST_ASSERT_FALSE(st.pull_out_near);
     ASSERT_SAME_FLOAT(0.1f, st.flux_reduction_Wb);
     const double M_H = (double)p.motor.M_H, tau_per_s = (double)(p.motor.Rr_ohm / p.motor.Lr_H);
     ASSERT_NEAR(1e-5, (0.1 + 0.5 / tau_per_s) / M_H, st.i_d_reduction_A);
@@ -342,6 +343,17 @@ static void test_the_lower_of_both_flux_references_counts(void)
     const double room_Wb = 0.9 * sqrt(0.5) * 540.0 / 1000.0;
     ASSERT_NEAR(1e-5, 0.6888 - room_Wb, st.flux_reduction_Wb);
     ASSERT_NEAR(1e-4, (0.6888 - room_Wb) / M_H, st.i_d_reduction_A);
+}
+
+/* Any torque current that the flux reference takes away needs the window. */
+static void test_half_an_ampere_less_is_near_the_pull_out(void)
+{
+    const float reduction_A[] = {0.0f, 0.5f};
+    for (int n = 0; n < 2; n++) {
+        st.reference.i_q_reduction_A = reduction_A[n];
+        vector_stop_steering(cfg, &st); /* chooses anew */
+        TEST_ASSERT_EQUAL(n == 1, st.pull_out_near);
+    }
 }
 
 static void test_a_seed_begins_with_torque_and_speed_of_then(void)
@@ -484,6 +496,7 @@ int main(void)
     RUN_TEST(test_steering_has_a_slot_of_its_own);
     RUN_TEST(test_the_speed_schedule_has_a_slot_of_its_own);
     RUN_TEST(test_the_lower_of_both_flux_references_counts);
+    RUN_TEST(test_half_an_ampere_less_is_near_the_pull_out);
     RUN_TEST(test_a_seed_begins_with_torque_and_speed_of_then);
     RUN_TEST(test_at_rest_the_speed_controller_begins_again);
     RUN_TEST(test_steering_that_is_stopped_leaves_the_other_reference);
