@@ -9,6 +9,7 @@
 #define FAULT_RECORD_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "num.h"
@@ -78,7 +79,7 @@ COLD void fault_record_count_down(fault_recorder_t *r);
 static inline void fault_record_next(fault_recorder_t *r)
 {
     r->row += FAULT_RECORD_SIGNALS;
-    if (r->row == &r->memory->ring[FAULT_RECORD_ROWS * FAULT_RECORD_SIGNALS]) {
+    if (r->row == &r->memory->ring[(size_t)FAULT_RECORD_ROWS * FAULT_RECORD_SIGNALS]) {
         fault_record_end_of_ring(r);
     }
     if (r->left > 0u) {

@@ -1,9 +1,13 @@
 #include "params.h"
 
-#define PARAM_CHOICES(list, ...) static const char *const choices_##list[] = {__VA_ARGS__};
-#include "param_choices.def"
-
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
+#define PARAM_CHOICES(list, ...)                                                                   \
+    static const char *const choices_##list[] = {__VA_ARGS__};                                     \
+    enum {                                                                                         \
+        last_of_##list = (int)COUNT(choices_##list) - 1                                            \
+    };
+#include "param_choices.def"
 
 static const param_info_t param_table[] = {
 #define PARAM_F(group, name, unit, minimum, maximum, initial, access, text)                        \
@@ -31,7 +35,7 @@ static const param_info_t param_table[] = {
      "",                                                                                           \
      choices_##choices,                                                                            \
      0.0f,                                                                                         \
-     (float)(COUNT(choices_##choices) - 1u),                                                       \
+     (float)last_of_##choices,                                                                     \
      offsetof(params_t, name),                                                                     \
      PARAM_UINT,                                                                                   \
      PARAM_ACCESS_##access,                                                                        \

@@ -102,7 +102,8 @@ def former() -> dict[str, Former]:
         if kind == "RENAMED":
             found[name] = Former(rest, None, f"is called {rest} now")
         elif kind == "CONSTANT":
-            found[name] = Former(None, float(rest), f"is a constant now, {rest}")
+            number = rest.removesuffix("f")
+            found[name] = Former(None, float(number), f"is a constant now, {number}")
         else:
             found[name] = Former(None, None, f"is derived now: {_joined(rest)}")
     return found
