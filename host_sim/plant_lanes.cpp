@@ -17,10 +17,11 @@ void PlantLanes::attach(std::size_t k, Plant *plant)
     }
     plants_[k] = plant;
     loaded_[k] = false;
-    fits_[k] = plant != nullptr && plant->fits_lanes();
-    if (!fits_[k]) {
+    fits_[k] = false;
+    if (plant == nullptr || !plant->fits_lanes()) {
         return;
     }
+    fits_[k] = true;
     Constants &c = constants_;
     const LinearMotor &motor = plant->motor_.linear();
     c.Rr[k] = motor.Rr_ohm;

@@ -27,7 +27,7 @@ public:
     PlantLanes();
     // From now on lane k is this plant, which belongs to the caller; null: nobody. The plant that
     // was there stands as if it had always been alone; until then its noise is out of date.
-    void attach(std::size_t lane, Plant *plant);
+    void attach(std::size_t k, Plant *plant);
     // Every plant's words at the present crest, then every plant to the next one. Lanes without a
     // plant are left alone.
     void sample(PerLane<Words> &words);
@@ -78,7 +78,7 @@ private:
     void step_switched();
     void convert();
     Lane lane(std::size_t k) const;
-    void keep(std::size_t k, const Lane &lane);
+    void keep(std::size_t k, const Lane &d);
 
     PerLane<Plant *> plants_{};
     PerLane<bool> fits_{};

@@ -4,9 +4,7 @@
 
 #define PARAM_CHOICES(list, ...)                                                                   \
     static const char *const choices_##list[] = {__VA_ARGS__};                                     \
-    enum {                                                                                         \
-        last_of_##list = (int)COUNT(choices_##list) - 1                                            \
-    };
+    enum last_of_##list##_tag{last_of_##list = (int)COUNT(choices_##list) - 1};
 #include "param_choices.def"
 
 static const param_info_t param_table[] = {
