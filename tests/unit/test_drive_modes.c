@@ -516,7 +516,7 @@ static void test_the_lower_of_steering_and_level_counts(void)
     ASSERT_SAME_FLOAT(st.modes.vector.steer.reduction_Wb, st.modes.vector.flux_reduction_Wb);
 }
 
-static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
+static void ride_through(void)
 {
     p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
                                           .u_hold_V = 230.0f,
@@ -526,6 +526,11 @@ static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
                                           .stop_rad_s = 15.0f,
                                           .lambda_Wb = 0.408f,
                                           .i_q_max_A = 12.0f};
+}
+
+static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
+{
+    ride_through();
     magnetised_run(150.0f);
     plant.u_dc_V = 215.0;
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.05));
@@ -548,14 +553,7 @@ static void test_a_dc_link_that_falls_is_held_by_the_shaft(void)
 /* Slow: a dip that the capacitors bridge is no end. */
 static void test_a_dip_at_low_speed_costs_nothing(void)
 {
-    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
-                                          .u_hold_V = 230.0f,
-                                          .u_back_V = 260.0f,
-                                          .back_s = 0.01f,
-                                          .gain_W_per_V = 20.0f,
-                                          .stop_rad_s = 15.0f,
-                                          .lambda_Wb = 0.408f,
-                                          .i_q_max_A = 12.0f};
+    ride_through();
     magnetised_run(10.0f);
     plant.u_dc_V = 200.0;
     TEST_ASSERT_EQUAL_HEX32(0u, run(0.5));
@@ -566,14 +564,7 @@ static void test_a_dip_at_low_speed_costs_nothing(void)
 static void test_no_dip_is_ridden_through_without_torque(void)
 {
     p.modes.flying.enable = true;
-    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
-                                          .u_hold_V = 230.0f,
-                                          .u_back_V = 260.0f,
-                                          .back_s = 0.01f,
-                                          .gain_W_per_V = 20.0f,
-                                          .stop_rad_s = 15.0f,
-                                          .lambda_Wb = 0.408f,
-                                          .i_q_max_A = 12.0f};
+    ride_through();
     plant = plant_of(p.motor, 300.0, 0.35);
     start();
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.3));
@@ -588,14 +579,7 @@ static void test_no_dip_is_ridden_through_without_torque(void)
 static void test_torque_mode_slews_back_from_a_dip(void)
 {
     p.speed.torque_slew_Nm_per_s = 20.0f;
-    p.modes.mains = (mains_loss_params_t){.u_lost_V = 220.0f,
-                                          .u_hold_V = 230.0f,
-                                          .u_back_V = 260.0f,
-                                          .back_s = 0.01f,
-                                          .gain_W_per_V = 20.0f,
-                                          .stop_rad_s = 15.0f,
-                                          .lambda_Wb = 0.408f,
-                                          .i_q_max_A = 12.0f};
+    ride_through();
     magnetised_run(150.0f);
     in.aim = DRIVE_AIM_TORQUE;
     in.torque_ref_Nm = 5.0f;
