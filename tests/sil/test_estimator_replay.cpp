@@ -5,6 +5,7 @@
 // The calls are the drive's, taken by the linker (--wrap), not what a test believes of its wiring.
 // While the gates are off the drive zeroes the state: seen in the state itself.
 #include "check.hpp"
+#include "config_params.hpp"
 #include "lockstep_peer.hpp"
 #include "sil_estimator.h"
 #include "sim_job.hpp"
@@ -14,7 +15,6 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -174,22 +174,6 @@ std::string all_params(const params_t &params)
         lines += line;
     }
     return lines;
-}
-
-// [params] of a configuration, as overrides.
-std::string params_of(const std::string &name)
-{
-    std::ifstream file(std::string(ZH_ROOT) + "/host_sim/configs/" + name + ".toml");
-    std::string all;
-    bool inside = false;
-    for (std::string line; std::getline(file, line);) {
-        if (!line.empty() && line[0] == '[') {
-            inside = line == "[params]";
-        } else if (inside && line.find('=') != std::string::npos && line[0] != '#') {
-            all += line.substr(0, line.find('#')) + "\n";
-        }
-    }
-    return all;
 }
 
 struct Case {

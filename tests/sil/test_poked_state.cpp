@@ -6,6 +6,7 @@
 // Every word of drive_state_t is poked, floats and all others, in each of the drive's modes and, as
 // its state is looked at in slots (slots.h), before each slot of a quarter.
 #include "check.hpp"
+#include "config_params.hpp"
 #include "firmware.hpp"
 #include "plant.hpp"
 #include "sim_job.hpp"
@@ -16,7 +17,6 @@
 #include <iterator>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <string>
@@ -95,23 +95,6 @@ using Words32 = std::array<std::uint32_t, word_count>;
 bool non_finite(std::uint32_t word)
 {
     return (word & 0x7f800000U) == 0x7f800000U;
-}
-
-// [params] of a configuration, as overrides.
-std::string params_of(const std::string &name)
-{
-    std::ifstream file(std::string(ZH_ROOT) + "/host_sim/configs/" + name + ".toml");
-    std::string all;
-    bool inside = false;
-    for (std::string line; std::getline(file, line);) {
-        if (!line.empty() && line[0] == '[') {
-            inside = line == "[params]";
-        } else if (inside && line.find('=') != std::string::npos && line[0] != '#') {
-            line.erase(std::remove(line.begin(), line.end(), ' '), line.end());
-            all += line.substr(0, line.find('#')) + "\n";
-        }
-    }
-    return all;
 }
 
 struct Point {
