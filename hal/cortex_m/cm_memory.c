@@ -27,8 +27,25 @@ void *memset(void *to, int value, size_t n)
 {
     const uint32_t byte = (uint32_t)value & 0xFFu;
     const size_t words = whole_words((uintptr_t)to, n);
-    for (size_t k = 0u; k < words; k++) {
-        ((uint32_t *)to)[k] = 0x01010101u * byte;
+    const uint32_t word = 0x01010101u * byte;
+    uint32_t *at = to;
+    size_t left = words;
+    while (left >= 8u) { /* a drive's state is some hundred words, zeroed in a control period */
+        at[0] = word;
+        at[1] = word;
+        at[2] = word;
+        at[3] = word;
+        at[4] = word;
+        at[5] = word;
+        at[6] = word;
+        at[7] = word;
+        at += 8;
+        left -= 8u;
+    }
+    while (left > 0u) {
+        *at = word;
+        at++;
+        left--;
     }
     for (size_t k = 4u * words; k < n; k++) {
         ((uint8_t *)to)[k] = (uint8_t)byte;

@@ -9,13 +9,9 @@
 #define ESTIMATOR_BEYOND_TABLE_MAX 3.0f
 
 /* Beyond the table's end l1 = .. - j w no longer fits: a braking motor would swing (zh modes). */
-COLD static void extrapolate(const estimator_config_t *cfg, observer_gain_t *gain,
-                             float omega_e_rad_s)
+COLD static float growth_beyond(const estimator_config_t *cfg, float omega_e_rad_s)
 {
-    const float growth =
-        minf(absf(omega_e_rad_s) / cfg->table_end_rad_s, ESTIMATOR_BEYOND_TABLE_MAX);
-    gain->l1_im_per_s *= growth;
-    gain->l2_im_ohm *= growth;
+    return minf(absf(omega_e_rad_s) / cfg->table_end_rad_s, ESTIMATOR_BEYOND_TABLE_MAX);
 }
 
 static observer_gain_t gain_at(const estimator_config_t *cfg, float omega_e_rad_s)
@@ -25,7 +21,9 @@ static observer_gain_t gain_at(const estimator_config_t *cfg, float omega_e_rad_
     }
     observer_gain_t gain = gain_table_at(cfg->table, omega_e_rad_s);
     if (absf(omega_e_rad_s) > cfg->table_end_rad_s) {
-        extrapolate(cfg, &gain, omega_e_rad_s);
+        const float growth = growth_beyond(cfg, omega_e_rad_s);
+        gain.l1_im_per_s *= growth;
+        gain.l2_im_ohm *= growth;
     }
     return gain;
 }
