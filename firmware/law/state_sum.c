@@ -45,6 +45,14 @@ static float of_modes(const modes_state_t *m)
 
 float state_sum_slow(const drive_state_t *st)
 {
-    return of_control(&st->modes.vector) + of_resistance(st) + of_protection(st) +
-           of_modes(&st->modes);
+    switch (st->slot) {
+    case SLOT_STATE_RESISTANCE:
+        return of_resistance(st);
+    case SLOT_STATE_MODES:
+        return of_modes(&st->modes);
+    case SLOT_STATE_PROTECTION:
+        return of_protection(st);
+    default:
+        return of_control(&st->modes.vector);
+    }
 }

@@ -3,7 +3,8 @@
  *
  * Taken as a period finds the state. `passing`, in every period: what a limit makes a number of, a
  * wrong one, in the period that uses it. `fast`, in every fourth: what else the voltage rests on,
- * and the sensors' offsets. `slow`, once in sixteen: what changes slowly, or waits for its use.
+ * and the sensors' offsets. `slow`, in four parts once in sixteen: what changes slowly, or waits
+ * for its use.
  */
 #ifndef STATE_SUM_H
 #define STATE_SUM_H
@@ -25,6 +26,7 @@ static inline float state_sum_fast(const drive_state_t *st)
     return acting + offsets + st->modes.vector.speed.gain_extra;
 }
 
+/* The part of this slot: one of those of SLOT_QUARTER_STATE_PARTS. */
 COLD float state_sum_slow(const drive_state_t *st);
 
 /* What is due in this slot. */
@@ -33,7 +35,7 @@ static inline float state_sum_due(const drive_state_t *st)
     float sum = state_sum_passing(st);
     if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE)) {
         sum += state_sum_fast(st);
-    } else if (st->slot == SLOT_WHOLE_STATE) {
+    } else if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE_PARTS)) {
         sum += state_sum_slow(st);
     } else {
         /* the rest has its turn later */

@@ -898,10 +898,12 @@ static int period_that_sees_a_heat_of_nan(drive_mode_t mode, const drive_params_
 static void test_monitor_sees_a_slow_state_once_per_turn(void)
 {
     drive_params_t p = both_machines(0);
-    TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE, period_that_sees_a_heat_of_nan(DRIVE_OFF, &p));
-    TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE,
+    TEST_ASSERT_EQUAL_INT((int)SLOT_STATE_PROTECTION,
+                          period_that_sees_a_heat_of_nan(DRIVE_OFF, &p));
+    TEST_ASSERT_EQUAL_INT((int)SLOT_STATE_PROTECTION,
                           period_that_sees_a_heat_of_nan(DRIVE_PREMAGNETISE, &p));
-    TEST_ASSERT_EQUAL_INT((int)SLOT_WHOLE_STATE, period_that_sees_a_heat_of_nan(DRIVE_RUN, &p));
+    TEST_ASSERT_EQUAL_INT((int)SLOT_STATE_PROTECTION,
+                          period_that_sees_a_heat_of_nan(DRIVE_RUN, &p));
 }
 
 /* Motor wired u-w-v: same machine turning the other way, so v and w change places everywhere. */

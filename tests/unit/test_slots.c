@@ -16,7 +16,6 @@ static const uint32_t work[] = {SLOT_SUPERVISOR_DECIDE,
                                 SLOT_SPEED_SCHEDULE,
                                 SLOT_FLUX_STEERING,
                                 SLOT_GUARD_ESTIMATE,
-                                SLOT_WHOLE_STATE,
                                 SLOT_RS_TRACKING,
                                 SLOT_SUPERVISOR_MEASURE,
                                 SLOT_SUPERVISOR_WEIGH};
@@ -72,8 +71,9 @@ static void test_no_slot_has_two_things_of_sixteen(void)
         TEST_ASSERT_BITS_LOW(1u << work[n], taken);
         taken |= 1u << work[n];
     }
-    /* Two of the slots that plan references stay free: planning is the largest part. */
-    TEST_ASSERT_EQUAL_HEX32(0xFFFFu & ~((1u << 5) | (1u << 9)), taken);
+    /* Two of the slots that plan references stay free: planning is the largest part. In slot 12 a
+     * part of the state is looked at, and nothing else. */
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFu & ~((1u << 5) | (1u << 9) | (1u << 12)), taken);
 }
 
 /* A judgement goes through its parts in four periods on end, and begins when the flux was tied. */
@@ -85,10 +85,19 @@ static void test_the_supervisor_judges_in_the_order_of_its_parts(void)
     TEST_ASSERT_EQUAL_UINT32(SLOT_SUPERVISOR_BOUND, slot_next(SLOT_SUPERVISOR_DECIDE));
 }
 
-/* The two looks at the state are never due together: each period adds up one of them at most. */
-static void test_the_whole_state_has_a_slot_of_its_own(void)
+/* The looks at the state are never due together: each period adds up one of them at most. Each part
+ * has a slot of its own. */
+static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
 {
-    TEST_ASSERT_FALSE(slot_is_quarter(SLOT_WHOLE_STATE, SLOT_QUARTER_STATE));
+    const uint32_t part[] = {SLOT_STATE_RESISTANCE, SLOT_STATE_MODES, SLOT_STATE_PROTECTION,
+                             SLOT_STATE_CONTROL};
+    uint32_t taken = 0u;
+    for (size_t n = 0u; n < sizeof part / sizeof part[0]; n++) {
+        TEST_ASSERT_TRUE(slot_is_quarter(part[n], SLOT_QUARTER_STATE_PARTS));
+        TEST_ASSERT_FALSE(slot_is_quarter(part[n], SLOT_QUARTER_STATE));
+        TEST_ASSERT_BITS_LOW(1u << part[n], taken);
+        taken |= 1u << part[n];
+    }
 }
 
 int main(void)
@@ -98,6 +107,6 @@ int main(void)
     RUN_TEST(test_every_slot_belongs_to_one_quarter);
     RUN_TEST(test_no_slot_has_two_things_of_sixteen);
     RUN_TEST(test_the_supervisor_judges_in_the_order_of_its_parts);
-    RUN_TEST(test_the_whole_state_has_a_slot_of_its_own);
+    RUN_TEST(test_each_part_of_the_state_has_a_slot_of_its_own);
     return UNITY_END();
 }

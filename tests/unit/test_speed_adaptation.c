@@ -194,6 +194,28 @@ static void test_error_does_not_depend_on_the_frames_angle(void)
     ASSERT_NEAR(1e-6, z_Wb_A, speed_adaptation_step(&cfg, &st, &turned).z_Wb_A);
 }
 
+/* phi follows the operating point in the first of four periods, and stays in the other three. */
+static void test_phi_is_taken_anew_in_every_fourth_period(void)
+{
+    uint32_t seed = 37u;
+    speed_adaptation_params_t params = plain;
+    params.phi_factor = 0.7f;
+    const speed_adaptation_config_t cfg = config_of(1, &params);
+    speed_adaptation_state_t st = {0};
+    for (int k = 0; k < 40; k++) {
+        const speed_adaptation_in_t in = random_in(&seed);
+        const ab_t before = st.phi;
+        const float z_Wb_A = speed_adaptation_step(&cfg, &st, &in).z_Wb_A;
+        if ((k % 4) == 0) {
+            speed_adaptation_state_t fresh = {0};
+            ASSERT_SAME_FLOAT(speed_adaptation_step(&cfg, &fresh, &in).z_Wb_A, z_Wb_A);
+        } else {
+            TEST_ASSERT_EQUAL_MEMORY(&before, &st.phi, sizeof before);
+            ASSERT_NEAR(1e-6, ab_cross(ab_mul(before, in.lambda_r_hat_Wb), in.e1_A), z_Wb_A);
+        }
+    }
+}
+
 static void test_step_mirrors_bit_for_bit(void)
 {
     uint32_t seed = 23u;
@@ -601,6 +623,7 @@ int main(void)
     RUN_TEST(test_step_leaks_to_the_prior);
     RUN_TEST(test_step_turns_the_projection_by_phi);
     RUN_TEST(test_error_does_not_depend_on_the_frames_angle);
+    RUN_TEST(test_phi_is_taken_anew_in_every_fourth_period);
     RUN_TEST(test_step_mirrors_bit_for_bit);
     RUN_TEST(test_error_grows_with_flux_and_current);
     RUN_TEST(test_three_readings_of_eps1_give_their_difference_equations);

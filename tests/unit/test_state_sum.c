@@ -18,13 +18,24 @@ void tearDown(void)
 enum {
     PASSING,
     FAST,
-    SLOW,
+    RESISTANCE,
+    MODES,
+    PROTECTION,
+    CONTROL,
     SUMS
 };
 
+static float part(uint32_t slot)
+{
+    st.slot = slot;
+    return state_sum_slow(&st);
+}
+
 static float sum_of(int which)
 {
-    const float sums[SUMS] = {state_sum_passing(&st), state_sum_fast(&st), state_sum_slow(&st)};
+    const float sums[SUMS] = {state_sum_passing(&st),      state_sum_fast(&st),
+                              part(SLOT_STATE_RESISTANCE), part(SLOT_STATE_MODES),
+                              part(SLOT_STATE_PROTECTION), part(SLOT_STATE_CONTROL)};
     return sums[which];
 }
 
@@ -55,6 +66,8 @@ static void test_what_a_limit_would_heal_is_seen_at_once(void)
                             &o->e1_A.alpha,
                             &o->e1_A.beta,
                             &st.estimator.adaptation.x_rad_s,
+                            &st.estimator.adaptation.phi.alpha,
+                            &st.estimator.adaptation.phi.beta,
                             &st.estimator.estimate.omega_e_rad_s,
                             &st.estimator.estimate.omega_s_rad_s,
                             &st.modes.vector.speed.pi.x};
@@ -74,34 +87,42 @@ static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
     assert_each_is_seen(value, sizeof value / sizeof value[0], FAST);
 }
 
-static void test_control_and_resistance_are_seen_once_per_turn(void)
+static void test_control_is_seen_once_in_sixteen(void)
+{
+    vector_state_t *const v = &st.modes.vector;
+    float *const value[] = {&v->speed.omega_filtered_rad_s,
+                            &v->speed.omega_ref_rad_s,
+                            &v->speed.i_q_A,
+                            &v->speed.low_A,
+                            &v->speed.high_A,
+                            &v->plan.omega_ref_rad_s,
+                            &v->plan.i_d_ref_A,
+                            &v->plan.flux_pu,
+                            &v->plan.inv_flux_pu,
+                            &v->plan.torque_ref_Nm,
+                            &v->ramp.steps,
+                            &v->flux.pi.x,
+                            &v->flux_reduction_Wb,
+                            &v->i_d_reduction_A,
+                            &v->torque_gain_extra_pu,
+                            &v->steering.torque_Nm,
+                            &v->steering.reduction_Wb,
+                            &v->steer.reduction_Wb,
+                            &v->steer.rate_Wb_per_s,
+                            &v->reference.weakened_Wb,
+                            &v->reference.economy_Wb,
+                            &v->reference.reduction_Wb,
+                            &v->reference.rate_Wb_per_s,
+                            &v->reference.i_q_reduction_A,
+                            &v->mains.i_q_A};
+    assert_each_is_seen(value, sizeof value / sizeof value[0], CONTROL);
+}
+
+static void test_resistance_is_seen_once_in_sixteen(void)
 {
     rs_measurement_sums_t *const high = &st.modes.premagnetise.measurement.high;
     rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.low;
-    float *const value[] = {&st.modes.vector.speed.omega_filtered_rad_s,
-                            &st.modes.vector.speed.omega_ref_rad_s,
-                            &st.modes.vector.speed.i_q_A,
-                            &st.modes.vector.speed.low_A,
-                            &st.modes.vector.speed.high_A,
-                            &st.modes.vector.plan.omega_ref_rad_s,
-                            &st.modes.vector.plan.i_d_ref_A,
-                            &st.modes.vector.plan.flux_pu,
-                            &st.modes.vector.plan.inv_flux_pu,
-                            &st.modes.vector.plan.torque_ref_Nm,
-                            &st.modes.vector.ramp.steps,
-                            &st.modes.vector.flux.pi.x,
-                            &st.modes.vector.flux_reduction_Wb,
-                            &st.modes.vector.i_d_reduction_A,
-                            &st.modes.vector.torque_gain_extra_pu,
-                            &st.modes.vector.steering.torque_Nm,
-                            &st.modes.vector.steering.reduction_Wb,
-                            &st.modes.vector.steer.reduction_Wb,
-                            &st.modes.vector.steer.rate_Wb_per_s,
-                            &st.modes.i_f.axis.alpha,
-                            &st.modes.i_f.axis.beta,
-                            &st.modes.i_f.current_A,
-                            &st.modes.i_f.omega_rad_s,
-                            &high->i_A,
+    float *const value[] = {&high->i_A,
                             &high->u_V,
                             &high->u_duty_V,
                             &low->i_A,
@@ -111,13 +132,12 @@ static void test_control_and_resistance_are_seen_once_per_turn(void)
                             &st.omega_ref_before_rad_s,
                             &st.modes.premagnetise.Rs_delta_ohm,
                             &st.modes.premagnetise.leg_loss_pu};
-    assert_each_is_seen(value, sizeof value / sizeof value[0], SLOW);
+    assert_each_is_seen(value, sizeof value / sizeof value[0], RESISTANCE);
 }
 
-static void test_protection_and_modes_are_seen_once_per_turn(void)
+static void test_protection_is_seen_once_in_sixteen(void)
 {
     supervisor_state_t *const s = &st.supervisor;
-    modes_state_t *const m = &st.modes;
     float *const value[] = {&st.limits.link.braking_pu,
                             &st.limits.overload.heat_pu[OVERLOAD_MOTOR],
                             &st.limits.overload.heat_pu[OVERLOAD_INVERTER],
@@ -135,12 +155,17 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
                             &s->emf_sum_V.beta,
                             &s->d_Wb.alpha,
                             &s->d_Wb.beta,
-                            &st.guard.plausibility.omega_before_rad_s,
-                            &m->vector.reference.weakened_Wb,
-                            &m->vector.reference.economy_Wb,
-                            &m->vector.reference.reduction_Wb,
-                            &m->vector.reference.rate_Wb_per_s,
-                            &m->vector.reference.i_q_reduction_A,
+                            &st.guard.plausibility.omega_before_rad_s};
+    assert_each_is_seen(value, sizeof value / sizeof value[0], PROTECTION);
+}
+
+static void test_what_modes_keep_is_seen_once_in_sixteen(void)
+{
+    modes_state_t *const m = &st.modes;
+    float *const value[] = {&m->i_f.axis.alpha,
+                            &m->i_f.axis.beta,
+                            &m->i_f.current_A,
+                            &m->i_f.omega_rad_s,
                             &m->flying_current.i_before_A.alpha,
                             &m->flying_current.i_before_A.beta,
                             &m->flying_current.e_V.alpha,
@@ -149,7 +174,6 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
                             &m->volts.off_axis.beta,
                             &m->volts.omega_rad_s,
                             &m->volts.boost_V,
-                            &m->vector.mains.i_q_A,
                             &m->brake.current.i_before_A.alpha,
                             &m->brake.current.i_before_A.beta,
                             &m->brake.current.e_V.alpha,
@@ -157,7 +181,7 @@ static void test_protection_and_modes_are_seen_once_per_turn(void)
                             &m->brake.i_ref_A.alpha,
                             &m->brake.i_ref_A.beta,
                             &m->brake.omega_rad_s};
-    assert_each_is_seen(value, sizeof value / sizeof value[0], SLOW);
+    assert_each_is_seen(value, sizeof value / sizeof value[0], MODES);
 }
 
 int main(void)
@@ -165,7 +189,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_what_a_limit_would_heal_is_seen_at_once);
     RUN_TEST(test_what_else_the_voltage_rests_on_is_seen_in_a_quarter);
-    RUN_TEST(test_control_and_resistance_are_seen_once_per_turn);
-    RUN_TEST(test_protection_and_modes_are_seen_once_per_turn);
+    RUN_TEST(test_control_is_seen_once_in_sixteen);
+    RUN_TEST(test_resistance_is_seen_once_in_sixteen);
+    RUN_TEST(test_protection_is_seen_once_in_sixteen);
+    RUN_TEST(test_what_modes_keep_is_seen_once_in_sixteen);
     return UNITY_END();
 }

@@ -13,24 +13,28 @@
 #define SLOT_COUNT 16u
 
 /* Every fourth period, by slot modulo 4. */
-#define SLOT_QUARTERS           4u
-#define SLOT_QUARTER_ANGLES     0u /* sines of the delay angles */
-#define SLOT_QUARTER_REFERENCES 1u /* ramp, flux reference, limits of the torque current */
-#define SLOT_QUARTER_SUPERVISOR 2u /* its flux is tied to the estimate */
-#define SLOT_QUARTER_STATE      3u /* what the estimate and the voltage rest on is a number */
+#define SLOT_QUARTERS            4u
+#define SLOT_QUARTER_ANGLES      0u /* sines of the delay angles */
+#define SLOT_QUARTER_STATE_PARTS 0u /* a part each of the rest of the state is a number */
+#define SLOT_QUARTER_REFERENCES  1u /* ramp, flux reference, limits of the torque current */
+#define SLOT_QUARTER_SUPERVISOR  2u /* its flux is tied to the estimate */
+#define SLOT_QUARTER_STATE       3u /* what the estimate and the voltage rest on is a number */
 
 /* Once in sixteen periods. */
+#define SLOT_STATE_RESISTANCE   0u
 #define SLOT_SUPERVISOR_DECIDE  0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
 #define SLOT_GUARD_VOLTAGE      3u
+#define SLOT_STATE_MODES        4u
 #define SLOT_HEAT               4u
 #define SLOT_FLUX_REFERENCE     6u
 #define SLOT_GUARD_PHASES       7u
+#define SLOT_STATE_PROTECTION   8u
 #define SLOT_SPEED_SCHEDULE     8u
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_GUARD_ESTIMATE     11u
-#define SLOT_WHOLE_STATE        12u
+#define SLOT_STATE_CONTROL      12u
 #define SLOT_RS_TRACKING        13u
 #define SLOT_SUPERVISOR_MEASURE 14u
 #define SLOT_SUPERVISOR_WEIGH   15u

@@ -14,8 +14,30 @@ bool inverter_error_init(inverter_error_config_t *cfg, const inverter_error_para
     }
     cfg->k = params->fraction * params->dead_time_s / period_s;
     cfg->drop_V = params->fraction * params->drop_V;
+    cfg->i_threshold_A = params->i_threshold_A;
     cfg->inv_i_threshold_per_A = inv_i_threshold_per_A;
     return true;
+}
+
+/* What legs that lose +-1 V make, by the signs of the currents: bit 0 u, 1 v, 2 w, set when
+ * negative.
+ */
+#define LEGS(u, v, w)                                                                              \
+    {                                                                                              \
+        NUM_SQRT_2_3 *((u)-0.5f * ((v) + (w))), NUM_SQRT_1_2 *((v) - (w))                          \
+    }
+static const ab_t of_signs[8] = {LEGS(1.0f, 1.0f, 1.0f),   LEGS(-1.0f, 1.0f, 1.0f),
+                                 LEGS(1.0f, -1.0f, 1.0f),  LEGS(-1.0f, -1.0f, 1.0f),
+                                 LEGS(1.0f, 1.0f, -1.0f),  LEGS(-1.0f, 1.0f, -1.0f),
+                                 LEGS(1.0f, -1.0f, -1.0f), LEGS(-1.0f, -1.0f, -1.0f)};
+
+/* Some phase is near its zero, where the loss is proportional to the current. */
+COLD static ab_t near_zero(const inverter_error_config_t *cfg, uvw_t i_A)
+{
+    const float per_A = cfg->inv_i_threshold_per_A;
+    return ab_from_uvw((uvw_t){clampf(i_A.u * per_A, -1.0f, 1.0f),
+                               clampf(i_A.v * per_A, -1.0f, 1.0f),
+                               clampf(i_A.w * per_A, -1.0f, 1.0f)});
 }
 
 ab_t inverter_error_voltage(const inverter_error_config_t *cfg, ab_t i_predicted_A, float lost_V)
@@ -25,9 +47,13 @@ ab_t inverter_error_voltage(const inverter_error_config_t *cfg, ab_t i_predicted
         return (ab_t){0.0f, 0.0f};
     }
     const uvw_t i_A = uvw_from_ab(i_predicted_A);
-    const float per_A = cfg->inv_i_threshold_per_A;
-    /* Beyond the threshold is the usual case: the clamp without branches. */
-    const uvw_t sat = {clampf(i_A.u * per_A, -1.0f, 1.0f), clampf(i_A.v * per_A, -1.0f, 1.0f),
-                       clampf(i_A.w * per_A, -1.0f, 1.0f)};
-    return ab_scale(ab_from_uvw(sat), lost_V);
+    const uint32_t u = float_bits(i_A.u);
+    const uint32_t v = float_bits(i_A.v);
+    const uint32_t w = float_bits(i_A.w);
+    const uint32_t threshold = float_bits(cfg->i_threshold_A) << 1; /* without the sign */
+    if (((u << 1) < threshold) || ((v << 1) < threshold) || ((w << 1) < threshold)) {
+        return ab_scale(near_zero(cfg, i_A), lost_V);
+    }
+    /* The usual case: a sector of the current. */
+    return ab_scale(of_signs[(u >> 31) | ((v >> 31) << 1) | ((w >> 31) << 2)], lost_V);
 }

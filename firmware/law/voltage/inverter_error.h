@@ -21,6 +21,7 @@ typedef struct {
 typedef struct {
     float k;      /* fraction dead_time/period */
     float drop_V; /* fraction of the drop */
+    float i_threshold_A;
     float inv_i_threshold_per_A;
 } inverter_error_config_t;
 

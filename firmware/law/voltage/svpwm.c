@@ -66,12 +66,19 @@ static inline uvw_t duties(uvw_t u_V, span_t s, float per_V)
                    0.5f + (u_V.w - mid_V) * per_V};
 }
 
-/* Outside the hexagon u_dc/span shortens the vector: dividing by the span does both. */
-static uvw_t limited_duties(uvw_t u_V, span_t s, float u_dc_V, float min_duty)
+/* Outside the hexagon u_dc/span shortens the vector: dividing by the span does both. What is
+ * realised then follows from the duties. */
+COLD static svpwm_out_t near_the_limits(const svpwm_config_t *cfg, uvw_t u_V, span_t s,
+                                        float u_dc_V)
 {
-    const uvw_t d = duties(u_V, s, 1.0f / maxf(u_dc_V, s.max_V - s.min_V));
-    return (uvw_t){realisable_duty(d.u, min_duty), realisable_duty(d.v, min_duty),
-                   realisable_duty(d.w, min_duty)};
+    const float span_V = s.max_V - s.min_V;
+    const uvw_t d = duties(u_V, s, 1.0f / maxf(u_dc_V, span_V));
+    const uvw_t duty = {realisable_duty(d.u, cfg->min_duty), realisable_duty(d.v, cfg->min_duty),
+                        realisable_duty(d.w, cfg->min_duty)};
+    return (svpwm_out_t){.duty = duty,
+                         .u_realised_V =
+                             ab_from_line((duty.u - duty.v) * u_dc_V, (duty.v - duty.w) * u_dc_V),
+                         .limited = span_V > u_dc_V};
 }
 
 svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
@@ -85,19 +92,19 @@ svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
     if (!(u_dc_V >= cfg->u_dc_min_V) || !is_finite(u_dc_V)) {
         return none;
     }
-    uvw_t duty;
+    svpwm_out_t out;
     if (span_V <= cfg->inside_pu * u_dc_V) {
-        duty = duties(u_V, s, 1.0f / u_dc_V);
+        out = (svpwm_out_t){
+            .duty = duties(u_V, s, 1.0f / u_dc_V), .u_realised_V = u_ref_V, .exact = true};
     } else if (is_finite(span_V)) {
-        duty = limited_duties(u_V, s, u_dc_V, cfg->min_duty);
+        out = near_the_limits(cfg, u_V, s, u_dc_V);
     } else {
         return none; /* a reference that is not finite leaves a span that is not */
     }
-    svpwm_out_t out = {.duty = duty, .limited = span_V > u_dc_V};
     if (cfg->swap_vw) {
-        out.duty.v = duty.w;
-        out.duty.w = duty.v;
+        const float v = out.duty.v;
+        out.duty.v = out.duty.w;
+        out.duty.w = v;
     }
-    out.u_realised_V = ab_from_line((duty.u - duty.v) * u_dc_V, (duty.v - duty.w) * u_dc_V);
     return out;
 }

@@ -29,6 +29,7 @@ typedef struct {
 typedef struct {
     uvw_t duty; /* in the order of the inverter's legs */
     ab_t u_realised_V;
+    bool exact;   /* that is the reference itself: no duty came near a limit */
     bool limited; /* reference outside the hexagon, or no voltage possible (duty .5) */
 } svpwm_out_t;
 

@@ -16,10 +16,13 @@ voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st, con
     }
     const ab_t u_lost_V = inverter_error_voltage(
         &cfg->error, ab_add(in->i_s_A, ab_mul(st->ahead, in->i_s_A)), in->leg_loss_V);
-    const svpwm_out_t pwm =
-        svpwm_step(&cfg->svpwm, ab_add(ab_from_dq(asked_V, axis_ahead), u_lost_V), in->u_dc_V);
-    const ab_t u_V = ab_sub(pwm.u_realised_V, u_lost_V);
-    current_control_update(&cfg->current, &st->current, &current_in, asked_V,
-                           dq_from_ab(u_V, axis_ahead));
+    ab_t u_V = ab_from_dq(asked_V, axis_ahead);
+    const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_V, u_lost_V), in->u_dc_V);
+    dq_t realised_V = asked_V;
+    if (!pwm.exact) {
+        u_V = ab_sub(pwm.u_realised_V, u_lost_V);
+        realised_V = dq_from_ab(u_V, axis_ahead);
+    }
+    current_control_update(&cfg->current, &st->current, &current_in, asked_V, realised_V);
     return (voltage_out_t){.duty = pwm.duty, .u_V = u_V};
 }

@@ -27,7 +27,8 @@ static inline float estimator_sum(const estimator_state_t *st)
 {
     const observer_state_t *o = &st->observer;
     return ab_sum(o->i_s_hat_A) + ab_sum(o->lambda_r_hat_Wb) + ab_sum(o->e1_A) +
-           st->adaptation.x_rad_s + st->estimate.omega_e_rad_s + st->estimate.omega_s_rad_s;
+           ab_sum(st->adaptation.phi) + st->adaptation.x_rad_s + st->estimate.omega_e_rad_s +
+           st->estimate.omega_s_rad_s;
 }
 
 #endif

@@ -39,14 +39,13 @@ bool speed_adaptation_init(speed_adaptation_config_t *cfg, const speed_adaptatio
 
 /* A vector at the angle of G1(j w_s) = (j w_s/eps)/D(j w_s): j w_s conj(D), with
  * D(s) = det(sI - A - L C1). */
-static ab_t g1_direction(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+static ab_t g1_direction(const speed_adaptation_config_t *cfg, float omega_s_rad_s,
+                         float omega_e_rad_s, observer_gain_t gain)
 {
-    const float omega_s_rad_s = in->omega_s_hat_rad_s;
-    const ab_t g = {cfg->tau_per_s, -in->omega_e_hat_rad_s};
-    const ab_t first = {cfg->a11_per_s - in->gain.l1_re_per_s,
-                        omega_s_rad_s - in->gain.l1_im_per_s};
+    const ab_t g = {cfg->tau_per_s, -omega_e_rad_s};
+    const ab_t first = {cfg->a11_per_s - gain.l1_re_per_s, omega_s_rad_s - gain.l1_im_per_s};
     const ab_t second = {g.alpha, omega_s_rad_s + g.beta};
-    const ab_t lower = {cfg->m_tau_ohm + in->gain.l2_re_ohm, in->gain.l2_im_ohm};
+    const ab_t lower = {cfg->m_tau_ohm + gain.l2_re_ohm, gain.l2_im_ohm};
     const ab_t D = ab_sub(ab_mul(first, second), ab_scale(ab_mul(g, lower), cfg->inv_eps_per_H));
     return (ab_t){omega_s_rad_s * D.beta, omega_s_rad_s * D.alpha};
 }
@@ -56,17 +55,25 @@ static ab_t g1_direction(const speed_adaptation_config_t *cfg, const speed_adapt
  * So z = Im(conj(lambda) e1 e^{-j phi}) = -|lambda|^2 |G1| cos(arg G1 - phi) dw, which pulls w_hat
  * back as long as |arg G1 - phi| < 90 deg: phi has the sign of arg G1 = sign(w_s) 90 deg - arg D.
  */
-static float projection_angle(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+COLD static ab_t projection(const speed_adaptation_config_t *cfg, float omega_s_rad_s,
+                            float omega_e_rad_s, observer_gain_t gain)
 {
-    const float ramp = minf(absf(in->omega_s_hat_rad_s) * cfg->inv_phi_ramp_s, 1.0f);
-    return cfg->p.phi_factor * ramp * trig_angle(g1_direction(cfg, in));
+    const float ramp = minf(absf(omega_s_rad_s) * cfg->inv_phi_ramp_s, 1.0f);
+    const ab_t g1 = g1_direction(cfg, omega_s_rad_s, omega_e_rad_s, gain);
+    return trig_unit(cfg->p.phi_factor * ramp * trig_angle(g1));
 }
 
-static float adaptation_error(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+/* phi follows the operating point, not the flux: every fourth period is often enough. */
+static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
+                              const speed_adaptation_in_t *in)
 {
     ab_t lambda_Wb = in->lambda_r_hat_Wb;
     if (cfg->p.phi_factor > 0.0f) {
-        lambda_Wb = ab_mul(trig_unit(projection_angle(cfg, in)), lambda_Wb);
+        if (st->steps == 0u) {
+            st->phi = projection(cfg, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, in->gain);
+        }
+        st->steps = (st->steps + 1u) % SPEED_ADAPTATION_PHI_STEPS;
+        lambda_Wb = ab_mul(st->phi, lambda_Wb);
     }
     return ab_cross(lambda_Wb, in->e1_A);
 }
@@ -94,7 +101,7 @@ speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cf
                                              const speed_adaptation_in_t *in)
 {
     const float limit = cfg->p.omega_max_rad_s;
-    const float z_Wb_A = adaptation_error(cfg, in);
+    const float z_Wb_A = adaptation_error(cfg, st, in);
     float x_rad_s = st->x_rad_s + cfg->ki_T_rad_per_s_Wb_A * z_Wb_A;
     if (leak_on(cfg, st, in->omega_s_hat_rad_s)) {
         /* eq. (19); a share above 1 would overshoot the prior. */

@@ -16,6 +16,8 @@
 #include "gain_table.h"
 #include "motor.h"
 
+#define SPEED_ADAPTATION_PHI_STEPS 4u /* periods that phi stays */
+
 typedef enum {
     SPEED_ADAPTATION_EPS1_OFF = 0,
     SPEED_ADAPTATION_EPS1_ALWAYS = 1,
@@ -49,6 +51,8 @@ typedef struct {
 typedef struct {
     float x_rad_s;  /* integrator */
     bool near_zero; /* hysteresis of the NEAR_ZERO mode: true when the leak is on */
+    uint32_t steps; /* of SPEED_ADAPTATION_PHI_STEPS: phi is taken anew in the first */
+    ab_t phi;       /* as a unit vector */
 } speed_adaptation_state_t;
 
 typedef struct {
