@@ -41,6 +41,13 @@
 #define CM_NVIC_ISER(n) CM_REGISTER(0xE000E100u + 4u * (n))
 #define CM_NVIC_ISPR(n) CM_REGISTER(0xE000E200u + 4u * (n))
 #define CM_NVIC_ICPR(n) CM_REGISTER(0xE000E280u + 4u * (n))
+#define CM_NVIC_IPR(n)  (*(volatile uint8_t *)(uintptr_t)(0xE000E400u + (n)))
+
+/* Levels of urgency, 0 first; parts have 4 bits of priority or more. The timer that opens the gates
+ * when the control interrupt hangs is the only one at level 0: interrupts start there, so a port
+ * moves all others. */
+#define CM_LEVEL_HANG    0u
+#define CM_LEVEL_CONTROL 1u
 
 #define CM_MPU_CTRL CM_REGISTER(0xE000ED94u)
 #define CM_MPU_RBAR CM_REGISTER(0xE000ED9Cu)
@@ -87,6 +94,11 @@ static inline uint32_t cm_ipsr(void)
 static inline void cm_nvic_enable(uint32_t irq)
 {
     CM_NVIC_ISER(irq / 32u) = 1u << (irq % 32u);
+}
+
+static inline void cm_nvic_level(uint32_t irq, uint32_t level)
+{
+    CM_NVIC_IPR(irq) = (uint8_t)(level << 4);
 }
 
 /* One that waits to be served is forgotten. */

@@ -22,11 +22,12 @@
 #include "ram_flash.h"
 #include "semihosting.h"
 
-#define CONTROL_TICKS    (MPS2_CLOCK_HZ / 5000u) /* 200 us */
-#define WATCHDOG_PERIODS 500u                    /* 100 ms */
+#define CONTROL_TICKS    (MPS2_CLOCK_HZ / 5000u)   /* 200 us */
+#define HANG_TICKS       (5u * CONTROL_TICKS / 2u) /* since a control interrupt began */
+#define WATCHDOG_PERIODS 500u                      /* 100 ms */
 #define EXIT_DONE        50u
 #define EXIT_NO_PLANT    51u
-#define END_TEXT_BYTES   64u
+#define END_TEXT_BYTES   80u
 #define TRACE_WORDS      1024u /* 128 rows of 8 signals; 25.6 ms */
 #define BAUD_DIVIDER     217u  /* 115200; the emulator does not wait */
 
@@ -44,6 +45,9 @@ static uint32_t background_calls;
 static uint32_t inject_what;
 static uint32_t inject_at;
 static volatile uint32_t periods;
+static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
+static volatile bool hung;              /* the gates went off because it did not come back ... */
+static volatile uint32_t hung_ticks;    /* ... so long after it began */
 static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
 
@@ -51,9 +55,11 @@ __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
 __attribute__((section(".device"))) static ram_flash_t flash_memory;
 
 void control_interrupt(void);
+void hang_interrupt(void);
 
 __attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
     [MPS2_TIMER0_IRQ] = control_interrupt,
+    [MPS2_HANG_IRQ] = hang_interrupt,
 };
 
 void port_gates_off(void)
@@ -65,7 +71,7 @@ void port_early(void)
 {
 }
 
-/* `end CODE gates G pc X address X`, and the code as the emulator's own exit code. */
+/* `end CODE gates G pc X address X hang X`, and the code as the emulator's own exit code. */
 void port_halt(const cm_fault_t *fault)
 {
     MPS2_LEDS |= MPS2_LEDS_FAULT;
@@ -77,6 +83,8 @@ void port_halt(const cm_fault_t *fault)
     at = cm_text_hex(at, fault->pc);
     at = cm_text(at, " address ");
     at = cm_text_hex(at, fault->address);
+    at = cm_text(at, " hang ");
+    at = cm_text_hex(at, hung_ticks);
     at = cm_text(at, "\n");
     *at = '\0';
     semihosting_print(text);
@@ -165,6 +173,25 @@ _Noreturn static void leave(void)
     semihosting_exit(EXIT_DONE);
 }
 
+/* More urgent than the control interrupt, which hangs: opens the gates and does nothing else. */
+void hang_interrupt(void)
+{
+    port_gates_off();
+    MPS2_HANG_INTCLR = 1u;
+    if (!hung) {
+        hung_ticks = control_entry - MPS2_TIMER_VALUE(MPS2_TIMER1);
+    }
+    hung = true;
+}
+
+/* After a hang the gates stay off until the drive has opened them as well: a late period is a fault
+ * in the next one. */
+static inline void write_gates(bool on)
+{
+    hung = hung && on;
+    MPS2_LEDS = (on && !hung) ? MPS2_LEDS_GATES : 0u;
+}
+
 /* Events since the interrupt began at `entry`; the timer itself only remembers one. */
 static uint32_t missed_events(uint32_t entry)
 {
@@ -181,8 +208,9 @@ __attribute__((noinline, used)) static void counted_interrupt(const hal_sample_t
                                                               uint32_t entry, hal_output_t *output)
 {
     MPS2_TIMER_INTCLR(MPS2_TIMER0) = 1u;
+    MPS2_HANG_LOAD = HANG_TICKS;
     unit_control_period(&unit, sample, output);
-    MPS2_LEDS = output->gates_on ? MPS2_LEDS_GATES : 0u;
+    write_gates(output->gates_on);
     unit_record_period(&unit, output);
     if (inject_what != PIL_INJECT_NONE) {
         inject_delay(inject_what, periods - inject_at, entry, CONTROL_TICKS);
@@ -221,6 +249,7 @@ void control_interrupt(void)
     pil_out_t out;
     out.latency_ticks = CONTROL_TICKS - MPS2_TIMER_VALUE(MPS2_TIMER0);
     const uint32_t entry = MPS2_TIMER_VALUE(MPS2_TIMER1);
+    control_entry = entry;
 
     hal_sample_t sample;
     take_sample(&sample);
@@ -268,9 +297,16 @@ static void start_devices(void)
     MPS2_WATCHDOG_CTRL = MPS2_WATCHDOG_INTEN | MPS2_WATCHDOG_RESEN;
     MPS2_WATCHDOG_LOCK = 0u;
 
+    MPS2_HANG_CTRL =
+        MPS2_HANG_ENABLE | MPS2_HANG_INTERRUPT | MPS2_HANG_32_BITS | MPS2_HANG_PERIODIC;
+    MPS2_HANG_LOAD = HANG_TICKS;
+    cm_nvic_level(MPS2_HANG_IRQ, CM_LEVEL_HANG);
+    cm_nvic_enable(MPS2_HANG_IRQ);
+
     MPS2_TIMER_RELOAD(MPS2_TIMER0) = CONTROL_TICKS - 1u;
     MPS2_TIMER_VALUE(MPS2_TIMER0) = CONTROL_TICKS - 1u;
     MPS2_TIMER_CTRL(MPS2_TIMER0) = MPS2_TIMER_ENABLE | MPS2_TIMER_INTERRUPT;
+    cm_nvic_level(MPS2_TIMER0_IRQ, CM_LEVEL_CONTROL);
     cm_nvic_enable(MPS2_TIMER0_IRQ);
 }
 

@@ -14,6 +14,7 @@
 #include "stm32_adc.h"
 #include "stm32_board.h"
 #include "stm32_clock.h"
+#include "stm32_hang.h"
 #include "stm32_inbox.h"
 #include "stm32_map.h"
 #include "stm32_pwm.h"
@@ -31,6 +32,7 @@
 
 static stm32_rcc_t *const rcc = (stm32_rcc_t *)STM32_RCC_BASE;
 static stm32_tim_t *const tim1 = (stm32_tim_t *)STM32_TIM1_BASE;
+static stm32_tim_t *const tim7 = (stm32_tim_t *)STM32_TIM7_BASE;
 static stm32_tim_t *const tim5 = (stm32_tim_t *)STM32_TIM5_BASE;
 static stm32_usart_t *const usart = (stm32_usart_t *)STM32_USART3_BASE;
 static stm32_iwdg_t *const iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE;
@@ -54,10 +56,12 @@ __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
 
 void control_interrupt(void);
 void usart_interrupt(void);
+void hang_interrupt(void);
 
 __attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
     [STM32_IRQ_ADC] = control_interrupt,
     [STM32_IRQ_USART3] = usart_interrupt,
+    [STM32_IRQ_TIM7] = hang_interrupt,
 };
 
 /* Before the timer has its clock this writes to nobody: the gates are off from reset on. */
@@ -93,19 +97,32 @@ void port_nmi(void)
     cm_stop(CM_END_CLOCK_LOST);
 }
 
+static uint32_t period_us(void)
+{
+    return (uint32_t)(cm_config.params.period_s * 1e6f + 0.5f);
+}
+
 /* Crests since the interrupt began: the timer itself only remembers one. */
 static uint16_t missed_crests(uint32_t entry_us)
 {
-    const uint32_t period_us = (uint32_t)(cm_config.params.period_s * 1e6f + 0.5f);
-    const uint32_t whole = (stm32_timebase_us(tim5) - entry_us) / period_us;
+    const uint32_t whole = (stm32_timebase_us(tim5) - entry_us) / period_us();
     if (whole > 0u) {
         return (uint16_t)whole;
     }
     return stm32_pwm_crest_passed(tim1) ? 1u : 0u;
 }
 
+/* More urgent than the control interrupt, which hangs: opens the gates and does nothing else. The
+ * break stays latched: a control interrupt that comes back cannot close them again. */
+void hang_interrupt(void)
+{
+    stm32_pwm_break(tim1);
+    stm32_hang_seen(tim7);
+}
+
 void control_interrupt(void)
 {
+    stm32_hang_serve(tim7);
     const uint32_t entry_us = stm32_timebase_us(tim5);
     stm32_pwm_forget_crest(tim1);
     hal_sample_t sample;
@@ -170,6 +187,7 @@ static stm32_store_t store = {
               {(volatile uint32_t *)0x08020000u, (volatile uint32_t *)0x08040000u},
               STM32_FLASH_POLLS},
     .adcs = &adcs,
+    .hang = (stm32_tim_t *)STM32_TIM7_BASE,
     .iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE,
     .watchdog_ms = WATCHDOG_MS,
     .behind_late = &behind_late};
@@ -232,9 +250,14 @@ COLD static bool start_drive(stm32_clock_t clock)
         const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
         unit_record_init(&unit, &memory);
         stm32_usart_interrupt(usart);
+        cm_nvic_level(STM32_IRQ_USART3, CM_LEVEL_CONTROL);
         cm_nvic_enable(STM32_IRQ_USART3);
         stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
         stm32_adc_start(&adcs);
+        stm32_hang_start(tim7, 2u * stm32_clock_apb1_Hz(clock), 5u * period_us() / 2u);
+        cm_nvic_level(STM32_IRQ_TIM7, CM_LEVEL_HANG);
+        cm_nvic_enable(STM32_IRQ_TIM7);
+        cm_nvic_level(STM32_IRQ_ADC, CM_LEVEL_CONTROL);
         cm_nvic_enable(STM32_IRQ_ADC);
         cm_irq_on();
         /* Last: the first crest, half a period later, finds everything waiting for it. */

@@ -30,7 +30,7 @@ COLD void stm32_board_gates_to_timer(const stm32_board_t *board)
 COLD void stm32_board_clocks(const stm32_board_t *board)
 {
     board->rcc->AHB2ENR |= RCC_AHB2ENR_RNGEN;
-    board->rcc->APB1ENR |= RCC_APB1ENR_TIM5EN | RCC_APB1ENR_USART3EN;
+    board->rcc->APB1ENR |= RCC_APB1ENR_TIM5EN | RCC_APB1ENR_TIM7EN | RCC_APB1ENR_USART3EN;
     board->rcc->APB2ENR |=
         RCC_APB2ENR_TIM1EN | RCC_APB2ENR_ADC1EN | RCC_APB2ENR_ADC2EN | RCC_APB2ENR_ADC3EN;
     (void)board->rcc->APB2ENR; /* a device answers some clocks after it got one */

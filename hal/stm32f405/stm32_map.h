@@ -3,6 +3,7 @@
 #define STM32_MAP_H
 
 #define STM32_TIM5_BASE       0x40000C00u
+#define STM32_TIM7_BASE       0x40001400u
 #define STM32_IWDG_BASE       0x40003000u
 #define STM32_USART3_BASE     0x40004800u
 #define STM32_PWR_BASE        0x40007000u
@@ -21,5 +22,6 @@
 
 #define STM32_IRQ_ADC    18u
 #define STM32_IRQ_USART3 39u
+#define STM32_IRQ_TIM7   55u
 
 #endif

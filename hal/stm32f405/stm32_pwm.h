@@ -42,6 +42,12 @@ static inline void stm32_pwm_gates_off(stm32_tim_t *tim)
     }
 }
 
+/* A break by software: the gates go off and stay off until it is cleared. From any context. */
+static inline void stm32_pwm_break(stm32_tim_t *tim)
+{
+    tim->EGR = TIM_EGR_BG;
+}
+
 /* The counter is on its way down: the last update was at a crest, as it has to be. To be asked less
  * than half a period after the trigger. */
 static inline bool stm32_pwm_past_crest(const stm32_tim_t *tim)

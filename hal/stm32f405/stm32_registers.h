@@ -86,6 +86,7 @@ typedef struct {
 #define RCC_AHB1ENR_GPIOBEN      (1u << 1)
 #define RCC_AHB1ENR_GPIOCEN      (1u << 2)
 #define RCC_APB1ENR_TIM5EN       (1u << 3)
+#define RCC_APB1ENR_TIM7EN       (1u << 5)
 #define RCC_APB1ENR_USART3EN     (1u << 18)
 #define RCC_APB1ENR_PWREN        (1u << 28)
 #define RCC_APB2ENR_TIM1EN       (1u << 0)
@@ -113,13 +114,16 @@ typedef struct {
 #define FLASH_CR_LOCK            (1u << 31)
 #define PWR_CR_VOS_Pos           14u
 #define TIM_CR1_CEN              (1u << 0)
+#define TIM_CR1_URS              (1u << 2)
 #define TIM_CR1_DIR              (1u << 4)
 #define TIM_CR1_CMS_Pos          5u
 #define TIM_CR1_ARPE             (1u << 7)
 #define TIM_CR2_MMS_Pos          4u
+#define TIM_DIER_UIE             (1u << 0)
 #define TIM_SR_UIF               (1u << 0)
 #define TIM_SR_BIF               (1u << 7)
 #define TIM_EGR_UG               (1u << 0)
+#define TIM_EGR_BG               (1u << 7)
 #define TIM_CCMR1_OC1PE          (1u << 3)
 #define TIM_CCMR1_OC1M_Pos       4u
 #define TIM_CCMR1_OC2PE          (1u << 11)

@@ -16,6 +16,7 @@
 typedef struct {
     stm32_slots_t slots;
     const stm32_adcs_t *adcs; /* the samples of a missed period are dropped */
+    stm32_tim_t *hang;        /* waits meanwhile */
     stm32_iwdg_t *iwdg;
     uint32_t watchdog_ms; /* its usual time */
     bool *behind_late;    /* set: the next period may begin off its crest */

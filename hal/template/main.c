@@ -13,17 +13,21 @@
 #include "cm_port.h"
 #include "cm_registers.h"
 
-/* FILL IN: number of the interrupt that comes when the ADC is done. */
+/* FILL IN: number of the interrupt that comes when the ADC is done, and of the timer that opens the
+ * gates when that interrupt hangs. */
 #define CONTROL_IRQ 0u
+#define HANG_IRQ    1u
 
 static unit_t unit; /* the drive; all file-scope state of a port is in its main.c */
 static cm_image_check_t image_check;
 static uint16_t late_periods;
 
 void control_interrupt(void);
+void hang_interrupt(void);
 
 __attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
     [CONTROL_IRQ] = control_interrupt,
+    [HANG_IRQ] = hang_interrupt,
 };
 
 /* FILL IN: every switch off, at once; nothing here may depend on RAM or clocks being right. */
@@ -87,8 +91,21 @@ static void serve_watchdog(void *context)
     (void)context;
 }
 
+/* FILL IN: the timer of HANG_IRQ begins its 2.5 periods anew. */
+static void serve_hang_timer(void)
+{
+}
+
+/* FILL IN: acknowledge the timer, and keep the gates off until the drive has opened them as well: a
+ * break that stays latched does that. More urgent than the control interrupt, which hangs. */
+void hang_interrupt(void)
+{
+    port_gates_off();
+}
+
 void control_interrupt(void)
 {
+    serve_hang_timer();
     hal_sample_t sample;
     read_adc(&sample);
     sample.late_periods = late_periods;
@@ -103,6 +120,9 @@ int main(void)
     const hal_devices_t devices = {.watchdog_serve = serve_watchdog};
     const bool running = unit_init(&unit, &cm_config.params, cm_config.table) && start_devices();
     if (running) {
+        cm_nvic_level(HANG_IRQ, CM_LEVEL_HANG);
+        cm_nvic_enable(HANG_IRQ);
+        cm_nvic_level(CONTROL_IRQ, CM_LEVEL_CONTROL);
         cm_nvic_enable(CONTROL_IRQ);
         cm_irq_on();
     }

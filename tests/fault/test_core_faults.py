@@ -95,6 +95,26 @@ def test_a_stuck_control_interrupt_ends_within_the_watchdog_time(image: Path) ->
     assert run(image, Inject.STUCK_BACKGROUND).periods <= PERIOD + 500 + 10
 
 
+# One second of 25 MHz (hal/qemu_mps2/mps2_registers.h) has 5000 control periods.
+TICKS_PER_PERIOD = 25_000_000 // 5000
+
+
+@pytest.mark.parametrize("inject", [Inject.STUCK_CONTROL, Inject.DEAD_CONTROL])
+def test_a_control_interrupt_that_hangs_loses_its_gates_in_three_periods(
+    image: Path, inject: Inject
+) -> None:
+    """By a more urgent timer; the watchdog ends the run much later. Ticks since the last control
+    interrupt began, when the gates went off."""
+    found = re.search(r" hang ([0-9a-f]{8})$", run(image, inject).text, re.MULTILINE)
+    assert found is not None
+    assert TICKS_PER_PERIOD < int(found[1], 16) <= 3 * TICKS_PER_PERIOD
+
+
+def test_no_other_defect_is_taken_for_a_hang(image: Path) -> None:
+    assert " hang 00000000" in run(image, Inject.WILD_WRITE).text
+    assert " hang 00000000" in run(image, Inject.STUCK_BACKGROUND).text
+
+
 def test_one_late_period_is_told_and_the_drive_goes_on(image: Path) -> None:
     result = run(image, Inject.OVERRUN)
     assert result.end == End.EQUAL

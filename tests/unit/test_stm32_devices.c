@@ -6,6 +6,7 @@
 #include "stm32_rng.h"
 #include "stm32_slots.h"
 #include "stm32_gpio.h"
+#include "stm32_hang.h"
 #include "stm32_inbox.h"
 #include "stm32_timebase.h"
 #include "stm32_usart.h"
@@ -224,6 +225,33 @@ static void test_time_base_counts_microseconds(void)
     TEST_ASSERT_EQUAL_UINT32(1234u, stm32_timebase_us(&tim));
 }
 
+static void test_the_hang_timer_interrupts_unless_it_is_served(void)
+{
+    stm32_hang_start(&tim, 84000000u, 500u);
+    TEST_ASSERT_EQUAL_UINT32(83u, tim.PSC);
+    TEST_ASSERT_EQUAL_UINT32(500u, tim.ARR);
+    TEST_ASSERT_EQUAL_HEX32(TIM_EGR_UG, tim.EGR);
+    TEST_ASSERT_EQUAL_HEX32(TIM_DIER_UIE, tim.DIER);
+    TEST_ASSERT_EQUAL_HEX32(TIM_CR1_URS | TIM_CR1_CEN, tim.CR1);
+    tim.CNT = 499u;
+    stm32_hang_serve(&tim);
+    TEST_ASSERT_EQUAL_UINT32(0u, tim.CNT);
+    tim.SR = TIM_SR_UIF;
+    stm32_hang_seen(&tim);
+    TEST_ASSERT_EQUAL_HEX32(0u, tim.SR);
+}
+
+static void test_the_hang_timer_waits_while_the_core_stands_still(void)
+{
+    stm32_hang_start(&tim, 84000000u, 500u);
+    stm32_hang_pause(&tim);
+    TEST_ASSERT_EQUAL_HEX32(0u, tim.CR1 & TIM_CR1_CEN);
+    tim.CNT = 300u;
+    stm32_hang_resume(&tim);
+    TEST_ASSERT_EQUAL_UINT32(0u, tim.CNT);
+    TEST_ASSERT_EQUAL_HEX32(TIM_CR1_URS | TIM_CR1_CEN, tim.CR1);
+}
+
 static void test_a_sector_of_the_parameters_is_erased_and_the_flash_locked_again(void)
 {
     TEST_ASSERT_EQUAL(STM32_FLASH_OK, stm32_flash_erase(&flash, STM32_FLASH_SECTOR_B, POLLS));
@@ -402,6 +430,8 @@ int main(void)
     RUN_TEST(test_a_watchdog_that_does_not_take_its_time_is_told);
     RUN_TEST(test_watchdog_times_beyond_reach_are_refused_untouched);
     RUN_TEST(test_time_base_counts_microseconds);
+    RUN_TEST(test_the_hang_timer_interrupts_unless_it_is_served);
+    RUN_TEST(test_the_hang_timer_waits_while_the_core_stands_still);
     RUN_TEST(test_a_sector_of_the_parameters_is_erased_and_the_flash_locked_again);
     RUN_TEST(test_a_flash_that_does_not_open_is_told_and_not_written);
     RUN_TEST(test_a_word_that_reads_back_otherwise_is_told);
