@@ -15,23 +15,20 @@ double time_or_never(TomlReader &in, std::string_view key)
     return in.number_or(key, never_s, not_negative(longest_s));
 }
 
-std::size_t phase(TomlReader &in, std::string_view key)
-{
-    return in.has(key) ? in.choice(key, {"u", "v", "w"}) : 0;
-}
-
 // What the severity of a kind may be; its default is the severity that it has without one.
-double severity(TomlReader &in, SensorFaultKind kind)
+double severity(TomlReader &in, std::string_view key, SensorFaultKind kind)
 {
-    constexpr std::string_view key = "faults.severity";
     switch (kind) {
     case SensorFaultKind::gain:
         return in.number(key, within(0.0, 10.0));
     case SensorFaultKind::offset:
+    case SensorFaultKind::fixed:
+    case SensorFaultKind::drift:
         return in.number(key, within(-1.0, 1.0));
     case SensorFaultKind::delayed:
-        return in.integer("faults.severity", 1, FaultySensor::longest_delay - 1);
+        return in.integer(key, 1, FaultySensor::longest_delay - 1);
     case SensorFaultKind::intermittent:
+    case SensorFaultKind::noise:
         return in.number(key, within(0.0, 1.0));
     case SensorFaultKind::off:
     case SensorFaultKind::stuck:
@@ -56,34 +53,74 @@ std::size_t next_of_its_kind(std::size_t signal)
     return next[signal];
 }
 
+struct SensorKeys {
+    std::string_view sensor, kind, severity, start_s, end_s;
+};
+constexpr std::array<SensorKeys, 3> sensor_keys{{
+    {"faults.sensor", "faults.kind", "faults.severity", "faults.start_s", "faults.end_s"},
+    {"faults.second.sensor", "faults.second.kind", "faults.second.severity",
+     "faults.second.start_s", "faults.second.end_s"},
+    {"faults.third.sensor", "faults.third.kind", "faults.third.severity", "faults.third.start_s",
+     "faults.third.end_s"},
+}};
+
+// First and one past the last word of a choice: the six words, then the groups.
+std::pair<std::size_t, std::size_t> words_of(std::size_t choice)
+{
+    constexpr std::array<std::pair<std::size_t, std::size_t>, 3> group{
+        {{0, 3}, {3, dc_link_word}, {0, dc_link_word + 1}}};
+    return choice > dc_link_word ? group[choice - dc_link_word - 1] : std::pair{choice, choice + 1};
+}
+
+void read_sensor(TomlReader &in, const SensorKeys &key, std::vector<SensorFault> &sensors)
+{
+    SensorFault fault;
+    fault.start_s = time_or_never(in, key.start_s);
+    fault.end_s = time_or_never(in, key.end_s);
+    if (!in.has(key.sensor)) {
+        if (fault.start_s < never_s) {
+            in.reject(key.start_s, "no sensor is named", "give sensor and kind as well");
+        }
+        return;
+    }
+    const std::size_t choice = in.choice(
+        key.sensor, {"i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc", "currents", "voltages", "all"});
+    fault.kind = static_cast<SensorFaultKind>(
+        in.choice(key.kind, {"off", "stuck", "garbage", "gain", "offset", "delayed", "intermittent",
+                             "exchanged", "fixed", "drift", "noise"}));
+    if (fault.kind == SensorFaultKind::exchanged && choice >= dc_link_word) {
+        in.reject(key.sensor, "two sensors change places, never one or a group",
+                  "name a current or a voltage");
+    }
+    fault.severity = severity(in, key.severity, fault.kind);
+    const auto [first, end] = words_of(choice);
+    for (fault.signal = first; fault.signal < end; ++fault.signal) {
+        sensors.push_back(fault);
+    }
+}
+
 } // namespace
 
 Faults read_faults(TomlReader &in)
 {
     Faults f;
-    f.sensor.start_s = time_or_never(in, "faults.start_s");
-    f.sensor.end_s = time_or_never(in, "faults.end_s");
-    if (in.has("faults.sensor")) {
-        f.sensor.signal = in.choice("faults.sensor", {"i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc"});
-        f.sensor.kind = static_cast<SensorFaultKind>(
-            in.choice("faults.kind", {"off", "stuck", "garbage", "gain", "offset", "delayed",
-                                      "intermittent", "exchanged"}));
-        if (f.sensor.kind == SensorFaultKind::exchanged && f.sensor.signal == dc_link_word) {
-            in.reject("faults.sensor", "there is one dc-link sensor",
-                      "name a current or a voltage");
-        }
-        f.sensor.severity = severity(in, f.sensor.kind);
-    } else if (f.sensor.start_s < never_s) {
-        in.reject("faults.start_s", "no sensor is named", "give faults.sensor and faults.kind");
+    for (const SensorKeys &key : sensor_keys) {
+        read_sensor(in, key, f.sensors);
     }
-    f.open_phase = phase(in, "faults.open_phase");
+    if (in.has("faults.open_phase")) {
+        f.open_phase = in.choice("faults.open_phase", {"u", "v", "w", "all"});
+    }
     f.open_s = time_or_never(in, "faults.open_s");
+    f.open_end_s = time_or_never(in, "faults.open_end_s");
     f.short_s = time_or_never(in, "faults.short_s");
     f.short_ohm = in.number_or("faults.short_ohm", f.short_ohm, not_negative(1e6));
     f.short_H = in.number_or("faults.short_H", f.short_H, within(1e-6, 1.0));
-    f.earth_phase = phase(in, "faults.earth_phase");
+    f.earth_phase =
+        in.has("faults.earth_phase") ? in.choice("faults.earth_phase", {"u", "v", "w"}) : 0;
     f.earth_s = time_or_never(in, "faults.earth_s");
     f.earth_ohm = in.number_or("faults.earth_ohm", f.earth_ohm, within(1e-3, 1e9));
+    f.jam_s = time_or_never(in, "faults.jam_s");
+    f.jam_Nm = in.number_or("faults.jam_Nm", f.jam_Nm, not_negative(1e5));
     return f;
 }
 
@@ -93,8 +130,9 @@ FaultySensor::FaultySensor(const SensorFault &fault, int adc_bits, std::uint64_t
 {
 }
 
-double FaultySensor::faulty_code(double code)
+double FaultySensor::faulty_code(double code, double since_s)
 {
+    const double share = fault_.severity * (top_code_ + 1.0 - zero_code_); // of full scale
     // A uniform number in [0, 1), drawn in every period so that no kind shifts another.
     const double chance = std::ldexp(static_cast<double>(noise_.bits() >> 11U), -53);
     switch (fault_.kind) {
@@ -107,13 +145,19 @@ double FaultySensor::faulty_code(double code)
     case SensorFaultKind::gain:
         return zero_code_ + fault_.severity * (code - zero_code_);
     case SensorFaultKind::offset:
-        return code + fault_.severity * (top_code_ + 1.0 - zero_code_);
+        return code + share;
     case SensorFaultKind::delayed: {
         const auto back = static_cast<std::size_t>(fault_.severity);
         return history_[(now_ + longest_delay - back) % longest_delay];
     }
     case SensorFaultKind::intermittent:
         return chance < fault_.severity ? zero_code_ : code;
+    case SensorFaultKind::fixed:
+        return zero_code_ + share;
+    case SensorFaultKind::drift:
+        return code + share * since_s;
+    case SensorFaultKind::noise:
+        return code + share * noise_.gaussian();
     case SensorFaultKind::exchanged:
         break; // a matter of two words
     }
@@ -137,8 +181,18 @@ Words FaultySensor::disturbed(const Words &words, double t_s)
         stuck_ = true;
         stuck_code_ = code;
     }
-    code = static_cast<std::uint16_t>(std::clamp(faulty_code(code), 0.0, top_code_));
+    code = static_cast<std::uint16_t>(
+        std::clamp(faulty_code(code, t_s - fault_.start_s), 0.0, top_code_));
     return out;
+}
+
+FaultySensors::FaultySensors(const std::vector<SensorFault> &faults, int adc_bits,
+                             std::uint64_t seed)
+{
+    constexpr std::uint64_t apart = 0x9E3779B97F4A7C15U; // each word draws its own numbers
+    for (const SensorFault &fault : faults) {
+        sensors_.emplace_back(fault, adc_bits, seed + apart * sensors_.size());
+    }
 }
 
 } // namespace zh

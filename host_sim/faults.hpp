@@ -1,10 +1,13 @@
-// What breaks on a rig, and when: a sensor, a motor phase, the insulation. Section [faults] of a
-// scenario.
+// What breaks on a rig, and when: sensors, a motor phase, the insulation, the shaft. Section
+// [faults] of a scenario.
 //
-//   sensor, kind, severity, start_s, end_s   one of the six words, see SensorFaultKind
-//   open_phase, open_s                       a motor phase without current from open_s on
+//   sensor, kind, severity, start_s, end_s   a word, or "currents", "voltages", "all"; see
+//                                            SensorFaultKind. Two more at once: [faults.second],
+//                                            [faults.third]; each acts on what the one before left
+//   open_phase, open_s, open_end_s           a motor phase without current; "all": the contactor
 //   short_s, short_ohm, short_H              legs u and v joined through the inductance of a cable
 //   earth_phase, earth_s, earth_ohm          a leg joined to earth, the dc link's middle
+//   jam_s, jam_Nm                            friction that is added to the shaft's
 #ifndef ZH_FAULTS_HPP
 #define ZH_FAULTS_HPP
 
@@ -12,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "noise.hpp"
 #include "sensors.hpp"
@@ -30,6 +34,9 @@ enum class SensorFaultKind {
     delayed,      // severity: periods
     intermittent, // severity: share of the samples that read zero
     exchanged,    // wired crosswise with the next: u-v, v-w, w-u; the line voltages with each other
+    fixed,        // reads severity, a share of full scale
+    drift,        // severity: share of full scale per second
+    noise,        // severity: standard deviation, share of full scale
 };
 
 struct SensorFault {
@@ -40,16 +47,21 @@ struct SensorFault {
     double end_s = never_s;
 };
 
+inline constexpr std::size_t all_phases = 3;
+
 struct Faults {
-    SensorFault sensor;
-    std::size_t open_phase = 0;
+    std::vector<SensorFault> sensors; // one entry per broken word
+    std::size_t open_phase = 0;       // all_phases: the contactor
     double open_s = never_s;
+    double open_end_s = never_s;
     double short_s = never_s;
     double short_ohm = 0.02;
     double short_H = 20e-6; // some ten metres of cable
     std::size_t earth_phase = 0;
     double earth_s = never_s;
     double earth_ohm = 1.0;
+    double jam_s = never_s;
+    double jam_Nm = 100.0;
 };
 
 Faults read_faults(TomlReader &in);
@@ -68,7 +80,7 @@ public:
 
 private:
     Words disturbed(const Words &words, double t_s);
-    double faulty_code(double code);
+    double faulty_code(double code, double since_s);
 
     SensorFault fault_;
     double zero_code_;
@@ -78,6 +90,23 @@ private:
     std::size_t now_ = 0;
     std::uint16_t stuck_code_ = 0;
     bool stuck_ = false;
+};
+
+// Every broken sensor, one after the other.
+class FaultySensors {
+public:
+    FaultySensors(const std::vector<SensorFault> &faults, int adc_bits, std::uint64_t seed);
+
+    Words apply(Words words, double t_s)
+    {
+        for (FaultySensor &sensor : sensors_) {
+            words = sensor.apply(words, t_s);
+        }
+        return words;
+    }
+
+private:
+    std::vector<FaultySensor> sensors_;
 };
 
 } // namespace zh

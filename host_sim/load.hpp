@@ -39,6 +39,13 @@ public:
     double settle(double omega_before_rad_s, double omega_after_rad_s, double motor_torque_Nm,
                   double load_torque_Nm, double h_s);
 
+    // From now on, in motion and at rest.
+    void add_friction(double torque_Nm)
+    {
+        friction_.coulomb_Nm += torque_Nm;
+        friction_.static_Nm += torque_Nm;
+    }
+
     bool stuck() const
     {
         return stuck_;

@@ -71,7 +71,7 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
       whole_steps_(whole_step_fits(rig, board.period_s)),
       substep_(filter_.transition(board.period_s / std::max(substeps_, 1))),
       link_(rig.dc_link, rig.inverter.u_dc_V), u_dc_V_(rig.inverter.u_dc_V),
-      faulty_sensor_(disturbances.faults.sensor, board.adc_bits, seed),
+      faulty_sensors_(disturbances.faults.sensors, board.adc_bits, seed),
       comparator_A_(board.comparator_A),
       comparator_near_A_(board.comparator_A -
                          rig.inverter.u_dc_V * board.period_s / transient_H(rig.motor)),
@@ -100,7 +100,7 @@ Words Plant::sample()
 {
     const Words words =
         sensors_.sample(leg_currents(), filter_.u_uv_V(), filter_.u_vw_V(), u_dc_V_);
-    return faulty_sensor_.apply(words, time_s());
+    return faulty_sensors_.apply(words, time_s());
 }
 
 // Profiles are read in the middle of the interval, which is the mean of a straight line over it.
@@ -130,6 +130,10 @@ Plant::Interval Plant::begin_interval(bool gates_on)
         return Interval::none;
     }
     follow_disturbances();
+    if (!jammed_ && time_s() >= disturbances_.faults.jam_s) {
+        jammed_ = true;
+        shaft_.add_friction(disturbances_.faults.jam_Nm);
+    }
     u_s_V_s_ = {};
     energy_J_ = 0.0;
     i_peak_A_ = 0.0;
@@ -181,13 +185,13 @@ void Plant::end_interval(bool brake_on)
 }
 
 // What PlantLanes can do: one step of the linear motor per averaged period or switched segment, and
-// no current that does not flow through the motor.
+// no current that does not flow through the motor, and a friction that stays.
 bool Plant::fits_lanes() const
 {
     const bool averaged = inverter_.parameters().model == InverterModel::averaged;
-    const bool leaks =
-        disturbances_.faults.short_s < never_s || disturbances_.faults.earth_s < never_s;
-    return motor_.is_linear() && substeps_ == 0 && !leaks &&
+    const Faults &f = disturbances_.faults;
+    const bool plain = !(f.short_s < never_s) && !(f.earth_s < never_s) && !(f.jam_s < never_s);
+    return motor_.is_linear() && substeps_ == 0 && plain &&
            (averaged ? whole_steps_ : filter_.series_fits());
 }
 

@@ -152,7 +152,9 @@ private:
     void advance_blocked();
     void advance_in_parts(const Duty &duty);
     bool needs_parts() const;
+    bool phase_open() const;
     void step_open_phase(const Segment &half, double h_s);
+    void step_open_contactor(const Segment &half, double h_s);
     void follow_leaks(const Duty &duty, int part);
     bool over_comparator(const Phases &i_A) const;
     Phases leg_currents() const;
@@ -186,7 +188,7 @@ private:
     DcLink link_;
     double u_dc_V_;
     double energy_J_ = 0.0; // from the legs to the motor over the interval
-    FaultySensor faulty_sensor_;
+    FaultySensors faulty_sensors_;
     double comparator_A_;
     double comparator_near_A_; // out of whose reach it is for a period
     bool never_in_parts_;      // no comparator, no broken phase or leg in the scenario
@@ -203,6 +205,7 @@ private:
     std::array<bool, 3> open_{true, true, true}; // blocked phases without current
     bool blocked_ = true;
     bool broken_ = false;
+    bool jammed_ = false;
     bool diverged_ = false;
 };
 

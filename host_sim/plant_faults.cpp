@@ -40,6 +40,12 @@ bool Plant::over_comparator(const Phases &i_A) const
     return comparator_A_ > 0.0 && largest(i_A) > comparator_A_;
 }
 
+bool Plant::phase_open() const
+{
+    const Faults &f = disturbances_.faults;
+    return time_s() >= f.open_s && time_s() < f.open_end_s;
+}
+
 bool Plant::needs_parts() const
 {
     if (never_in_parts_) {
@@ -47,7 +53,7 @@ bool Plant::needs_parts() const
     }
     const Faults &f = disturbances_.faults;
     const double t_s = time_s();
-    return t_s >= f.open_s || t_s >= f.short_s || t_s >= f.earth_s ||
+    return phase_open() || t_s >= f.short_s || t_s >= f.earth_s ||
            (comparator_A_ > 0.0 && largest(leg_currents()) > comparator_near_A_);
 }
 
@@ -77,13 +83,15 @@ void Plant::advance_in_parts(const Duty &duty)
 {
     const Segment half = inverter_.averaged_half(duty);
     const double h_s = period_s_ / fine_parts;
+    const bool open = phase_open();
+    const bool contactor = disturbances_.faults.open_phase == all_phases;
     blocked_ = false;
     i_s_before_A_ = motor_.stator_current(x_);
     for (int part = 0; part < fine_parts; ++part) {
         if (broken_) {
             step_blocked(h_s, part_step_);
-        } else if (time_s() >= disturbances_.faults.open_s) {
-            step_open_phase(half, h_s);
+        } else if (open) {
+            contactor ? step_open_contactor(half, h_s) : step_open_phase(half, h_s);
         } else {
             integrate(half, h_s, part_step_);
         }
@@ -121,6 +129,19 @@ void Plant::step_open_phase(const Segment &half, double h_s)
     apply(vec_from_phases(v), i_s_A, h_s);
     filter_.advance(part_step_, v[0] - v[1], v[1] - v[2]);
     without_x(phases_from_vec(motor_.stator_current(x_)));
+}
+
+// The motor turns on its rotor flux alone; the sensors see the inverter's voltages without load.
+void Plant::step_open_contactor(const Segment &half, double h_s)
+{
+    const double omega_before = x_.omega_m_rad_s;
+    const Vec flux_before_Wb = x_.psi_s_Wb;
+    x_.psi_s_Wb = motor_.stator_flux(x_.psi_r_Wb, {});
+    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, load_torque_Nm_), h_s);
+    settle_shaft(omega_before, h_s);
+    u_s_V_s_ = u_s_V_s_ + (x_.psi_s_Wb - flux_before_Wb);
+    const Phases v = inverter_.leg_voltages(half, {}, u_dc_V_);
+    filter_.advance(part_step_, v[0] - v[1], v[1] - v[2]);
 }
 
 } // namespace zh

@@ -139,7 +139,7 @@ void PlantLanes::sample(PerLane<Words> &words)
             const auto code = [&](std::size_t n) {
                 return static_cast<std::uint16_t>(codes_[n][k]);
             };
-            words[k] = plants_[k]->faulty_sensor_.apply(
+            words[k] = plants_[k]->faulty_sensors_.apply(
                 {code(0), code(1), code(2), code(3), code(4), code(5)}, plants_[k]->time_s());
         }
     }

@@ -11,6 +11,7 @@ using zh::Board;
 using zh::Disturbances;
 using zh::Duty;
 using zh::FaultySensor;
+using zh::FaultySensors;
 using zh::Plant;
 using zh::Profile;
 using zh::Rig;
@@ -63,6 +64,8 @@ void every_kind_does_what_its_name_says()
     const auto gain = faulty_words(fault_of(SensorFaultKind::gain, 0.5), 30);
     const auto offset = faulty_words(fault_of(SensorFaultKind::offset, 0.1), 30);
     const auto late = faulty_words(fault_of(SensorFaultKind::delayed, 3), 30);
+    const auto fixed = faulty_words(fault_of(SensorFaultKind::fixed, -0.5), 30);
+    const auto drift = faulty_words(fault_of(SensorFaultKind::drift, 1.0), 30);
     for (int k = 0; k < 30; ++k) {
         const int right = 9000 + k;
         const bool broken = k >= 10;
@@ -72,6 +75,10 @@ void every_kind_does_what_its_name_says()
         CHECK(gain[n] == (broken ? 8192 + (right - 8192) / 2 : right));
         CHECK(offset[n] == (broken ? right + 819 : right));
         CHECK(late[n] == (broken ? right - 3 : right));
+        CHECK(fixed[n] == (broken ? 4096 : right));
+        // 8192 codes in a second.
+        const double drifted = right + 8192.0 * (k - 9.5) * period_s;
+        CHECK(drift[n] == (broken ? static_cast<int>(drifted) : right));
     }
 }
 
@@ -85,6 +92,40 @@ void garbage_takes_any_word_and_a_loose_contact_its_share()
     const auto zeros = std::count(loose.begin() + 10, loose.end(), 8192);
     CHECK_NEAR(static_cast<double>(zeros), 800.0, 80.0); // three standard deviations
     CHECK(std::count(loose.begin(), loose.begin() + 10, 8192) == 0);
+}
+
+void noise_spreads_about_the_right_word()
+{
+    const auto noisy = faulty_words(fault_of(SensorFaultKind::noise, 0.01), 4010);
+    double square = 0.0;
+    for (std::size_t n = 10; n < noisy.size(); ++n) {
+        const double off = noisy[n] - (9000.0 + static_cast<double>(n));
+        square += off * off / 4000.0;
+    }
+    CHECK_RELATIVE(std::sqrt(square), 81.92, 0.05);
+}
+
+// Two words of noise are not the same noise, and the second fault acts on what the first left.
+void several_words_break_at_once()
+{
+    const SensorFault noise{0, SensorFaultKind::noise, 0.1, 0.0, zh::never_s};
+    SensorFault other = noise;
+    other.signal = 1;
+    FaultySensors both({noise, other}, 14, 7);
+    const Words w{8192, 8192, 8192, 8192, 8192, 11592};
+    int same = 0;
+    for (int k = 0; k < 100; ++k) {
+        const Words r = both.apply(w, k * period_s);
+        same += r.i_u == r.i_v ? 1 : 0;
+        CHECK(r.i_w == 8192 && r.u_dc == 11592);
+    }
+    CHECK(same < 5);
+    FaultySensors chain({{0, SensorFaultKind::fixed, 0.5, 0.0, zh::never_s},
+                         {0, SensorFaultKind::gain, 0.5, 0.0, zh::never_s}},
+                        14, 7);
+    CHECK(chain.apply(w, 0.0).i_u == 8192 + 2048);
+    FaultySensors none({}, 14, 7);
+    CHECK(none.apply(w, 0.0).i_u == 8192);
 }
 
 void a_fault_ends_and_the_dc_word_has_its_zero_at_zero()
@@ -135,6 +176,70 @@ void an_open_phase_carries_no_current()
     }
     // At last Ohm's law along v-w: .01 of 283 V on two phases in series.
     CHECK_RELATIVE(plant.truth().i_A[1], 0.01 * 283.0 / (2.0 * 0.93), 1e-3);
+}
+
+// Closed again the current returns; in between the motor carries none and keeps its rotor flux.
+void a_contactor_opens_and_closes_again()
+{
+    Disturbances what;
+    what.faults.open_phase = zh::all_phases;
+    what.faults.open_s = 0.2;
+    what.faults.open_end_s = 0.25;
+    Plant plant(ideal(), Board{}, what, 1);
+    const Duty duty{0.52, 0.5, 0.49};
+    const auto run_to = [&](double t_s) {
+        while (plant.time_s() < t_s) {
+            plant.advance(duty, true);
+        }
+    };
+    run_to(0.2 - 0.5 * period_s);
+    const double before_A = zh::magnitude(plant.truth().i_s_A);
+    const double flux_Wb = zh::magnitude(plant.truth().psi_r_Wb);
+    CHECK(before_A > 1.0);
+    run_to(0.25 - 0.5 * period_s);
+    CHECK_NEAR(zh::magnitude(plant.truth().i_s_A), 0.0, 1e-9);
+    const double decay = std::exp(-0.05 * table1().Rr_ohm / table1().Lr_H);
+    CHECK_RELATIVE(zh::magnitude(plant.truth().psi_r_Wb), flux_Wb * decay, 1e-2);
+    const Words w = plant.sample(); // the sensors see the legs: .02 of 283 V between u and v
+    CHECK_NEAR((w.u_uv - 8192) * 400.0 / 8192, 0.02 * 283.0, 0.1);
+    run_to(0.5);
+    CHECK(zh::magnitude(plant.truth().i_s_A) > 0.8 * before_A);
+}
+
+void a_phase_that_closes_again_carries_current()
+{
+    Disturbances what;
+    what.faults.open_s = 0.0;
+    what.faults.open_end_s = 0.02;
+    Plant plant(ideal(), Board{}, what, 1);
+    for (int k = 0; k < 200; ++k) {
+        plant.advance({0.52, 0.5, 0.49}, true);
+    }
+    CHECK(plant.truth().i_A[0] > 1.0);
+}
+
+// 100 Nm on .015 kg m2 stop 100 rad/s within 15 ms; then nothing moves the shaft.
+void a_jammed_shaft_stops_and_stays()
+{
+    Disturbances what;
+    what.faults.jam_s = 0.01;
+    what.load_torque_Nm = Profile(-20.0);
+    Rig rig = ideal();
+    rig.mechanics.J_kg_m2 = 0.015;
+    Plant plant(rig, Board{}, what, 1);
+    plant.set_state({{}, {}, 100.0});
+    for (int k = 0; k < 50; ++k) {
+        plant.advance(half, true);
+    }
+    CHECK(plant.truth().omega_m_rad_s > 100.0);
+    double turned_ms = 0.0;
+    for (int k = 0; k < 500; ++k) {
+        plant.advance(half, true);
+        turned_ms += plant.shaft_stuck() ? 0.0 : 1e3 * period_s;
+    }
+    CHECK(plant.shaft_stuck());
+    CHECK_NEAR(plant.truth().omega_m_rad_s, 0.0, 0.0);
+    CHECK(turned_ms > 15.0 && turned_ms < 30.0);
 }
 
 // 20 ohm from leg u to the middle of the link: at a crest every leg is low.
@@ -314,9 +419,10 @@ void faults_are_read_and_checked()
     const zh::Faults f = read("[faults]\nsensor = \"u_vw\"\nkind = \"delayed\"\nseverity = 10\n"
                               "start_s = 3.0\nopen_phase = \"w\"\nopen_s = 4.0\n"
                               "earth_phase = \"v\"\nearth_s = 5.0\nearth_ohm = 0.5\n");
-    CHECK(f.sensor.signal == 4 && f.sensor.kind == SensorFaultKind::delayed);
-    CHECK_NEAR(f.sensor.severity, 10.0, 0.0);
-    CHECK_NEAR(f.sensor.start_s, 3.0, 0.0);
+    CHECK(f.sensors.size() == 1);
+    CHECK(f.sensors[0].signal == 4 && f.sensors[0].kind == SensorFaultKind::delayed);
+    CHECK_NEAR(f.sensors[0].severity, 10.0, 0.0);
+    CHECK_NEAR(f.sensors[0].start_s, 3.0, 0.0);
     CHECK(f.open_phase == 2 && f.earth_phase == 1);
     CHECK(!(f.short_s < zh::never_s));
     const auto refused = [](const std::string &text) {
@@ -332,6 +438,32 @@ void faults_are_read_and_checked()
     CHECK(refused("[faults]\nsensor = \"u_vw\"\nkind = \"exchanged\"\n").empty());
     CHECK(!refused("[faults]\nstart_s = 1.0\n").empty());
     CHECK(!refused("[faults]\nearth_ohm = 0\n").empty());
+    CHECK(!refused("[faults]\nsensor = \"all\"\nkind = \"exchanged\"\n").empty());
+    CHECK(!refused("[faults.second]\nstart_s = 1.0\n").empty());
+    CHECK(!refused("[faults]\nsensor = \"i_u\"\nkind = \"fixed\"\n").empty());
+}
+
+void groups_and_several_faults_are_read()
+{
+    const zh::Faults f = read("[faults]\nsensor = \"currents\"\nkind = \"stuck\"\nstart_s = 1\n"
+                              "open_phase = \"all\"\nopen_s = 2\nopen_end_s = 3\njam_s = 4\n"
+                              "[faults.second]\nsensor = \"voltages\"\nkind = \"noise\"\n"
+                              "severity = 0.1\nstart_s = 2\n"
+                              "[faults.third]\nsensor = \"all\"\nkind = \"drift\"\n"
+                              "severity = -0.1\nstart_s = 3\nend_s = 4\n");
+    const std::vector<std::size_t> expected{0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 5};
+    CHECK(f.sensors.size() == expected.size());
+    for (std::size_t n = 0; n < std::min(f.sensors.size(), expected.size()); ++n) {
+        const SensorFault &s = f.sensors[n];
+        CHECK(s.signal == expected[n]);
+        CHECK(s.kind == (n < 3   ? SensorFaultKind::stuck
+                         : n < 5 ? SensorFaultKind::noise
+                                 : SensorFaultKind::drift));
+        CHECK_NEAR(s.start_s, n < 3 ? 1.0 : (n < 5 ? 2.0 : 3.0), 0.0);
+    }
+    CHECK(f.open_phase == zh::all_phases);
+    CHECK_NEAR(f.open_end_s, 3.0, 0.0);
+    CHECK_NEAR(f.jam_s, 4.0, 0.0);
 }
 
 } // namespace
@@ -342,11 +474,16 @@ int main()
         {"every kind does what its name says", every_kind_does_what_its_name_says},
         {"garbage takes any word and a loose contact its share",
          garbage_takes_any_word_and_a_loose_contact_its_share},
+        {"noise spreads about the right word", noise_spreads_about_the_right_word},
+        {"several words break at once", several_words_break_at_once},
         {"exchanged sensors change places with the next of their kind",
          exchanged_sensors_change_places_with_the_next_of_their_kind},
         {"a fault ends and the dc word has its zero at zero",
          a_fault_ends_and_the_dc_word_has_its_zero_at_zero},
         {"an open phase carries no current", an_open_phase_carries_no_current},
+        {"a contactor opens and closes again", a_contactor_opens_and_closes_again},
+        {"a phase that closes again carries current", a_phase_that_closes_again_carries_current},
+        {"a jammed shaft stops and stays", a_jammed_shaft_stops_and_stays},
         {"an earth fault adds to the current of its leg",
          an_earth_fault_adds_to_the_current_of_its_leg},
         {"the comparator ends a short within a period",
@@ -361,5 +498,6 @@ int main()
          the_motor_takes_its_energy_from_the_capacitor},
         {"a braking motor pumps the link up", a_braking_motor_pumps_the_link_up},
         {"faults are read and checked", faults_are_read_and_checked},
+        {"groups and several faults are read", groups_and_several_faults_are_read},
     });
 }

@@ -59,7 +59,7 @@ std::vector<Bench> benches(InverterModel model)
         model == InverterModel::averaged ? InverterModel::switched : InverterModel::averaged;
     all[5].board.filter_cutoff_Hz = 300.0;
     all[6].board.filter_cutoff_Hz = 5000.0; // no series for that
-    all[6].disturbances.faults.sensor = {.kind = zh::SensorFaultKind::stuck, .start_s = 0.05};
+    all[6].disturbances.faults.sensors = {{.kind = zh::SensorFaultKind::stuck, .start_s = 0.05}};
     return all;
 }
 
