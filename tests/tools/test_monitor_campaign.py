@@ -13,6 +13,7 @@ from zerohertz import sim
 from zerohertz.atlas.run import RunOptions
 from zerohertz.atlas.simulate import Bench, make_bench
 from zerohertz.campaign import monitor, monitor_cases, monitor_quiet, monitor_run
+from zerohertz.campaign.rig import bit_names
 from zerohertz.drive import Fault, State
 from zerohertz.scenario.setup import load_setup
 
@@ -96,7 +97,7 @@ def test_a_sag_has_to_be_ridden_through() -> None:
 def test_the_delay_is_that_of_the_first_fault() -> None:
     row = monitor_run.judge(CASE, record(faults=lambda t_s: np.where(t_s > 0.25, 33.0, 0.0)), 0.0)
     assert row["delay_s"] == pytest.approx(0.25, abs=3e-4)
-    assert monitor.bit_names(row["bits"]) == "OVER_CURRENT CURRENT_SUM"
+    assert bit_names(row["bits"]) == "OVER_CURRENT CURRENT_SUM"
 
 
 def test_a_sample_of_every_group_is_noticed_or_harmless(bench: Bench, tmp_path: Path) -> None:
@@ -134,7 +135,7 @@ def test_exchanged_current_sensors_have_a_name_before_anything_trips(config: str
     currents = {c.what: c for c in cases if c.what.startswith("i_")}
     for case in currents.values():
         row = monitor_run.run_case(bench, case)
-        assert monitor.bit_names(row["bits"]) == "CURRENT_SENSOR", row
+        assert bit_names(row["bits"]) == "CURRENT_SENSOR", row
         assert row["peak_A"] < bench.i_trip_A
 
 

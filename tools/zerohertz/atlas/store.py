@@ -29,13 +29,14 @@ _HERE = Path(__file__).parent
 
 
 def fingerprint(bench: Bench, points: Sequence[Any], run: Callable[..., Any] = run_points) -> str:
-    """Of everything a row depends on; `run` makes it."""
+    """Of everything a row depends on; `run` makes it, with the SOURCES its module names."""
     digest = hashlib.sha256()
     table = [dataclasses.astuple(point) for point in points]
     digest.update(json.dumps([dataclasses.asdict(bench), table], sort_keys=True).encode())
     motor = ROOT / bench.motor_dir
     sources = (RIG, ROOT / bench.board, motor / "motor.toml", motor / "l_gain.json")
-    for path in (*sources, _HERE / "classes.py", _HERE / "simulate.py", Path(inspect.getfile(run))):
+    maker = (Path(inspect.getfile(run)), *getattr(inspect.getmodule(run), "SOURCES", ()))
+    for path in (*sources, _HERE / "classes.py", _HERE / "simulate.py", *maker):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from zerohertz.campaign import powercut as cuts
+from zerohertz.campaign.faults.command import faults
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
 from zerohertz.commission.command import register_campaign
 from zerohertz.console import progress_bar, tell
@@ -32,6 +33,7 @@ def register(app: typer.Typer) -> None:
     campaign.command("powercut")(powercut)
     campaign.command("fuzz")(fuzz)
     campaign.command("monitor")(monitor)
+    campaign.command("faults")(faults)
 
 
 def mutation(

@@ -16,6 +16,7 @@ from zerohertz.atlas.run import RunOptions, Tell, run_map
 from zerohertz.atlas.simulate import make_bench
 from zerohertz.campaign import monitor_cases as cases
 from zerohertz.campaign import monitor_quiet, monitor_run
+from zerohertz.campaign.rig import bit_names
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import load_setup
 
@@ -23,26 +24,6 @@ PAGE = ROOT / "tools" / "docs" / "monitor.md"
 CONFIG = "recommended"
 Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 Rows = list[dict[str, Any]]
-
-# Bits of firmware/guard/monitor.h that the page names.
-NAMES = {
-    0: "OVER_CURRENT",
-    1: "DC_OVER_VOLTAGE",
-    2: "DC_UNDER_VOLTAGE",
-    3: "NON_FINITE",
-    4: "ADC_RANGE",
-    5: "CURRENT_SUM",
-    6: "OVER_SPEED",
-    13: "ORIENTATION_LOST",
-    14: "OVERLOAD",
-    15: "CURRENT_SENSOR",
-    16: "VOLTAGE_SENSOR",
-    17: "OPEN_PHASE",
-    18: "EARTH_FAULT",
-    19: "STALL",
-    20: "OBSERVER",
-    25: "BRAKE_INPUT",
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,10 +66,6 @@ def sampled(every: Sequence[cases.Case], count: int, seed: int) -> list[cases.Ca
         return list(every)
     chosen = np.random.default_rng(seed).choice(len(every), count, replace=False)
     return [every[k] for k in sorted(chosen.tolist())]
-
-
-def bit_names(bits: int) -> str:
-    return " ".join(NAMES.get(n, str(n)) for n in range(32) if bits >> n & 1)
 
 
 def summary(rows: Rows) -> dict[str, Any]:

@@ -9,6 +9,8 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from zerohertz.campaign.rig import U_DC_V
+
 SIGNALS = ("i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc")
 # One severity per kind; None: the kind has none. Gain: factor; offset: share of full scale (2.5 A,
 # 40 V); delayed: periods (2 ms); intermittent: share of the samples that read zero.
@@ -31,7 +33,6 @@ SAG_POINTS = tuple(
 )
 FAULT_S = 2.0
 AFTER_S = 3.0
-U_DC_V = 283.0
 SAG_S = 1.0
 EARTH_OHM = (0.5, 20.0)
 # Wired crosswise with the next of its kind: the three pairs of currents, and the line voltages.

@@ -17,7 +17,7 @@ import numpy as np
 
 from zerohertz import sim
 from zerohertz.atlas.detection import MISSION_S, RUN_STATE, held, lost, mission_job
-from zerohertz.campaign.monitor_run import FIRMWARE
+from zerohertz.campaign.rig import FIRMWARE
 from zerohertz.scenario.setup import Setup, load_setup
 
 RS_SHARE = 0.5

@@ -21,19 +21,13 @@ from zerohertz.atlas.detection import longest_s
 from zerohertz.atlas.points import Point
 from zerohertz.atlas.simulate import Bench, begin_s, job_of, library_sha256
 from zerohertz.campaign.monitor_cases import FAULT_S, Case, scenario_overrides
+from zerohertz.campaign.rig import FIRMWARE, LINK, OVER_PU, WARNINGS
 from zerohertz.drive import State
 from zerohertz.errors import UserError
 
-# A real board: comparators, and a dc link of 1 mF that cannot feed back, with a brake resistor.
+# A real board has comparators.
 BOARD = {"protection.comparator_A": 25.0}
-LINK = {
-    "dc_link.capacitance_F": 1e-3,
-    "dc_link.source_ohm": 0.5,
-    "dc_link.chopper_ohm": 100.0,
-}
-FIRMWARE: dict[str, float] = {"chopper_on_V": 350.0}
-
-OVER_A = 22.5
+OVER_A = OVER_PU * 20.0
 OVER_PERIODS = 2
 END_S = 0.2
 END_RPM = 30.0
@@ -74,7 +68,7 @@ def judge(case: Case, record: sim.Record, begin: float) -> dict[str, Any]:
     before = (t_s >= FAULT_S - 0.5) & ~after
     error_rpm = np.abs(record["speed_rpm"] - record["speed_ref_rpm"])
     faults = record["faults"].astype(np.int64)
-    error_bits = faults & ~WARNINGS
+    error_bits = faults & ~WARNINGS  # no verdict rests on a warning
     latched = np.flatnonzero(after & (error_bits != 0))
     taken = after & (record["confidence"] == Confidence.IMPRESSED)
     told = np.flatnonzero(taken)
@@ -109,10 +103,6 @@ def _runs_on(record: sim.Record, running: Any, error_rpm: Any) -> bool:
     """With torque, and nowhere far from the reference for long."""
     far_s = longest_s(running & (error_rpm > FAR_RPM), record.period_s)
     return bool(np.all(record["state"][running] == State.RUN)) and far_s <= FAR_S
-
-
-# Bits that leave the gates on (firmware/guard/monitor.h): no verdict rests on them.
-WARNINGS = 1 << 10 | 1 << 22 | 1 << 23
 
 
 def _complete(case: Case, t_s: Any) -> bool:

@@ -1,0 +1,165 @@
+"""`zh campaign faults`: its cases, the runner, and a sample of both."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from zerohertz import sim
+from zerohertz.atlas.run import RunOptions
+from zerohertz.atlas.simulate import Bench
+from zerohertz.campaign.faults import campaign, cases, conditions, judge, kinds, page, run
+from zerohertz.cli import make_app
+from zerohertz.errors import UserError
+
+KNOWN = Path(__file__).parent / "data" / "faults_undeclared.txt"
+SAMPLE = {"which": "all", "runs": 300, "seed": 2005}
+
+
+def test_a_case_is_what_its_name_says() -> None:
+    name = "i_u.frozen+open_v@running,300,+1,la2,averaged,sensors"
+    case = cases.case_of(name)
+    assert [kind.name for kind in case.kinds] == ["i_u.frozen", "open_v"]
+    assert case.condition == conditions.Condition("running", 300.0, "+1", 2, "averaged", "sensors")
+    assert case.seed == cases.case_of(name).seed
+    first, second = case.delays_s()
+    assert 0.0 <= first < 0.02
+    assert 0.0 <= second < cases.LATEST_S
+    for group in cases.GROUPS:
+        for sampled in cases.cases(group, 50, 7):
+            again = cases.case_of(sampled.name)
+            assert dataclasses.replace(again, index=sampled.index) == sampled
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "i_u.frozen",
+        "i_u.melted@running,300,+1,la2,averaged,sensors",
+        "i_u.frozen@running,301,+1,la2,averaged,sensors",
+        "open_u+open_v@running,300,+1,la2,averaged,sensors",
+        "hoist@running,0,+1,la2,averaged,sensors",
+    ],
+)
+def test_a_name_that_is_none_is_a_mistake_with_a_remedy(name: str) -> None:
+    with pytest.raises(UserError, match="--case"):
+        cases.case_of(name)
+
+
+def test_the_groups_are_what_they_promise() -> None:
+    single = cases.cases(cases.SINGLE, 0, 1)
+    assert len({case.name for case in single}) == len(single)
+    here = {(c.kinds[0].name, c.condition) for c in single if c.kinds[0].name != "hoist"}
+    assert len(here) == (len(kinds.every_kind()) - 1) * len(conditions.every_condition())
+    chosen, share = conditions.covering()
+    assert len(set(chosen)) == conditions.COVERING
+    assert share > 0.85
+    assert {c.mode for c in chosen} == set(conditions.MODES)
+    assert len(cases.cases(cases.TRIPLES, 0, 1)) == cases.TRIPLE_COUNT
+    assert cases.split("all", 100) == {"single": 34, "pairs": 33, "triples": 33}
+    assert cases.split("pairs", 0) == {"pairs": 0}
+    assert cases.cases("pairs", 20, 3) == cases.cases("pairs", 20, 3)
+    assert cases.cases("pairs", 20, 3) != cases.cases("pairs", 20, 4)
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return run.bench_of_campaign()
+
+
+def test_every_kind_runs_and_reaches_the_plant(bench: Bench) -> None:
+    here = "@running,300,+0.5,la1,averaged,sensors"
+    base = run.job(bench, cases.case_of(kinds.NOTHING + here))
+    for name in kinds.every_kind():
+        made = run.job(bench, cases.case_of(name + here))
+        assert (name == kinds.NOTHING) == (
+            (base.scenario, base.scenario_overrides, base.rig_overrides)
+            == (made.scenario, made.scenario_overrides, made.rig_overrides)
+        )
+        short = dataclasses.replace(made, max_steps=10)
+        assert sim.run(short).steps == 10, name
+
+
+@pytest.mark.parametrize("mode", ["running", "starting", "reversing"])
+def test_a_healthy_drive_does_no_harm(bench: Bench, mode: str) -> None:
+    for load in ("-1", "+0", "+1", conditions.PASSIVE):
+        name = f"{kinds.NOTHING}@{mode},300,{load},la2,switched,duty"
+        found = run.run_case(bench, cases.case_of(name))
+        assert (found["verdict"], found["started"]) == (judge.HARMLESS, True), name
+
+
+def test_without_its_detectors_the_same_drive_is_undeclared(bench: Bench) -> None:
+    """The negative control: the judge sees what the firmware does not look for."""
+    off = {"voltage_check_V": 0.0, "open_phase_A": 0.0, "current_sum_max_A": 25.0, "stall_s": 0.0}
+    off |= dict.fromkeys(("observer_e1_A", "observer_rate_rad_s2", "observer_power_W"), 0.0)
+    blind = dataclasses.replace(bench, firmware={**bench.firmware, **off})
+    case = cases.case_of("u_vw.gain_0.5@running,300,+1,la0,averaged,sensors")
+    assert run.run_case(bench, case)["verdict"] == judge.BEFORE
+    assert run.run_case(blind, case)["verdict"] == judge.UNDECLARED
+
+
+@contextlib.contextmanager
+def no_bar(_text: str, _total: int) -> Any:
+    yield lambda _done: None
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> campaign.Result:
+    how = RunOptions(tmp_path_factory.mktemp("faults"), workers=2)
+    return campaign.run_all(**SAMPLE, how=how, tell=lambda _text: None, bar=no_bar)
+
+
+def test_no_case_of_the_sample_does_harm_that_was_declared_before(
+    sample: campaign.Result,
+) -> None:
+    """The list is what is still open; it only ever gets shorter."""
+    known = set(KNOWN.read_text(encoding="utf-8").split())
+    undeclared = {row["name"] for row in sample.undeclared}
+    assert undeclared <= known, "\n".join(sorted(undeclared - known))
+    assert len(sample.every) == SAMPLE["runs"]
+    assert all(row["started"] for row in sample.every if row["mode"] == "running")
+
+
+def test_rows_are_stored_and_summed_up(sample: campaign.Result, tmp_path: Path) -> None:
+    told: list[str] = []
+    how = RunOptions(tmp_path, workers=1)
+    first = campaign.run_all("single", 6, 1, how, told.append, no_bar)
+    assert campaign.run_all("single", 6, 1, how, told.append, no_bar).rows == first.rows
+    assert any("6 of 6 points are stored" in line for line in told)
+    total = campaign.as_dict(sample)
+    assert total["runs"] == total["undeclared_harm"] + total["declared"] + total["harmless"]
+    assert sum(group["runs"] for group in total["groups"].values()) == total["runs"]
+    json.dumps(total)
+    text = page.page_text(sample, "a command")
+    for words in ("a command", "| i_u frozen |", "Undeclared, case by case", *page.TITLES.values()):
+        assert words in text
+    assert max(len(line) for line in page.how_to_read().splitlines()) <= 120
+
+
+def test_quantiles_are_values_that_occurred() -> None:
+    assert campaign.quantiles([]) is None
+    assert campaign.quantiles([3.0, 1.0, 2.0]) == {
+        "median_ms": 2.0,
+        "p95_ms": 3.0,
+        "worst_ms": 3.0,
+    }
+
+
+def test_one_case_on_the_command_line() -> None:
+    app = CliRunner()
+    name = "open_u@running,300,+0.5,la2,averaged,sensors"
+    done = app.invoke(make_app(), ["campaign", "faults", "--case", name])
+    assert done.exit_code == 0
+    assert "declared_before" in done.stdout
+    done = app.invoke(make_app(), ["campaign", "faults", "--case", name, "--json"])
+    assert json.loads(done.stdout)["name"] == name
+    listed = app.invoke(make_app(), ["campaign", "faults", "--list"]).stdout.split()
+    assert {"i_u.frozen", "open_u", name.split("@")[1]} <= set(listed)
+    refused = app.invoke(make_app(), ["campaign", "faults", "--runs", "5", "--write"])
+    assert isinstance(refused.exception, UserError)

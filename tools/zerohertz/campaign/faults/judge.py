@@ -1,0 +1,267 @@
+"""The judge: was there harm, and did the drive say a word in time? By the plant's true numbers.
+
+Harm begins when its rule is met:
+  current    the largest true leg current beyond 1.125 i_trip_A in two periods on end
+  overspeed  the shaft beyond 1.15 x maximum speed
+  deviation  the shaft away from what was asked and the torque limit allows by more than
+             30 min^-1 or 5 % of rated speed, the larger, for 1 s
+  direction  as far on the other side of standstill than everything asked in the last second
+What was asked and what the torque limit allows are two speeds: the reference behind its slew limit,
+and an ideal drive of the same torque on the true shaft. In between nothing is wrong.
+
+A word is a fault bit; for the speed also a warning that the torque is limited (DERATED,
+REGENERATION), or "speed unknown" at that time. It counts until 100 ms after the harm began.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from zerohertz import sim
+from zerohertz.atlas.detection import stretches
+from zerohertz.campaign.rig import WARNINGS
+from zerohertz.drive import Fault, State
+
+Array = npt.NDArray[np.float64]
+
+CURRENT, OVERSPEED, DEVIATION, DIRECTION = "current", "overspeed", "deviation", "direction"
+HARMS = (CURRENT, OVERSPEED, DEVIATION, DIRECTION)
+OVER_PERIODS = 2
+OVERSPEED_PU = 1.15
+RATED_RPM = 1710.0
+LIMIT_RPM = max(30.0, 0.05 * RATED_RPM)
+DEVIATION_S = 1.0
+GRACE_S = 0.1
+STEP_S = 1e-3  # of the speed rules
+# They say that torque is missing, so they name a speed that is off.
+NAMES_SPEED = int(Fault.DERATED | Fault.REGENERATION)
+UNDECLARED, AFTER, BEFORE, HARMLESS = "undeclared", "declared_after", "declared_before", "harmless"
+VERDICTS = (HARMLESS, BEFORE, AFTER, UNDECLARED)
+RPM = math.pi / 30.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """What is true of the shaft and what the drive may do."""
+
+    over_A: float  # of a phase
+    maximum_rpm: float
+    torque_Nm: float
+    slew_rpm_s: float
+    J_kg_m2: float
+    friction_Nm: float
+    jam_s: float = math.inf
+    jam_Nm: float = 0.0
+    slip_rpm: float = 0.0  # V/f is asked for a frequency: the slip comes on top
+
+
+@dataclasses.dataclass(frozen=True)
+class Words:
+    """When the drive spoke; inf: never. first: the bits of its first fault."""
+
+    fault_s: float
+    bits: int
+    warning_s: float
+    unknown: npt.NDArray[np.bool_]
+
+
+def speed_unknown(record: sim.Record) -> npt.NDArray[np.bool_]:
+    """The drive says that it does not know its speed. The only place that reads it."""
+    said = record.columns.get("speed_unknown")
+    return np.zeros(len(record.t_s), bool) if said is None else said > 0
+
+
+def judge(
+    record: sim.Record, limits: Limits, fault_s: float, since_s: float = math.inf
+) -> dict[str, Any]:
+    """The row of a run whose first fault began at fault_s.
+
+    A warning that was there before fault_s and before since_s is about something else.
+    """
+    t_s = record.t_s.astype(np.float64)
+    words = words_of(record, t_s, min(fault_s, since_s))
+    off_rpm, harms = _speed_harms(record, limits)
+    harms[CURRENT] = _current_s(record, limits, t_s)
+    ends_s = t_s[-1] - (0.0 if sim.Trip.DIVERGED in record.trip else GRACE_S)
+    begun = {name: at_s for name, at_s in harms.items() if at_s <= ends_s}
+    late = {name: _late_s(name, at_s, words, t_s) for name, at_s in begun.items()}
+    open_ = {name: at_s for name, at_s in begun.items() if late[name] > GRACE_S}
+    verdict = _verdict(late, words)
+    first = min(open_ or begun, key=lambda name: begun[name], default=None)
+    over = bool(math.isfinite(harms[CURRENT]))
+    return {
+        "verdict": verdict,
+        "harm": first or "",
+        "harms": " ".join(name for name in HARMS if name in begun),
+        "undeclared": " ".join(name for name in HARMS if name in open_),
+        "harm_s": None if first is None else begun[first] - fault_s,
+        "late_ms": None if not late else _ms(max(late.values())),
+        "word_ms": _ms(words.fault_s - fault_s),
+        "bits": words.bits,
+        "over_current": over,
+        "peak_A": float(record["i_peak_A"].max()),
+        "off_rpm": float(off_rpm),
+        "top_rpm": float(np.abs(record["speed_rpm"]).max()),
+        "started": bool(np.any(_started(record) & (t_s >= fault_s))) or words.bits != 0,
+    }
+
+
+def words_of(record: sim.Record, t_s: Array, since_s: float) -> Words:
+    bits = record["faults"].astype(np.int64)
+    faults = np.flatnonzero(bits & ~WARNINGS)
+    before = int(np.searchsorted(t_s, since_s - 0.5 * record.period_s))
+    known = int(bits[before - 1]) if before > 0 else 0
+    warned = np.flatnonzero((bits & NAMES_SPEED & ~known != 0) & (t_s >= since_s))
+    return Words(
+        fault_s=float(t_s[faults[0]]) if len(faults) else math.inf,
+        bits=int(bits[faults[0]] & ~WARNINGS) if len(faults) else 0,
+        warning_s=float(t_s[warned[0]]) if len(warned) else math.inf,
+        unknown=speed_unknown(record),
+    )
+
+
+def _late_s(harm: str, harm_s: float, words: Words, t_s: Array) -> float:
+    """From the beginning of the harm to the first word that counts; negative: before it."""
+    spoken_s = words.fault_s
+    if harm != CURRENT:
+        spoken_s = min(spoken_s, words.warning_s)
+        near = (t_s >= harm_s - DEVIATION_S) & (t_s <= harm_s + GRACE_S) & words.unknown
+        if near.any():
+            spoken_s = min(spoken_s, float(t_s[np.argmax(near)]))
+    return spoken_s - harm_s
+
+
+def _verdict(late: dict[str, float], words: Words) -> str:
+    if any(late_s > GRACE_S for late_s in late.values()):
+        return UNDECLARED
+    if any(late_s > 0.0 for late_s in late.values()):
+        return AFTER
+    return BEFORE if late or words.bits else HARMLESS
+
+
+def _current_s(record: sim.Record, limits: Limits, t_s: Array) -> float:
+    for first, end in stretches(record["i_peak_A"] > limits.over_A):
+        if end - first >= OVER_PERIODS:
+            return float(t_s[first + OVER_PERIODS - 1])
+    return math.inf
+
+
+def _speed_harms(record: sim.Record, limits: Limits) -> tuple[float, dict[str, float]]:
+    """The largest distance from what is allowed, and when which harm began."""
+    every = max(1, round(STEP_S / record.period_s))
+    t_s = record.t_s[::every].astype(np.float64)
+    speed_rpm = record["speed_rpm"][::every].astype(np.float64)
+    low_rpm, high_rpm, asked = allowed_rpm(record, limits, every)
+    off_rpm = np.where(asked, np.maximum(low_rpm - speed_rpm, speed_rpm - high_rpm), 0.0)
+    limit_rpm = LIMIT_RPM + limits.slip_rpm
+    far = off_rpm > limit_rpm
+    step_s = every * record.period_s
+    harms = dict.fromkeys(HARMS, math.inf)
+    fast = np.flatnonzero(np.abs(speed_rpm) > OVERSPEED_PU * limits.maximum_rpm)
+    wrong = np.flatnonzero(far & _wrong_way(speed_rpm, low_rpm, high_rpm, asked, step_s))
+    harms[OVERSPEED] = float(t_s[fast[0]]) if len(fast) else math.inf
+    harms[DIRECTION] = float(t_s[wrong[0]]) if len(wrong) else math.inf
+    for first, end in stretches(far):
+        # 1 s is over with the sample after so many steps; rounded, for t_s is a float32.
+        needed = round(DEVIATION_S / step_s)
+        if end - first > needed:
+            harms[DEVIATION] = float(t_s[first + needed])
+            break
+    return float(off_rpm.max(initial=0.0)), harms
+
+
+def _wrong_way(
+    speed_rpm: Array, low_rpm: Array, high_rpm: Array, asked: Array, step_s: float
+) -> npt.NDArray[np.bool_]:
+    """Against everything that was allowed within the last second."""
+    window = round(DEVIATION_S / step_s)
+    lowest = _rolling(np.where(asked, low_rpm, 0.0), window, np.minimum)
+    highest = _rolling(np.where(asked, high_rpm, 0.0), window, np.maximum)
+    limit_rpm = LIMIT_RPM
+    return ((lowest > 0.0) & (speed_rpm < -limit_rpm)) | ((highest < 0.0) & (speed_rpm > limit_rpm))
+
+
+def _rolling(values: Array, window: int, pick: np.ufunc) -> Array:
+    """The extreme of the last `window` values, by doubling the span."""
+    out, span = values.copy(), 1
+    while span < window:
+        shift = min(span, window - span)
+        out[shift:] = pick(out[shift:], out[:-shift].copy())
+        span += shift
+    return out
+
+
+def allowed_rpm(
+    record: sim.Record, limits: Limits, every: int
+) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Lowest and highest speed at which nothing is wrong, and whether anything is asked yet."""
+    on = np.maximum.accumulate(record["gates_on"][::every] > 0)
+    running = np.maximum.accumulate(_started(record)[::every])
+    wanted = np.where(running, record["speed_ref_rpm"][::every], 0.0).astype(np.float64)
+    asked_rpm = _slewed(wanted, limits.slew_rpm_s * every * record.period_s)
+    load_Nm = record["load_Nm"][::every].astype(np.float64)
+    start = int(np.argmax(on)) if on.any() else len(on)
+    ideal_rpm = asked_rpm.copy()
+    t_s = record.t_s[::every][start:]
+    ideal_rpm[start:] = _ideal_rpm(
+        asked_rpm[start:],
+        load_Nm[start:],
+        t_s.astype(np.float64) >= limits.jam_s,
+        float(record["speed_rpm"][::every][start]) if start < len(on) else 0.0,
+        limits,
+        every * record.period_s,
+    )
+    return np.minimum(asked_rpm, ideal_rpm), np.maximum(asked_rpm, ideal_rpm), on
+
+
+def _started(record: sim.Record) -> npt.NDArray[np.bool_]:
+    return (record["state"] == State.RUN) | (record["state"] == State.COMMISSIONING)
+
+
+def _slewed(wanted: Array, most: float) -> Array:
+    """What the reference is behind a limit of its slope."""
+    if most >= float(np.abs(np.diff(wanted)).max(initial=0.0)):
+        return wanted
+    out, value = np.empty_like(wanted), float(wanted[0])
+    for k, target in enumerate(wanted.tolist()):
+        value += min(max(target - value, -most), most)
+        out[k] = value
+    return out
+
+
+def _ideal_rpm(
+    asked_rpm: Array,
+    load_Nm: Array,
+    jammed: npt.NDArray[np.bool_],
+    speed_rpm: float,
+    limits: Limits,
+    step_s: float,
+) -> Array:
+    """The speed of a drive that knows everything and has the torque limit."""
+    per_Nm = step_s / (limits.J_kg_m2 * RPM)
+    out, w = np.empty_like(asked_rpm), speed_rpm
+    friction = np.where(jammed, limits.friction_Nm + limits.jam_Nm, limits.friction_Nm)
+    for k, (asked, load, drag) in enumerate(
+        zip(asked_rpm.tolist(), load_Nm.tolist(), friction.tolist(), strict=True)
+    ):
+        way = math.copysign(1.0, w if abs(w) > 1e-6 else asked - w)
+        needed = (asked - w) / per_Nm + load + way * drag
+        net = min(max(needed, -limits.torque_Nm), limits.torque_Nm) - load
+        if abs(w) <= 1e-6 and abs(net) <= drag:
+            w = 0.0
+        else:
+            way = math.copysign(1.0, w if abs(w) > 1e-6 else net)
+            after = w + (net - way * drag) * per_Nm
+            # Friction stops the shaft, it does not turn it back.
+            w = 0.0 if after * way < 0.0 and abs(net) <= drag else after
+        out[k] = w
+    return out
+
+
+def _ms(seconds: float) -> float | None:
+    return round(1e3 * seconds, 1) if math.isfinite(seconds) else None

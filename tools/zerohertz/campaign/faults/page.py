@@ -1,0 +1,161 @@
+"""The page of the campaign: tools/docs/harm.md."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from zerohertz.campaign.faults import judge
+from zerohertz.campaign.faults.campaign import Result, Row, by_kind, summary
+from zerohertz.campaign.faults.conditions import COVERING, covering, every_condition, names
+from zerohertz.campaign.faults.kinds import NOTHING, every_kind
+from zerohertz.campaign.rig import OVER_PU, bit_names
+from zerohertz.paths import ROOT
+
+PAGE = ROOT / "tools" / "docs" / "harm.md"
+LISTED = 200  # undeclared cases on the page; --json has all of them
+TITLES = {
+    "single": "Every fault alone, at every condition",
+    "pairs": f"Every two faults, at {COVERING} conditions",
+    "triples": "Three faults at random",
+}
+_HEAD = (
+    "| what | runs | harmless | declared before | declared after | undeclared | beyond the current "
+    "| worst, A | fault to word, ms | harm to word, ms |\n|---|---|---|---|---|---|---|---|---|---|"
+)
+
+
+def page_text(result: Result, command: str) -> str:
+    """The committed result."""
+    total = summary(result.every)
+    tables = "\n\n".join(
+        f"## {TITLES[group]}\n\n{_HEAD}\n" + "\n".join(_lines(rows))
+        for group, rows in result.rows.items()
+    )
+    healthy = "\n".join(_healthy(result.healthy)) or "None."
+    share = 100.0 * covering()[1]
+    groups = "\n".join(grouped(result.of_the_fault)) or "None."
+    listed = "\n".join(_cases(result.of_the_fault)) or "None."
+    return f"""\
+# Harm and whether it is declared
+
+Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} undeclared**,
+{len(result.of_the_fault)} of them with a harm that the drive does not do there by itself;
+{total["declared"]} declared, {total["harmless"]} harmless; {total["over_current"]} with a phase
+beyond the limit of the current, the worst {total["worst_A"]:g} A.
+
+{how_to_read()}
+
+{tables}
+
+## Undeclared with nothing broken
+
+The conditions of undeclared runs, again without a fault. Where the same harm is undeclared here,
+the fault is not to blame; such runs are counted above and left out below.
+
+{healthy}
+
+## Undeclared, by fault and mode
+
+{groups}
+
+## Undeclared, case by case
+
+{listed}
+
+## Conditions of the pairs
+
+{share:.0f} % of all pairs of two settings occur in these.
+
+{names(covering()[0])}
+"""
+
+
+def how_to_read() -> str:
+    """What the columns mean, with the judge's own numbers."""
+    off = f"{judge.LIMIT_RPM:g} min^-1 away from what was asked and the torque limit allows"
+    return f"""\
+A run is one case: one to three faults, one condition. There are {len(every_kind()) - 1} faults and
+`{NOTHING}`, and {len(every_condition())} conditions. The configuration is the recommended one. The
+board has no comparator; a rectifier feeds a dc link of 1 mF with a brake resistor. The plant's true
+current and speed decide.
+
+| harm | begins when |
+|---|---|
+| current | a leg was beyond {OVER_PU:g} x `i_trip_A` in {judge.OVER_PERIODS} periods on end |
+| overspeed | the shaft is beyond {judge.OVERSPEED_PU:g} x maximum speed |
+| deviation | the shaft was {off} for {judge.DEVIATION_S:g} s |
+| direction | it turns as fast against everything asked in the last second |
+
+- **harmless**: no harm and no word.
+- **declared before**: a word before any harm, or without one. A word is a fault; for the speed also
+  `DERATED`, `REGENERATION` or "speed unknown".
+- **declared after**: a word within {1e3 * judge.GRACE_S:g} ms after the harm began.
+- **undeclared**: neither.
+- Times are median / 95 % / worst. `fault to word` counts from the first fault of a case; a fault
+  that is present from the start can only be found once the gates are on.
+- With two or three faults a run counts in the row of each.
+- One case again: `tools/zh campaign faults --case 'NAME'`."""
+
+
+def _lines(rows: Iterable[Row]) -> Iterator[str]:
+    for what, some in by_kind(rows).items():
+        s = summary(some)
+        cells = (
+            what,
+            *(s[key] for key in ("runs", "harmless", "declared_before", "declared_after")),
+            *(s[key] for key in ("undeclared_harm", "over_current", "worst_A")),
+            _times(s["fault_to_word"]),
+            _times(s["harm_to_word"]),
+        )
+        yield "| " + " | ".join(map(str, cells)) + " |"
+
+
+def _times(found: dict[str, Any] | None) -> str:
+    return "" if found is None else " / ".join(f"{ms:g}" for ms in found.values())
+
+
+def grouped(rows: Iterable[Row]) -> Iterator[str]:
+    """One line per set of faults and mode, the most frequent first."""
+    every = list(rows)
+    counts = Counter((row["kinds"], row["mode"]) for row in every)
+    if counts:
+        yield "| faults | mode | cases | harm | worst, A | worst, min^-1 off | speeds | loads |"
+        yield "|---|---|---|---|---|---|---|---|"
+    for (kinds, mode), count in counts.most_common(LISTED):
+        some = [row for row in every if (row["kinds"], row["mode"]) == (kinds, mode)]
+        harms = Counter(row["harm"] for row in some).most_common()
+        cells = (
+            kinds,
+            mode,
+            str(count),
+            ", ".join(f"{harm} {n}" for harm, n in harms),
+            f"{max(row['peak_A'] for row in some):.0f}",
+            f"{max(row['off_rpm'] for row in some):.0f}",
+            " ".join(f"{rpm:g}" for rpm in sorted({row["speed_rpm"] for row in some})),
+            " ".join(sorted({row["load"] for row in some})),
+        )
+        yield "| " + " | ".join(cells) + " |"
+
+
+def _healthy(rows: Iterable[Row]) -> Iterator[str]:
+    for row in rows:
+        if row["verdict"] == judge.UNDECLARED:
+            yield f"- `{row['name']}`: {row_text(row)}"
+
+
+def _cases(rows: list[Row]) -> Iterator[str]:
+    for row in rows[:LISTED]:
+        yield f"- {row_text(row)}  \n  `tools/zh campaign faults --case '{row['name']}'`"
+    if len(rows) > LISTED:
+        yield f"- and {len(rows) - LISTED} more: `--json` names every one"
+
+
+def row_text(row: Row) -> str:
+    """One line about a run."""
+    said = f"{bit_names(row['bits'])} after {row['word_ms']:g} ms" if row["bits"] else "no fault"
+    harm = f"{row['harms']} at {row['harm_s']:.3f} s" if row["harms"] else "no harm"
+    return (
+        f"{row['verdict']}: {harm}, {said}, {row['peak_A']:.1f} A, {row['off_rpm']:.0f} min^-1 off"
+    )
