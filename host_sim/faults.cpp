@@ -53,6 +53,25 @@ std::size_t next_of_its_kind(std::size_t signal)
     return next[signal];
 }
 
+// What a sensor makes of its quantity: a factor, and shares of full scale.
+struct Distortion {
+    double gain = 1.0, offset = 0.0, drift_per_s = 0.0, deviation = 0.0;
+};
+
+Distortion distortion_of(const SensorFault &fault)
+{
+    using enum SensorFaultKind;
+    Distortion d;
+    d.gain = fault.kind == gain ? fault.severity : 1.0;
+    if (fault.kind == off || fault.kind == fixed) {
+        d.gain = 0.0;
+    }
+    d.offset = fault.kind == offset || fault.kind == fixed ? fault.severity : 0.0;
+    d.drift_per_s = fault.kind == drift ? fault.severity : 0.0;
+    d.deviation = fault.kind == noise ? fault.severity : 0.0;
+    return d;
+}
+
 struct SensorKeys {
     std::string_view sensor, kind, severity, start_s, end_s;
 };
@@ -132,36 +151,26 @@ FaultySensor::FaultySensor(const SensorFault &fault, int adc_bits, std::uint64_t
 
 double FaultySensor::faulty_code(double code, double since_s)
 {
-    const double share = fault_.severity * (top_code_ + 1.0 - zero_code_); // of full scale
     // A uniform number in [0, 1), drawn in every period so that no kind shifts another.
     const double chance = std::ldexp(static_cast<double>(noise_.bits() >> 11U), -53);
-    switch (fault_.kind) {
-    case SensorFaultKind::off:
-        return zero_code_;
-    case SensorFaultKind::stuck:
+    const SensorFaultKind kind = fault_.kind;
+    if (kind == SensorFaultKind::stuck) {
         return stuck_code_;
-    case SensorFaultKind::garbage:
+    }
+    if (kind == SensorFaultKind::garbage) {
         return chance * (top_code_ + 1.0);
-    case SensorFaultKind::gain:
-        return zero_code_ + fault_.severity * (code - zero_code_);
-    case SensorFaultKind::offset:
-        return code + share;
-    case SensorFaultKind::delayed: {
+    }
+    if (kind == SensorFaultKind::delayed) {
         const auto back = static_cast<std::size_t>(fault_.severity);
         return history_[(now_ + longest_delay - back) % longest_delay];
     }
-    case SensorFaultKind::intermittent:
+    if (kind == SensorFaultKind::intermittent) {
         return chance < fault_.severity ? zero_code_ : code;
-    case SensorFaultKind::fixed:
-        return zero_code_ + share;
-    case SensorFaultKind::drift:
-        return code + share * since_s;
-    case SensorFaultKind::noise:
-        return code + share * noise_.gaussian();
-    case SensorFaultKind::exchanged:
-        break; // a matter of two words
     }
-    return code;
+    const Distortion d = distortion_of(fault_);
+    const double draw = kind == SensorFaultKind::noise ? noise_.gaussian() : 0.0;
+    const double share = d.offset + d.drift_per_s * since_s + d.deviation * draw;
+    return zero_code_ + d.gain * (code - zero_code_) + share * (top_code_ + 1.0 - zero_code_);
 }
 
 Words FaultySensor::disturbed(const Words &words, double t_s)

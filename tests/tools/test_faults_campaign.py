@@ -19,7 +19,7 @@ from zerohertz.cli import make_app
 from zerohertz.errors import UserError
 
 KNOWN = Path(__file__).parent / "data" / "faults_undeclared.txt"
-SAMPLE = {"which": "all", "runs": 300, "seed": 2005}
+SAMPLE = {"which": "all", "runs": 200, "seed": 2005}
 
 
 def test_a_case_is_what_its_name_says() -> None:

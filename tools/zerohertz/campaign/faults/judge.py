@@ -87,27 +87,34 @@ def judge(
     words = words_of(record, t_s, min(fault_s, since_s))
     off_rpm, harms = _speed_harms(record, limits)
     harms[CURRENT] = _current_s(record, limits, t_s)
-    ends_s = t_s[-1] - (0.0 if sim.Trip.DIVERGED in record.trip else GRACE_S)
-    begun = {name: at_s for name, at_s in harms.items() if at_s <= ends_s}
-    late = {name: _late_s(name, at_s, words, t_s) for name, at_s in begun.items()}
-    open_ = {name: at_s for name, at_s in begun.items() if late[name] > GRACE_S}
-    verdict = _verdict(late, words)
-    first = min(open_ or begun, key=lambda name: begun[name], default=None)
-    over = bool(math.isfinite(harms[CURRENT]))
     return {
-        "verdict": verdict,
-        "harm": first or "",
-        "harms": " ".join(name for name in HARMS if name in begun),
-        "undeclared": " ".join(name for name in HARMS if name in open_),
-        "harm_s": None if first is None else begun[first] - fault_s,
-        "late_ms": None if not late else _ms(max(late.values())),
+        **_of_harms(harms, words, t_s, fault_s, sim.Trip.DIVERGED in record.trip),
         "word_ms": _ms(words.fault_s - fault_s),
         "bits": words.bits,
-        "over_current": over,
+        "over_current": bool(math.isfinite(harms[CURRENT])),
         "peak_A": float(record["i_peak_A"].max()),
         "off_rpm": float(off_rpm),
         "top_rpm": float(np.abs(record["speed_rpm"]).max()),
         "started": bool(np.any(_started(record) & (t_s >= fault_s))) or words.bits != 0,
+    }
+
+
+def _of_harms(
+    harms: dict[str, float], words: Words, t_s: Array, fault_s: float, diverged: bool
+) -> dict[str, Any]:
+    """The verdict, and the first harm: of those undeclared, if there are any."""
+    ends_s = t_s[-1] - (0.0 if diverged else GRACE_S)
+    begun = {name: harms[name] for name in HARMS if harms[name] <= ends_s}
+    late = {name: _late_s(name, at_s, words, t_s) for name, at_s in begun.items()}
+    open_ = [name for name in begun if late[name] > GRACE_S]
+    first = min(open_ or begun, key=lambda name: begun[name], default=None)
+    return {
+        "verdict": _verdict(late, words),
+        "harm": first or "",
+        "harms": " ".join(begun),
+        "undeclared": " ".join(open_),
+        "harm_s": None if first is None else begun[first] - fault_s,
+        "late_ms": _ms(max(late.values(), default=math.inf)),
     }
 
 

@@ -123,20 +123,20 @@ def grouped(rows: Iterable[Row]) -> Iterator[str]:
     if counts:
         yield "| faults | mode | cases | harm | worst, A | worst, min^-1 off | speeds | loads |"
         yield "|---|---|---|---|---|---|---|---|"
-    for (kinds, mode), count in counts.most_common(LISTED):
+    for (kinds, mode), _ in counts.most_common(LISTED):
         some = [row for row in every if (row["kinds"], row["mode"]) == (kinds, mode)]
-        harms = Counter(row["harm"] for row in some).most_common()
-        cells = (
-            kinds,
-            mode,
-            str(count),
-            ", ".join(f"{harm} {n}" for harm, n in harms),
-            f"{max(row['peak_A'] for row in some):.0f}",
-            f"{max(row['off_rpm'] for row in some):.0f}",
-            " ".join(f"{rpm:g}" for rpm in sorted({row["speed_rpm"] for row in some})),
-            " ".join(sorted({row["load"] for row in some})),
-        )
-        yield "| " + " | ".join(cells) + " |"
+        yield f"| {kinds} | {mode} | {' | '.join(_together(some))} |"
+
+
+def _together(rows: list[Row]) -> Iterator[str]:
+    """What rows of one fault and mode have in common."""
+    harms = Counter(row["harm"] for row in rows).most_common()
+    yield str(len(rows))
+    yield ", ".join(f"{harm} {n}" for harm, n in harms)
+    yield f"{max(row['peak_A'] for row in rows):.0f}"
+    yield f"{max(row['off_rpm'] for row in rows):.0f}"
+    yield " ".join(f"{rpm:g}" for rpm in sorted({row["speed_rpm"] for row in rows}))
+    yield " ".join(sorted({row["load"] for row in rows}))
 
 
 def _healthy(rows: Iterable[Row]) -> Iterator[str]:
