@@ -161,5 +161,5 @@ def test_one_case_on_the_command_line() -> None:
     assert json.loads(done.stdout)["name"] == name
     listed = app.invoke(make_app(), ["campaign", "faults", "--list"]).stdout.split()
     assert {"i_u.frozen", "open_u", name.split("@")[1]} <= set(listed)
-    refused = app.invoke(make_app(), ["campaign", "faults", "--runs", "5", "--write"])
+    refused = app.invoke(make_app(), ["campaign", "faults", "--kinds", "pairs", "--write"])
     assert isinstance(refused.exception, UserError)

@@ -143,12 +143,13 @@ def test_one_harm_that_is_not_declared_is_enough() -> None:
     assert found["harms"] == "current deviation"
 
 
-def test_overspeed_and_the_wrong_way_are_harm_at_once() -> None:
+def test_overspeed_is_harm_at_once_and_the_wrong_way_after_100_ms() -> None:
     assert row(speed_rpm=periods(3451.0, 50, 300.0))["harm"] == judge.OVERSPEED
     assert verdict(speed_rpm=periods(3449.0, 50, 300.0)) == judge.HARMLESS
     back = -judge.LIMIT_RPM
-    assert row(speed_rpm=periods(back - 1.0, 50, 300.0))["harm"] == judge.DIRECTION
-    assert verdict(speed_rpm=periods(back + 1.0, 50, 300.0)) == judge.HARMLESS
+    assert row(speed_rpm=periods(back - 1.0, 510, 300.0))["harm"] == judge.DIRECTION
+    assert verdict(speed_rpm=periods(back - 1.0, 490, 300.0)) == judge.HARMLESS
+    assert verdict(speed_rpm=periods(back + 1.0, 510, 300.0)) == judge.HARMLESS
     # The way it came from is not the wrong one.
     reversal = {"speed_ref_rpm": from_(0.5, -300.0, 300.0)}
     assert verdict(**reversal, speed_rpm=from_(0.9, -300.0, 300.0)) == judge.HARMLESS

@@ -81,7 +81,9 @@ def summary(rows: Iterable[Row]) -> dict[str, Any]:
     """Counts, the time from the fault to the word, the time from the harm to the word."""
     every = list(rows)
     verdicts = Counter(row["verdict"] for row in every)
-    words_ms = [row["word_ms"] for row in every if row["word_ms"] is not None]
+    # A word that was there before the fault is not about it.
+    said_ms = [row["word_ms"] for row in every if row["word_ms"] is not None]
+    words_ms = [word_ms for word_ms in said_ms if word_ms >= 0.0]
     late_ms = [row["late_ms"] for row in every if row["verdict"] == AFTER]
     return {
         "runs": len(every),

@@ -95,15 +95,16 @@ def _many(
     from zerohertz.campaign.faults import campaign, page
     from zerohertz.paths import BUILD
 
-    if write and (runs or kinds != Which.all):
-        raise UserError("--write: the page has every case; leave out --runs and --kinds")
+    if write and kinds != Which.all:
+        raise UserError("--write: the page has all groups; leave out --kinds")
     out, workers, scheduler, fresh = where
     how = RunOptions(
         out or BUILD / "faults" / (str(runs) if runs else "all"), workers, scheduler, fresh
     )
     result = campaign.run_all(kinds, runs, seed, how, tell, progress_bar)
     if write:
-        text = page.page_text(result, f"tools/zh campaign faults --seed {seed} --write")
+        sample = f" --runs {runs}" if runs else ""
+        text = page.page_text(result, f"tools/zh campaign faults{sample} --seed {seed} --write")
         page.PAGE.write_text(text, encoding="utf-8")
     if as_json:
         print(json.dumps(campaign.as_dict(result), indent=2))

@@ -9,7 +9,7 @@ from typing import Any
 from zerohertz.campaign.faults import judge
 from zerohertz.campaign.faults.campaign import Result, Row, by_kind, summary
 from zerohertz.campaign.faults.conditions import COVERING, covering, every_condition, names
-from zerohertz.campaign.faults.kinds import NOTHING, every_kind
+from zerohertz.campaign.faults.kinds import every_kind
 from zerohertz.campaign.rig import OVER_PU, bit_names
 from zerohertz.paths import ROOT
 
@@ -41,9 +41,10 @@ def page_text(result: Result, command: str) -> str:
 # Harm and whether it is declared
 
 Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} undeclared**,
-{len(result.of_the_fault)} of them with a harm that the drive does not do there by itself;
-{total["declared"]} declared, {total["harmless"]} harmless; {total["over_current"]} with a phase
-beyond the limit of the current, the worst {total["worst_A"]:g} A.
+{total["declared"]} declared, {total["harmless"]} harmless. Of the undeclared ones
+{len(result.of_the_fault)} show a harm that the drive does not do at that condition by itself. A leg
+was beyond the limit of the current in {total["over_current"]} runs, the worst with
+{total["worst_A"]:g} A.
 
 {how_to_read()}
 
@@ -75,18 +76,19 @@ the fault is not to blame; such runs are counted above and left out below.
 def how_to_read() -> str:
     """What the columns mean, with the judge's own numbers."""
     off = f"{judge.LIMIT_RPM:g} min^-1 away from what was asked and the torque limit allows"
+    turns = "it turned as fast against everything asked in the last second"
     return f"""\
 A run is one case: one to three faults, one condition. There are {len(every_kind()) - 1} faults and
-`{NOTHING}`, and {len(every_condition())} conditions. The configuration is the recommended one. The
-board has no comparator; a rectifier feeds a dc link of 1 mF with a brake resistor. The plant's true
-current and speed decide.
+{len(every_condition())} conditions. The configuration is the recommended one. The board has no
+comparator; a rectifier feeds a dc link of 1 mF with a brake resistor. The plant's true current and
+speed decide.
 
 | harm | begins when |
 |---|---|
 | current | a leg was beyond {OVER_PU:g} x `i_trip_A` in {judge.OVER_PERIODS} periods on end |
 | overspeed | the shaft is beyond {judge.OVERSPEED_PU:g} x maximum speed |
 | deviation | the shaft was {off} for {judge.DEVIATION_S:g} s |
-| direction | it turns as fast against everything asked in the last second |
+| direction | {turns} for {judge.DIRECTION_S:g} s |
 
 - **harmless**: no harm and no word.
 - **declared before**: a word before any harm, or without one. A word is a fault; for the speed also
