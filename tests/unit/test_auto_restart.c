@@ -78,6 +78,16 @@ static void test_resets_once_the_cause_has_been_gone_for_the_delay(void)
     TEST_ASSERT_EQUAL_UINT32(1u, st.used);
 }
 
+/* A shaft caught in turning goes to RUN past premagnetisation: that is a run as well. */
+static void test_a_run_alone_is_enough_to_begin_anew(void)
+{
+    st = (auto_restart_state_t){0};
+    TEST_ASSERT_EQUAL_INT(0, periods_to_reset());
+    st = (auto_restart_state_t){0};
+    TEST_ASSERT_EQUAL_HEX32(RUN, step(SEQUENCE_RUN, 0u, 0u));
+    TEST_ASSERT_EQUAL_INT(6, periods_to_reset());
+}
+
 static void test_only_for_a_dip(void)
 {
     const uint32_t others[] = {FAULT_OVER_CURRENT, FAULT_DC_UNDER_VOLTAGE | FAULT_CONFIG};
@@ -227,6 +237,7 @@ int main(void)
     RUN_TEST(test_init_refuses_bad_times);
     RUN_TEST(test_off_passes_every_command);
     RUN_TEST(test_resets_once_the_cause_has_been_gone_for_the_delay);
+    RUN_TEST(test_a_run_alone_is_enough_to_begin_anew);
     RUN_TEST(test_only_for_a_dip);
     RUN_TEST(test_a_limited_number_of_times_unless_it_has_run_since);
     RUN_TEST(test_the_operator_wins);

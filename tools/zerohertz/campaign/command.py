@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from zerohertz.campaign import mcdc as coverage
 from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.faults.command import faults
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
@@ -30,6 +31,7 @@ def register(app: typer.Typer) -> None:
     register_campaign(campaign)
 
     campaign.command("mutation")(mutation)
+    campaign.command("mcdc")(mcdc)
     campaign.command("powercut")(powercut)
     campaign.command("fuzz")(fuzz)
     campaign.command("monitor")(monitor)
@@ -52,6 +54,33 @@ def mutation(
     if as_json:
         print(json.dumps(as_dict(request, result), indent=2))
     raise typer.Exit(0 if good else 1)
+
+
+def mcdc(
+    jobs: Annotated[int, typer.Option(min=1, help="Tests at a time.")] = 2,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+    ] = False,
+) -> None:
+    """Does each condition of guard and sequence decide alone in some unit test (MC/DC)?
+
+    Needs clang 19 and llvm 19: tools/zh installs them from Debian, about 500 MB.
+    """
+    tell("building and running the unit tests with clang 19")
+    found = coverage.run(jobs)
+    gaps = [decision for decision in found if decision.gaps]
+    if as_json:
+        print(json.dumps(coverage.as_dict(found), indent=2))
+    for decision in gaps:
+        said = ", ".join(map(str, decision.gaps))
+        text = f"{decision.file}:{decision.line}: condition {said} never decides alone"
+        print(text, file=sys.stderr if as_json else sys.stdout)
+    total = coverage.as_dict(found)
+    text = (
+        f"{total['covered']} of {total['conditions']} conditions in {total['decisions']} decisions"
+    )
+    print(text, file=sys.stderr if as_json else sys.stdout)
+    raise typer.Exit(1 if gaps or not found else 0)
 
 
 def powercut(
