@@ -15,6 +15,7 @@
 #include "cm_stack.h"
 #include "cm_text.h"
 #include "hal_development_key.h"
+#include "host_link.h"
 #include "inject.h"
 #include "mps2_registers.h"
 #include "pil_protocol.h"
@@ -34,20 +35,17 @@
 static unit_t unit;
 static cm_image_check_t image_check;
 static plant_t plant;
-static int32_t link_file;
+static host_link_t link;
 static int32_t random_file;
 static pil_start_t asked; /* its parameters stand for the image's */
-static uint8_t heard[64]; /* of the file */
-static uint32_t heard_n;
-static uint32_t heard_at;
 static uint32_t late_periods;
 static uint32_t background_calls;
 static uint32_t inject_what;
 static uint32_t inject_at;
 static volatile uint32_t periods;
 static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
-static volatile bool hung;              /* the gates went off because it did not come back ... */
-static volatile uint32_t hung_ticks;    /* ... so long after it began */
+static volatile bool hung; /* the gates went off, as it did not come back, so many ticks later: */
+static volatile uint32_t hung_ticks;
 static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
 
@@ -111,37 +109,6 @@ static uint32_t clock_us(void *context)
     return (UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1)) / (MPS2_CLOCK_HZ / 1000000u);
 }
 
-static bool link_read(void *context, uint8_t *byte)
-{
-    (void)context;
-    if ((heard_at == heard_n) && (link_file >= 0)) {
-        heard_at = 0u;
-        heard_n = semihosting_read_some(link_file, heard, sizeof heard);
-        link_file = (heard_n > 0u) ? link_file : -1;
-    }
-    if (heard_at < heard_n) {
-        *byte = heard[heard_at];
-        heard_at++;
-        return true;
-    }
-    if ((MPS2_UART_STATE & MPS2_UART_RXFULL) == 0u) {
-        return false;
-    }
-    *byte = (uint8_t)MPS2_UART_DATA;
-    return true;
-}
-
-static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
-{
-    (void)context;
-    uint32_t k = 0u;
-    while ((k < n) && ((MPS2_UART_STATE & MPS2_UART_TXFULL) == 0u)) {
-        MPS2_UART_DATA = data[k];
-        k++;
-    }
-    return k;
-}
-
 /* The emulator has no generator; the host behind it has. */
 static bool entropy(void *context, uint64_t *bits)
 {
@@ -153,10 +120,11 @@ static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY;
 static const hal_flash_t flash = RAM_FLASH(&flash_memory);
 
 /* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
-static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
+static const hal_devices_t devices = {.context = &link,
+                                      .watchdog_serve = serve_watchdog,
                                       .clock_us = clock_us,
-                                      .link_read = link_read,
-                                      .link_write = link_write,
+                                      .link_read = host_link_read,
+                                      .link_write = host_link_write,
                                       .identity = identity,
                                       .access_key = access_key,
                                       .entropy = entropy,
@@ -178,9 +146,7 @@ void hang_interrupt(void)
 {
     port_gates_off();
     MPS2_HANG_INTCLR = 1u;
-    if (!hung) {
-        hung_ticks = control_entry - MPS2_TIMER_VALUE(MPS2_TIMER1);
-    }
+    hung_ticks = hung ? hung_ticks : (control_entry - MPS2_TIMER_VALUE(MPS2_TIMER1));
     hung = true;
 }
 
@@ -268,7 +234,7 @@ void control_interrupt(void)
 
 static bool connect(void)
 {
-    link_file = semihosting_open(PIL_LINK_FILE, SEMIHOSTING_READ);
+    link.file = semihosting_open(PIL_LINK_FILE, SEMIHOSTING_READ);
     random_file = semihosting_open("/dev/urandom", SEMIHOSTING_READ);
     if (!plant_connect(&plant, &asked)) {
         return false;
@@ -291,14 +257,12 @@ static void start_devices(void)
 
     MPS2_UART_BAUDDIV = BAUD_DIVIDER;
     MPS2_UART_CTRL = MPS2_UART_TXEN | MPS2_UART_RXEN;
-
     MPS2_WATCHDOG_LOCK = MPS2_WATCHDOG_UNLOCK;
     MPS2_WATCHDOG_LOAD = WATCHDOG_PERIODS * CONTROL_TICKS;
     MPS2_WATCHDOG_CTRL = MPS2_WATCHDOG_INTEN | MPS2_WATCHDOG_RESEN;
     MPS2_WATCHDOG_LOCK = 0u;
 
-    MPS2_HANG_CTRL =
-        MPS2_HANG_ENABLE | MPS2_HANG_INTERRUPT | MPS2_HANG_32_BITS | MPS2_HANG_PERIODIC;
+    MPS2_HANG_CTRL = MPS2_HANG_RUN;
     MPS2_HANG_LOAD = HANG_TICKS;
     cm_nvic_level(MPS2_HANG_IRQ, CM_LEVEL_HANG);
     cm_nvic_enable(MPS2_HANG_IRQ);

@@ -25,14 +25,11 @@
 
 /* One half of the dual timer: opens the gates when the control interrupt hangs. A write to LOAD
  * begins anew. */
-#define MPS2_HANG_LOAD      CM_REGISTER(0x40002000u)
-#define MPS2_HANG_CTRL      CM_REGISTER(0x40002008u)
-#define MPS2_HANG_INTCLR    CM_REGISTER(0x4000200Cu)
-#define MPS2_HANG_32_BITS   (1u << 1)
-#define MPS2_HANG_INTERRUPT (1u << 5)
-#define MPS2_HANG_PERIODIC  (1u << 6)
-#define MPS2_HANG_ENABLE    (1u << 7)
-#define MPS2_HANG_IRQ       10u
+#define MPS2_HANG_LOAD   CM_REGISTER(0x40002000u)
+#define MPS2_HANG_CTRL   CM_REGISTER(0x40002008u)
+#define MPS2_HANG_INTCLR CM_REGISTER(0x4000200Cu)
+#define MPS2_HANG_RUN    ((7u << 5) | (1u << 1)) /* on, periodic, interrupts; 32 bits */
+#define MPS2_HANG_IRQ    10u
 
 /* UART 0: the host link. One byte each way; full until it is read or gone. */
 #define MPS2_UART_DATA    CM_REGISTER(0x40004000u)

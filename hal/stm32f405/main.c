@@ -27,7 +27,7 @@
 #define BAUD        115200u
 #define WATCHDOG_MS 100u
 #define END_BYTES   64u
-
+#define PERIOD_US   ((uint32_t)(cm_config.params.period_s * 1e6f + 0.5f))
 #define TRACE_WORDS 1024u /* 128 rows of 8 signals, 25.6 ms */
 
 static stm32_rcc_t *const rcc = (stm32_rcc_t *)STM32_RCC_BASE;
@@ -97,21 +97,6 @@ void port_nmi(void)
     cm_stop(CM_END_CLOCK_LOST);
 }
 
-static uint32_t period_us(void)
-{
-    return (uint32_t)(cm_config.params.period_s * 1e6f + 0.5f);
-}
-
-/* Crests since the interrupt began: the timer itself only remembers one. */
-static uint16_t missed_crests(uint32_t entry_us)
-{
-    const uint32_t whole = (stm32_timebase_us(tim5) - entry_us) / period_us();
-    if (whole > 0u) {
-        return (uint16_t)whole;
-    }
-    return stm32_pwm_crest_passed(tim1) ? 1u : 0u;
-}
-
 /* More urgent than the control interrupt, which hangs: opens the gates and does nothing else. The
  * break stays latched: a control interrupt that comes back cannot close them again. */
 void hang_interrupt(void)
@@ -137,7 +122,8 @@ void control_interrupt(void)
     unit_control_period(&unit, &sample, &output);
     stm32_pwm_write(tim1, &output);
     unit_record_period(&unit, &output);
-    const uint16_t missed = missed_crests(entry_us);
+    const uint32_t spent_us = stm32_timebase_us(tim5) - entry_us;
+    const uint16_t missed = stm32_pwm_missed_crests(tim1, spent_us, PERIOD_US);
     late_periods = (uint16_t)(late_periods + missed);
     behind_late = missed > 0u;
 }
@@ -254,7 +240,7 @@ COLD static bool start_drive(stm32_clock_t clock)
         cm_nvic_enable(STM32_IRQ_USART3);
         stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
         stm32_adc_start(&adcs);
-        stm32_hang_start(tim7, 2u * stm32_clock_apb1_Hz(clock), 5u * period_us() / 2u);
+        stm32_hang_start(tim7, 2u * stm32_clock_apb1_Hz(clock), 5u * PERIOD_US / 2u);
         cm_nvic_level(STM32_IRQ_TIM7, CM_LEVEL_HANG);
         cm_nvic_enable(STM32_IRQ_TIM7);
         cm_nvic_level(STM32_IRQ_ADC, CM_LEVEL_CONTROL);

@@ -61,6 +61,17 @@ static inline bool stm32_pwm_crest_passed(const stm32_tim_t *tim)
     return (tim->SR & TIM_SR_UIF) != 0u;
 }
 
+/* Crests missed in the time since then: the timer itself only remembers one. */
+static inline uint16_t stm32_pwm_missed_crests(const stm32_tim_t *tim, uint32_t spent_us,
+                                               uint32_t period_us)
+{
+    const uint32_t whole = spent_us / period_us;
+    if (whole > 0u) {
+        return (uint16_t)whole;
+    }
+    return stm32_pwm_crest_passed(tim) ? 1u : 0u;
+}
+
 static inline void stm32_pwm_forget_crest(stm32_tim_t *tim)
 {
     tim->SR = ~TIM_SR_UIF; /* written 0 clears, 1 leaves */
