@@ -7,6 +7,7 @@ import dataclasses
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -389,6 +390,28 @@ def test_command_exits_1_for_a_defect_and_prints_one_json_object(copied: Path) -
     missing = zh_certify(copied)
     assert missing.returncode == 2
     assert missing.stderr.startswith("error: ")
+
+
+@pytest.mark.parametrize("method", ["gamma_pr", "closed_form", "pole_shift", "zero"])
+def test_one_entry_less_than_all_fails_for_every_method(method: str) -> None:
+    table = dataclasses.replace(read_stored_table(FOLDERS[0]), method=method)
+    few = dataclasses.replace(table, **{name: getattr(table, name)[:4] for name in COLUMNS})
+    assert certify(few).passed
+    # Too small by a tenth: the pair of gamma and X of this entry proves nothing any more.
+    report = certify(with_entry(few, 2, gamma=few.gamma[2] * Fraction(9, 10)))
+    assert report.holds["Euler disc"] == report.entries == 4
+    assert report.proven == 3
+    assert not report.passed
+
+
+@pytest.mark.parametrize("name", ["hasegawa2005_paper", "hasegawa2005_recommended"])
+def test_command_fails_for_one_entry_of_the_tables_in_use(name: str, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(ROOT / "gain_tables" / name, tmp_path / name))
+    gamma = content_of(folder)["entries"][300]["gamma"]
+    edit(folder / "l_gain.json", f'"gamma":{gamma},', f'"gamma":{0.9 * gamma:.6g},')
+    done = zh_certify(folder)
+    assert done.returncode == 1
+    assert f"error: {name}: only 1800 of 1801 entries are proven" in done.stderr
 
 
 def test_check_shares_no_code_with_the_design() -> None:
