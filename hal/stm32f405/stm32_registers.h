@@ -166,6 +166,7 @@ typedef struct {
 #define USART_SR_PE              (1u << 0)
 #define USART_SR_FE              (1u << 1)
 #define USART_SR_NF              (1u << 2)
+#define USART_SR_ORE             (1u << 3)
 #define DBG_APB2FZ_DBG_TIM1_STOP (1u << 0)
 #define USART_SR_RXNE            (1u << 5)
 #define USART_SR_TXE             (1u << 7)

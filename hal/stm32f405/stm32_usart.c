@@ -52,11 +52,15 @@ bool stm32_usart_send(stm32_usart_t *usart, const char *text)
 bool stm32_usart_receive(stm32_usart_t *usart, uint8_t *byte)
 {
     const uint32_t status = usart->SR;
+    if ((status & (USART_SR_RXNE | USART_SR_ORE)) == 0u) {
+        return false;
+    }
+    /* Status, then data: only that clears an overrun, which requests the interrupt by itself. */
+    const uint32_t data = usart->DR;
     if ((status & USART_SR_RXNE) == 0u) {
         return false;
     }
-    /* The read clears the errors too, an overrun among them: the byte itself is good then. */
-    const uint32_t data = usart->DR;
+    /* The byte in front of an overrun is good; one with a line error is not. */
     if ((status & (USART_SR_PE | USART_SR_FE | USART_SR_NF)) != 0u) {
         return false;
     }

@@ -20,7 +20,8 @@ bool stm32_usart_send(stm32_usart_t *usart, const char *text);
 /* False when the transmitter has no room now. */
 bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte);
 
-/* A byte when there is one; one that arrived with noise or without its stop bit is dropped. */
+/* A byte when there is one; one that arrived with noise or without its stop bit is dropped. Takes
+ * back every request for the interrupt, an overrun without a byte among them. */
 bool stm32_usart_receive(stm32_usart_t *usart, uint8_t *byte);
 
 /* From here on a byte that has come raises the port's interrupt. */
