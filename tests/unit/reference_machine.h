@@ -1,6 +1,7 @@
-/* The two machines every module is tested on, and their model in double precision.
+/* The machines every module is tested on, and their model in double precision.
  *
- * Table 1 has M = Lr, which hides every factor M/Lr; the other one has M/Lr = .967.
+ * Table 1 has M = Lr, which hides every factor M/Lr; the other circuit has M/Lr = .967. It is there
+ * with 1, 3 and 4 pole pairs too: two hide a 2 in the code.
  * Derived here from the circuit directly, sharing no formula with motor.c.
  */
 #ifndef REFERENCE_MACHINE_H
@@ -10,7 +11,14 @@
 
 #include "motor.h"
 
-#define REFERENCE_MACHINES 2
+#define REFERENCE_MACHINES 5
+
+/* gain_tables/im_4kw_400v: 4 kW, 400 V, published T-equivalent circuit, with two pole pairs. */
+#define REFERENCE_4KW(pairs)                                                                       \
+    {                                                                                              \
+        .Rs_ohm = 1.405f, .Rr_ohm = 1.395f, .Ls_H = 0.178039f, .Lr_H = 0.178039f, .M_H = 0.1722f,  \
+        .pole_pairs = (pairs)                                                                      \
+    }
 
 static const motor_t reference_machine[REFERENCE_MACHINES] = {
     /* Hasegawa (2005), Table 1: 1.5 kW, 200 V. */
@@ -20,13 +28,10 @@ static const motor_t reference_machine[REFERENCE_MACHINES] = {
      .Lr_H = 0.102f,
      .M_H = 0.102f,
      .pole_pairs = 2.0f},
-    /* gain_tables/im_4kw_400v: 4 kW, 400 V, published T-equivalent circuit. */
-    {.Rs_ohm = 1.405f,
-     .Rr_ohm = 1.395f,
-     .Ls_H = 0.178039f,
-     .Lr_H = 0.178039f,
-     .M_H = 0.1722f,
-     .pole_pairs = 2.0f},
+    REFERENCE_4KW(2.0f),
+    REFERENCE_4KW(1.0f),
+    REFERENCE_4KW(3.0f),
+    REFERENCE_4KW(4.0f),
 };
 
 /* A(w) = [a11 a12; a21 a22], B = [b; 0] of eq. (1)-(3). */

@@ -53,7 +53,7 @@ static void test_init_derives_the_coefficients_of_both_machines(void)
         TEST_ASSERT_TRUE(flux_reference_init(&cfg, &good, &model, TURN_S));
         TEST_ASSERT_TRUE(flux_reference_on(&cfg));
         ASSERT_NEAR(1e-6, 0.9 / sqrt(2.0), cfg.voltage_share);
-        ASSERT_NEAR(1e-6, (double)motor->M_H / (2.0 * kr) * sqrt(1.0 + ratio),
+        ASSERT_NEAR(1e-6, (double)motor->M_H / ((double)motor->pole_pairs * kr) * sqrt(1.0 + ratio),
                     cfg.economy_Wb2_per_Nm);
         ASSERT_NEAR(1e-6, 20.0 * 0.0032 / kr, cfg.gain_Wb_rad_s_per_V);
         ASSERT_NEAR(0.01, 0.8 * (double)motor->Ls_H / (sigma_Ls * (double)motor->M_H),
@@ -236,6 +236,7 @@ static void test_economy_is_the_least_copper_loss(void)
         const motor_model_t model = reference_derived(m);
         const motor_t *motor = &reference_machine[m];
         const double kr = (double)motor->M_H / (double)motor->Lr_H;
+        const double pairs = (double)motor->pole_pairs;
         flux_reference_params_t p = good;
         p.lambda_nominal_Wb = 2.0f;
         p.economy_min_pu = 0.05f;
@@ -248,7 +249,7 @@ static void test_economy_is_the_least_copper_loss(void)
         }
         double best_Wb = 0.0, least = INFINITY;
         for (double lambda = 0.1; lambda < 2.0; lambda += 1e-4) {
-            const double d = lambda / (double)motor->M_H, q = 3.0 / (2.0 * kr * lambda);
+            const double d = lambda / (double)motor->M_H, q = 3.0 / (pairs * kr * lambda);
             const double loss =
                 (double)motor->Rs_ohm * (d * d + q * q) + kr * kr * (double)motor->Rr_ohm * q * q;
             if (loss < least) {

@@ -67,11 +67,12 @@ static void test_init_derives_slip_and_flux_of_both_machines(void)
         const motor_model_t model = reference_derived(m);
         const double Rr = (double)motor->Rr_ohm;
         const double kr = (double)motor->M_H / (double)motor->Lr_H;
+        const double pairs = (double)motor->pole_pairs;
         TEST_ASSERT_TRUE(flux_steering_init(&cfg, &good, &model, PERIOD_S));
         /* Slip Rr T/(p lambda^2); torque p (M/Lr) lambda i_q with .95 of the largest i_q. */
-        ASSERT_NEAR(1e-6, Rr / 2.0, cfg.slip_Wb2_per_Nm_s);
-        ASSERT_NEAR(1e-6, Rr / (2.0 * 0.52 * 0.52), cfg.nominal_slip_per_Nm_s);
-        ASSERT_NEAR(1e-8, 1.0 / (2.0 * kr * 0.95 * 15.0), cfg.flux_per_torque_Wb_per_Nm);
+        ASSERT_NEAR(1e-6, Rr / pairs, cfg.slip_Wb2_per_Nm_s);
+        ASSERT_NEAR(1e-6, Rr / (pairs * 0.52 * 0.52), cfg.nominal_slip_per_Nm_s);
+        ASSERT_NEAR(1e-8, 1.0 / (pairs * kr * 0.95 * 15.0), cfg.flux_per_torque_Wb_per_Nm);
         ASSERT_SAME_FLOAT(4.23f, cfg.min_rad_s);
         ASSERT_NEAR(1e-6, 5.48, cfg.leave_rad_s);
         ASSERT_SAME_FLOAT(0.52f, cfg.lambda_nominal_Wb);
@@ -197,7 +198,8 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const double torque = -6.0 + 0.2 / 32.2 * (-7.0 + 6.0);
         /* 1 rad/s against the torque. */
         const double slip = 4.23 + 1.0;
-        const double lambda = sqrt((double)reference_machine[m].Rr_ohm * -torque / (2.0 * slip));
+        const double pairs = (double)reference_machine[m].pole_pairs;
+        const double lambda = sqrt((double)reference_machine[m].Rr_ohm * -torque / (pairs * slip));
         const double below = 0.52 - fmin(lambda, 0.52);
         const double step = fmax(-2e-3, fmin(2e-3, below - 0.2));
         const flux_steering_out_t out = flux_steering_step(&cfg, &st, 1.0f, -7.0f);
@@ -322,6 +324,7 @@ static flux_steering_params_t of_machine(int machine)
     flux_steering_params_t p = good;
     p.lambda_nominal_Wb = 5.1f * reference_machine[machine].M_H;
     p.lambda_min_Wb = 0.4f * p.lambda_nominal_Wb;
+    p.torque_min_Nm = 0.4f * reference_machine[machine].pole_pairs;
     return p;
 }
 
@@ -329,7 +332,8 @@ static flux_steering_params_t of_machine(int machine)
 static double slip_rad_s(int machine, double torque_Nm, double lambda_Wb)
 {
     const motor_t *m = &reference_machine[machine];
-    const double i_q_A = torque_Nm * (double)m->Lr_H / (2.0 * (double)m->M_H * lambda_Wb);
+    const double i_q_A =
+        torque_Nm * (double)m->Lr_H / ((double)m->pole_pairs * (double)m->M_H * lambda_Wb);
     return (double)m->Rr_ohm / (double)m->Lr_H * (double)m->M_H * i_q_A / lambda_Wb;
 }
 
@@ -339,23 +343,24 @@ static void test_the_field_keeps_away_from_zero_wherever_the_flux_is_not_at_its_
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const flux_steering_params_t p = of_machine(m);
         const motor_model_t model = reference_derived(m);
+        const float pairs = reference_machine[m].pole_pairs;
         TEST_ASSERT_TRUE(flux_steering_init(&cfg, &p, &model, PERIOD_S));
         cfg.filter_gain = 1.0f;
         cfg.step_Wb = 1.0f;
         for (int k = -60; k <= 60; k++) {
             for (int n = -30; n <= 30; n++) {
-                const float w_rad_s = 0.5f * (float)k, torque_Nm = 0.4f * (float)n;
+                const float w_rad_s = 0.5f * (float)k, torque_Nm = 0.2f * pairs * (float)n;
                 const double flux = (double)fresh_flux_Wb(w_rad_s, torque_Nm);
                 const double field = (double)w_rad_s + slip_rad_s(m, (double)torque_Nm, flux);
                 const double i_q_A = fabs((double)torque_Nm) * (double)reference_machine[m].Lr_H /
-                                     (2.0 * (double)reference_machine[m].M_H * flux);
+                                     ((double)pairs * (double)reference_machine[m].M_H * flux);
                 const bool at_floor =
                     (flux <= (double)p.lambda_min_Wb + 1e-6) || (i_q_A >= 0.95 * 15.0 - 1e-4);
                 points++;
                 steered += st.steering;
                 floored += st.steering && at_floor;
                 TEST_ASSERT_TRUE(i_q_A < 15.0);
-                if ((fabs((double)torque_Nm) >= 0.8) && !at_floor) {
+                if ((torque_Nm * torque_Nm >= p.torque_min_Nm * p.torque_min_Nm) && !at_floor) {
                     TEST_ASSERT_TRUE(fabs(field) >= 4.23 - 1e-4);
                 }
                 if (st.steering && (flux < (double)p.lambda_nominal_Wb - 1e-6) && !at_floor) {
@@ -403,7 +408,7 @@ static void test_zero_frequency_is_crossed_in_one_go(void)
             const flux_steering_params_t p = of_machine(m);
             const motor_model_t model = reference_derived(m);
             TEST_ASSERT_TRUE(flux_steering_init(&cfg, &p, &model, PERIOD_S));
-            const double torque_Nm = -8.4 * sign;
+            const double torque_Nm = -4.2 * (double)reference_machine[m].pole_pairs * sign;
             st = (flux_steering_state_t){.torque_Nm = (float)torque_Nm};
             double w_rad_s = sign * 30.0, before = sign * 99.0, inside_s = 0.0;
             int crossings = 0, back = 0;

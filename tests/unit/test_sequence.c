@@ -682,6 +682,45 @@ static void test_a_voltage_that_swings_is_no_offset(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.offset_V.alpha);
 }
 
+/* Through a self-test of three words on a line that swings by amplitude_V about mean_V. */
+static void self_test_with(float mean_V, float amplitude_V)
+{
+    const float swing_pu[] = {1.0f, -1.0f, 0.0f};
+    for (int k = 0; k < 4; k++) {
+        const sequence_in_t in = {.u_raw_V = {mean_V + swing_pu[k % 3] * amplitude_V, 0.0f}};
+        (void)sequence_step(&cfg, &st, &in);
+    }
+}
+
+/* A quarter of offset_max_V, as the root of the mean square: here of .816 amplitudes. */
+static void test_a_quarter_of_the_offset_allowed_is_still(void)
+{
+    const float amplitude_V[] = {1.2f, 1.25f};
+    const float expected_V[] = {0.5f, 0.0f};
+    for (int n = 0; n < 2; n++) {
+        st = (sequence_state_t){.id = SEQUENCE_SELF_TEST};
+        cfg.offset_max_V = 4.0f;
+        self_test_with(0.5f, amplitude_V[n]);
+        TEST_ASSERT_EQUAL(SEQUENCE_READY, st.id);
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f, expected_V[n], st.offset_V.alpha);
+    }
+}
+
+/* What swung before the reset is forgotten. */
+static void test_a_reset_measures_the_voltage_offset_anew(void)
+{
+    cfg.offset_max_V = 4.0f;
+    st.id = SEQUENCE_SELF_TEST;
+    self_test_with(0.5f, 60.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.offset_V.alpha);
+    (void)step(0u, FAULT_OVER_CURRENT);
+    (void)step(RESET, 0u);
+    TEST_ASSERT_EQUAL(SEQUENCE_SELF_TEST, st.id);
+    self_test_with(0.5f, 0.0f);
+    TEST_ASSERT_EQUAL(SEQUENCE_READY, st.id);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f, st.offset_V.alpha);
+}
+
 static void test_voltage_offsets_are_averaged_too(void)
 {
     cfg.offset_max_V = 4.0f;
@@ -761,6 +800,8 @@ int main(void)
     RUN_TEST(test_the_aim_of_run_is_a_matter_of_the_command);
     RUN_TEST(test_init_counts_periods_and_refuses_senseless_times);
     RUN_TEST(test_a_voltage_that_swings_is_no_offset);
+    RUN_TEST(test_a_quarter_of_the_offset_allowed_is_still);
+    RUN_TEST(test_a_reset_measures_the_voltage_offset_anew);
     RUN_TEST(test_voltage_offsets_are_averaged_too);
     RUN_TEST(test_the_voltage_of_a_turning_motor_is_no_offset);
     RUN_TEST(test_flux_is_built_after_the_measurement_only);

@@ -56,7 +56,8 @@ static void test_init_derives_the_gains_of_both_machines(void)
         const motor_t *motor = &reference_machine[m];
         const motor_model_t model = reference_derived(m);
         const double kr = (double)motor->M_H / (double)motor->Lr_H;
-        const double kp = 0.015 * 31.0 / (4.0 * kr * 0.5);
+        const double p = (double)motor->pole_pairs;
+        const double kp = 0.015 * 31.0 / (p * p * kr * 0.5);
         speed_control_config_t cfg = {0};
 
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &model, PERIOD_S));
@@ -262,8 +263,9 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
 {
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const motor_model_t model = reference_derived(m);
-        const double kp =
-            0.015 * 31.0 / (4.0 * (double)model.M_H / (double)reference_machine[m].Lr_H * 0.5);
+        const motor_t *motor = &reference_machine[m];
+        const double p = (double)motor->pole_pairs;
+        const double kp = 0.015 * 31.0 / (p * p * (double)motor->M_H / (double)motor->Lr_H * 0.5);
         const speed_control_in_t in = {
             .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 41.0f, .i_d_ref_A = 5.0f};
         speed_control_state_t st = {
@@ -386,6 +388,8 @@ static void test_a_window_narrows_either_limit(void)
         {{-6.0f, 40.0f}, 15.0f, 1.0f, -6.0f, 8.0f},
         {{2.0f, 6.0f}, 0.0f, 1.0f, 2.0f, 6.0f}, /* a link that must not fill: it drives */
         {{-6.0f, -2.0f}, 0.0f, 1.0f, -6.0f, -2.0f},
+        {{10.0f, 12.0f}, 15.0f, 0.5f, 5.0f, 5.0f}, /* beyond what i_d leaves: its lower end */
+        {{-12.0f, -10.0f}, 15.0f, 0.5f, -5.0f, -5.0f},
     };
     for (size_t n = 0u; n < sizeof cases / sizeof cases[0]; n++) {
         speed_control_state_t st = {0};
@@ -465,19 +469,24 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
     p.slew_rad_s2 = 1e6f;
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const motor_model_t model = reference_derived(m);
-        const double kr = (double)reference_machine[m].M_H / (double)reference_machine[m].Lr_H;
+        const motor_t *motor = &reference_machine[m];
+        const double kr = (double)motor->M_H / (double)motor->Lr_H;
+        const double pairs = (double)motor->pole_pairs;
+        /* The same current for each: acceleration grows with the square of the pole pairs. */
+        const double step_rad_s = 2.5 * pairs * pairs;
+        const float ref_rad_s = (float)(100.0 + step_rad_s);
         speed_control_config_t cfg;
-        speed_control_state_t st = {.omega_filtered_rad_s = 100.0f, .omega_ref_rad_s = 110.0f};
+        speed_control_state_t st = {.omega_filtered_rad_s = 100.0f, .omega_ref_rad_s = ref_rad_s};
         double w_rad_s = 100.0;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
         speed_control_schedule(&cfg, &st);
         for (int k = 0; k < 40; k++) {
             const speed_control_in_t in = {
-                .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = 110.0f};
-            w_rad_s += (double)PERIOD_S * 4.0 * kr * 0.5 / 0.015 *
+                .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = ref_rad_s};
+            w_rad_s += (double)PERIOD_S * pairs * pairs * kr * 0.5 / 0.015 *
                        (double)step(&cfg, &st, &in, (float)w_rad_s);
         }
-        ASSERT_NEAR(1e-3, 110.0 - 10.0 * pow(1.0 - 124.0 * 2e-4, 40.0), w_rad_s);
+        ASSERT_NEAR(1e-3, 100.0 + step_rad_s - step_rad_s * pow(1.0 - 124.0 * 2e-4, 40.0), w_rad_s);
     }
 }
 
@@ -489,13 +498,17 @@ static void test_a_limited_run_up_overshoots_less_when_told(void)
         const motor_model_t model = reference_derived(m);
         speed_control_config_t told;
         double told_peak_rad_s, untold_peak_rad_s, last_rad_s;
+        /* Acceleration grows with the square of the pole pairs: the same time for each. */
+        const float pairs = reference_machine[m].pole_pairs;
+        const float target_rad_s = 75.0f * pairs * pairs;
+        const double target = (double)target_rad_s;
         TEST_ASSERT_TRUE(speed_control_init(&told, &p, &model, PERIOD_S));
         speed_control_config_t untold = told;
         untold.pi.tracking = 0.0f;
-        run_up(m, &told, 300.0f, 10000, &told_peak_rad_s, &last_rad_s);
-        ASSERT_NEAR(0.1, 300.0, last_rad_s);
-        run_up(m, &untold, 300.0f, 10000, &untold_peak_rad_s, &last_rad_s);
-        TEST_ASSERT_TRUE(told_peak_rad_s - 300.0 < 0.75 * (untold_peak_rad_s - 300.0));
+        run_up(m, &told, target_rad_s, 10000, &told_peak_rad_s, &last_rad_s);
+        ASSERT_NEAR(0.1, target, last_rad_s);
+        run_up(m, &untold, target_rad_s, 10000, &untold_peak_rad_s, &last_rad_s);
+        TEST_ASSERT_TRUE(told_peak_rad_s - target < 0.75 * (untold_peak_rad_s - target));
     }
 }
 

@@ -341,6 +341,19 @@ static void test_the_speed_bound_equals_the_double_one_while_closed(void)
     }
 }
 
+/* Backwards the current's error widens the bound as it does forwards. */
+static void test_the_speed_bound_is_that_of_the_other_direction(void)
+{
+    in.omega_e_hat_rad_s = 62.0f;
+    judge_with(0.05f, 50.0f);
+    const float forwards_rad_s = st.omega_bound_rad_s;
+    st = (supervisor_state_t){0};
+    in.omega_e_hat_rad_s = -62.0f;
+    judge_with(0.05f, -50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+    ASSERT_SAME_FLOAT(forwards_rad_s, st.omega_bound_rad_s);
+}
+
 /* Steady states of machine and observer, by the flux rows of eq. (1) and (3): a flux error of 5 %
  * in any direction and a speed error of 3 rad/s make the e1 that the bound has to cover. */
 static void test_no_steady_speed_error_is_beyond_the_bound(void)
@@ -636,6 +649,19 @@ static void test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
+/* I-f operation does not control the flux: a large one there does not keep it from ending. */
+static void test_flux_is_no_loss_indicator_in_impressed_current(void)
+{
+    judge_with(0.9f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    in.lambda_r_hat_Wb.alpha = 0.751f;
+    judge_times(9, 0.0f, 50.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    judge_with(0.0f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+}
+
 /* An estimate that ran away, or is none, does not make its own error small, or infinite. */
 static void test_errors_are_measured_by_a_plausible_flux(void)
 {
@@ -708,6 +734,7 @@ int main(void)
     RUN_TEST(test_the_second_flux_sees_the_error_above_its_corner_in_full);
     RUN_TEST(test_a_judgement_equals_the_double_one_on_both_machines);
     RUN_TEST(test_the_speed_bound_equals_the_double_one_while_closed);
+    RUN_TEST(test_the_speed_bound_is_that_of_the_other_direction);
     RUN_TEST(test_no_steady_speed_error_is_beyond_the_bound);
     RUN_TEST(test_no_speed_bound_is_stated_without_orientation);
     RUN_TEST(test_a_judgement_knows_no_direction);
@@ -726,6 +753,7 @@ int main(void)
     RUN_TEST(test_a_residual_below_the_corner_is_no_loss);
     RUN_TEST(test_at_zero_frequency_nothing_is_sure_and_the_bound_is_finite);
     RUN_TEST(test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator);
+    RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);
     RUN_TEST(test_what_is_not_a_number_never_passes_as_closed);
     RUN_TEST(test_two_supervisors_judge_apart);

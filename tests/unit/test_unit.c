@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "crc32c.h"
+#include "unit_config.h"
 #include "unit_signal.h"
 #include "unity.h"
 
@@ -13,6 +14,7 @@ static gain_table_t table;
 static params_t params;
 static unit_t unit;
 static uint32_t served;
+static float steer_share; /* of the torque, found with one pole pair */
 
 static void serve(void *context)
 {
@@ -91,6 +93,51 @@ static void test_speed_reference_is_mechanical(void)
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
     TEST_ASSERT_EQUAL_FLOAT(20.0f,
                             unit.drive.modes.vector.speed.omega_ref_rad_s); /* 2 pole pairs */
+}
+
+static void test_the_pole_pairs_are_those_of_the_parameters(void)
+{
+    params.speed_slew_rad_s2 = 1e9f;
+    for (uint32_t p = 1u; p <= 4u; p++) {
+        const float pairs = (float)p;
+        params.pole_pairs = pairs;
+        TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+        (void)periods(0u, 0.0f, 60);
+        (void)periods(SEQUENCE_CMD_RUN, 10.0f, 110);
+        TEST_ASSERT_EQUAL_FLOAT(10.0f * pairs, unit.drive.modes.vector.speed.omega_ref_rad_s);
+        unit.drive.estimator.estimate.omega_e_rad_s = 20.0f;
+        unit.drive.supervisor.omega_bound_rad_s = 6.0f;
+        TEST_ASSERT_EQUAL_FLOAT(20.0f / pairs, telemetry().omega_m_hat_rad_s);
+        TEST_ASSERT_EQUAL_FLOAT(6.0f / pairs, telemetry().omega_m_bound_rad_s);
+        TEST_ASSERT_EQUAL_FLOAT(pairs, unit_config(&unit)->drive.motor.pole_pairs);
+        drive_params_t drive;
+        unit_config_drive(&drive, &params);
+        TEST_ASSERT_EQUAL_FLOAT(pairs, drive.motor.pole_pairs);
+        /* Steering acts from a share of the torque that i_q_max_A gives at nominal flux. */
+        const float rated_Nm =
+            pairs * params.M_H / params.Lr_H * params.M_H * params.i_d_A * params.i_q_max_A;
+        if (p == 1u) {
+            steer_share = drive.steering.torque_min_Nm / rated_Nm;
+        }
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f, steer_share, drive.steering.torque_min_Nm / rated_Nm);
+    }
+}
+
+/* A commissioning that comes after another begins with nothing found. */
+static void test_a_commissioning_begins_anew(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    (void)periods(0u, 0.0f, 60);
+    unit.commissioning.stage = COMMISSIONING_STAGE_END;
+    unit.commissioning.result.Rs_ohm = 9.0f;
+    unit.commissioned.status = COMMISSIONING_DONE;
+    (void)periods(SEQUENCE_CMD_COMMISSION, 0.0f, 1);
+    TEST_ASSERT_EQUAL(DRIVE_COMMISSION, unit.asked.mode);
+    TEST_ASSERT_EQUAL(COMMISSIONING_BUSY, unit.commissioned.status);
+    (void)periods(SEQUENCE_CMD_COMMISSION, 0.0f, 1);
+    TEST_ASSERT_NOT_EQUAL(COMMISSIONING_STAGE_END, unit.commissioning.stage);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, unit.commissioning.result.Rs_ohm);
+    TEST_ASSERT_EQUAL(COMMISSIONING_BUSY, unit.commissioned.status);
 }
 
 /* To RUN, with the number of a command that stands from then on. */
@@ -203,6 +250,23 @@ static void test_measured_offsets_are_removed(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f * 25.0f / 8192.0f, unit.drive.measurement.offset_A.u);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, unit.last.meas.i_A.u);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, unit.last.meas.i_A.v);
+}
+
+/* Two line voltages that differ make an offset on either axis. */
+static void test_measured_voltage_offsets_are_removed(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    hal_sample_t s = rest();
+    s.u_uv_counts = 8202u;
+    s.u_vw_counts = 8222u;
+    hal_output_t out;
+    for (int k = 0; k < 60; k++) {
+        unit_control_period(&unit, &s, &out);
+    }
+    TEST_ASSERT_TRUE(absf(unit.drive.measurement.offset_V.alpha) > 0.1f);
+    TEST_ASSERT_TRUE(absf(unit.drive.measurement.offset_V.beta) > 0.1f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, unit.last.meas.u_line_V.alpha);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, unit.last.meas.u_line_V.beta);
 }
 
 static void test_refused_configuration_stands_in_fault_with_gates_off(void)
@@ -566,6 +630,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_starts_from_boot_to_run_by_itself);
     RUN_TEST(test_speed_reference_is_mechanical);
+    RUN_TEST(test_the_pole_pairs_are_those_of_the_parameters);
+    RUN_TEST(test_a_commissioning_begins_anew);
     RUN_TEST(test_silence_is_counted_with_the_gates_on_only);
     RUN_TEST(test_a_command_that_counts_keeps_the_drive_running);
     RUN_TEST(test_a_direction_forbidden_makes_zero_of_the_reference);
@@ -573,6 +639,7 @@ int main(void)
     RUN_TEST(test_torque_mode_asks_for_its_current);
     RUN_TEST(test_a_torque_that_is_no_number_opens_the_gates);
     RUN_TEST(test_measured_offsets_are_removed);
+    RUN_TEST(test_measured_voltage_offsets_are_removed);
     RUN_TEST(test_refused_configuration_stands_in_fault_with_gates_off);
     RUN_TEST(test_parameters_of_another_table_are_refused);
     RUN_TEST(test_refused_state_times_stand_in_fault);

@@ -158,6 +158,7 @@ void tearDown(void)
 
 static void test_says_who_it_is(void)
 {
+    unit()->params.pole_pairs = 3.0f;
     command_writer_t w = ask(UNIT_LINK_HELLO);
     command_reader_t body;
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
@@ -168,7 +169,7 @@ static void test_says_who_it_is(void)
     TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body)); /* no table: no motor, no CRC */
     TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
     TEST_ASSERT_EQUAL_FLOAT(200e-6f, command_take_float(&body));
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, command_take_float(&body));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, command_take_float(&body));
     TEST_ASSERT_EQUAL_UINT8(strlen("ZeroHertz port=host"), command_take_u8(&body));
 }
 
@@ -661,7 +662,12 @@ static void test_a_fault_is_listed_recorded_read_and_cleared(void)
     const uint32_t fault_row = command_take_u32(&body);
     TEST_ASSERT_EQUAL_UINT32(32u, fault_row);
     TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
-    TEST_ASSERT_EQUAL_UINT8(UNIT_SIGNAL_i_s_alpha_A, command_take_u8(&body));
+    const uint8_t columns[] = {UNIT_SIGNAL_i_s_alpha_A,     UNIT_SIGNAL_i_s_beta_A,
+                               UNIT_SIGNAL_u_dc_V,          UNIT_SIGNAL_omega_e_hat_rad_s,
+                               UNIT_SIGNAL_omega_ref_rad_s, UNIT_SIGNAL_i_q_ref_A};
+    for (size_t k = 0u; k < sizeof columns; k++) {
+        TEST_ASSERT_EQUAL_UINT8(columns[k], command_take_u8(&body));
+    }
 
     command_writer_t read = ask(UNIT_LINK_FAULT_READ);
     command_put_u32(&read, fault_row);
@@ -835,6 +841,24 @@ static void test_protected_parameters_want_the_key(void)
     }
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, unlock_with(key)); /* locked out */
     wait_s(UNIT_STORE_LOCKOUT_S + 0.2f);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, unlock_with(key));
+}
+
+/* In ticks of 512 periods: not before the time, and a tick after it at most. */
+static void test_the_guard_counts_its_times_in_seconds(void)
+{
+    new_board();
+    const access_config_t *cfg = &unit()->store.access_cfg;
+    const uint32_t ticks[] = {cfg->lockout_ticks, cfg->challenge_ticks, cfg->unlocked_ticks};
+    const float s[] = {10.0f, 10.0f, 600.0f};
+    const float tick_s = 512.0f * params.period_s;
+    for (size_t k = 0u; k < 3u; k++) {
+        TEST_ASSERT_TRUE((float)ticks[k] * tick_s >= s[k]);
+        TEST_ASSERT_FLOAT_WITHIN(2.0f * tick_s, s[k], (float)ticks[k] * tick_s);
+    }
+    wait_s(9.8f);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, unlock_with(key));
+    wait_s(0.4f);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, unlock_with(key));
 }
 
@@ -1033,6 +1057,7 @@ int main(void)
     RUN_TEST(test_a_saved_parameter_is_there_after_power_up);
     RUN_TEST(test_nothing_is_saved_while_the_gates_are_on);
     RUN_TEST(test_protected_parameters_want_the_key);
+    RUN_TEST(test_the_guard_counts_its_times_in_seconds);
     RUN_TEST(test_an_answer_without_a_challenge_unlocks_nothing);
     RUN_TEST(test_parameters_of_another_table_are_refused_until_saved_anew);
     RUN_TEST(test_parameters_of_another_period_are_refused);
