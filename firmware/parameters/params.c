@@ -147,8 +147,7 @@ params_status_t params_allows(size_t index, float value)
         return PARAMS_OUT_OF_RANGE;
     }
     if ((param_type_t)info->type == PARAM_UINT) {
-        const float whole = (float)(uint32_t)value;
-        if ((whole < value) || (whole > value)) {
+        if ((float)(uint32_t)value < value) {
             return PARAMS_NOT_WHOLE;
         }
     }

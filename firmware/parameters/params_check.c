@@ -69,10 +69,9 @@ static bool kept(float value, params_relation_t relation, float limit)
     case PARAMS_AT_LEAST:
         return value >= limit;
     case PARAMS_ABOVE:
-        return value > limit;
-    case PARAMS_FIXED:
+    case PARAMS_FIXED: /* of no rule */
     default:
-        return false;
+        return value > limit;
     }
 }
 

@@ -49,6 +49,8 @@ static void test_init_refuses_bad_times(void)
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p.restart_delay_s = 1e9f;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.restart_delay_s = 2.1e5f; /* 1.05e9 periods */
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p.restart_delay_s = NAN;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p = good;
@@ -63,6 +65,7 @@ static void test_init_refuses_bad_times(void)
 static void test_off_passes_every_command(void)
 {
     cfg = (auto_restart_config_t){0};
+    TEST_ASSERT_FALSE(auto_restart_on(&cfg));
     for (uint32_t command = 0u; command < 8u; command++) {
         const auto_restart_in_t in = {command, SEQUENCE_FAULT, FAULT_DC_UNDER_VOLTAGE, 0u, true};
         TEST_ASSERT_EQUAL_HEX32(command, auto_restart_step(&cfg, &st, &in));
@@ -111,6 +114,12 @@ static void test_a_limited_number_of_times_unless_it_has_run_since(void)
         TEST_ASSERT_EQUAL_HEX32(RUN, step(SEQUENCE_RUN, 0u, 0u));
     }
     TEST_ASSERT_EQUAL(6, periods_to_reset());
+    /* As long as it takes is not longer. */
+    for (int k = 0; k < 10; k++) {
+        (void)step(SEQUENCE_RUN, 0u, 0u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, st.used);
+    (void)step(SEQUENCE_PREMAGNETISE, 0u, 0u);
     /* Not long enough, and interrupted. */
     for (int k = 0; k < 8; k++) {
         (void)step(SEQUENCE_RUN, 0u, 0u);
@@ -169,6 +178,17 @@ static void test_the_state_machine_runs_again(void)
 }
 
 /* What the drive was told before the dip decides: a run command that only stands starts nothing. */
+/* While the flux is built too: it was on its way. */
+static void test_a_dip_with_the_gates_on_is_restarted(void)
+{
+    const sequence_id_t on[] = {SEQUENCE_PREMAGNETISE, SEQUENCE_RUN};
+    for (int n = 0; n < 2; n++) {
+        st = (auto_restart_state_t){0};
+        TEST_ASSERT_EQUAL_HEX32(RUN, step(on[n], 0u, 0u));
+        TEST_ASSERT_EQUAL(6, periods_to_reset());
+    }
+}
+
 static void test_what_did_not_run_is_not_restarted(void)
 {
     st.ran = false;
@@ -243,6 +263,7 @@ int main(void)
     RUN_TEST(test_the_operator_wins);
     RUN_TEST(test_torque_mode_is_restarted_too);
     RUN_TEST(test_the_state_machine_runs_again);
+    RUN_TEST(test_a_dip_with_the_gates_on_is_restarted);
     RUN_TEST(test_what_did_not_run_is_not_restarted);
     RUN_TEST(test_the_delay_begins_with_the_fault_not_with_the_run);
     RUN_TEST(test_waits_for_the_mains_not_for_warnings);

@@ -1,6 +1,8 @@
 /* The record of the last fault: which rows it keeps, what a reset leaves of it, and the list. */
 #include "fault_record.h"
 
+#include "crc32c.h"
+
 #include <stddef.h>
 #include <string.h>
 
@@ -83,6 +85,18 @@ static void test_a_lost_bit_empties_the_record(void)
         TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.logged);
         TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.number);
     }
+}
+
+/* Whole by its sum, but of a build with more rows. */
+static void test_a_record_of_more_rows_than_there_are_is_emptied(void)
+{
+    fault_record_init(&recorder, &kept);
+    trip(5u);
+    kept.kept.rows = FAULT_RECORD_ROWS + 1u;
+    kept.kept.crc32c = crc32c(&kept.kept.logged, sizeof kept.kept - offsetof(fault_kept_t, logged));
+    fault_record_init(&recorder, &kept);
+    TEST_ASSERT_FALSE(recorder.from_before);
+    TEST_ASSERT_EQUAL_UINT32(0u, kept.kept.rows);
 }
 
 static void test_a_fault_behind_a_reset_is_listed_but_leaves_the_record(void)
@@ -233,6 +247,7 @@ int main(void)
     RUN_TEST(test_a_fault_that_opens_the_gates_is_kept_with_what_was_before_and_after);
     RUN_TEST(test_the_record_comes_through_a_reset);
     RUN_TEST(test_a_lost_bit_empties_the_record);
+    RUN_TEST(test_a_record_of_more_rows_than_there_are_is_emptied);
     RUN_TEST(test_a_fault_behind_a_reset_is_listed_but_leaves_the_record);
     RUN_TEST(test_the_list_keeps_the_last_eight);
     RUN_TEST(test_a_second_fault_replaces_the_first);

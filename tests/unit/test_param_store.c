@@ -460,6 +460,23 @@ static void test_no_flash_or_one_too_small_refuses(void)
     TEST_ASSERT_FALSE(param_store_save(&cfg, &st, &params));
 }
 
+/* However many words a record has: the slice ends with it. */
+static void test_a_record_is_verified_to_its_last_word(void)
+{
+    for (uint32_t entries = 1u; entries <= 8u; entries++) {
+        st = (param_store_t){.phase = PARAM_STORE_VERIFY, .next = {.entries = entries}};
+        const uint32_t words = HEADER_WORDS + 2u * entries;
+        const uint32_t slices = (words + 15u) / 16u;
+        for (uint32_t n = 1u; n < slices; n++) {
+            TEST_ASSERT_FALSE(param_store_step(&cfg, &st, true) && st.failed);
+            TEST_ASSERT_EQUAL_UINT32(16u * n, st.at);
+        }
+        (void)param_store_step(&cfg, &st, true);
+        TEST_ASSERT_EQUAL_UINT32(words, st.at);
+        TEST_ASSERT_TRUE(st.failed); /* the flash is empty */
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -487,5 +504,6 @@ int main(void)
     RUN_TEST(test_a_damaged_pair_is_passed_over);
     RUN_TEST(test_with_no_pair_left_a_save_goes_on);
     RUN_TEST(test_no_flash_or_one_too_small_refuses);
+    RUN_TEST(test_a_record_is_verified_to_its_last_word);
     return UNITY_END();
 }

@@ -85,6 +85,11 @@ static void test_defaults_are_those_of_the_list(void)
     TEST_ASSERT_EQUAL_UINT32(14u, p.adc_bits);
 }
 
+static void test_a_parameter_beyond_the_list_has_no_default(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, params_initial(params_count()));
+}
+
 static void test_set_writes_the_named_field_and_no_other(void)
 {
     params_t p, before;
@@ -150,6 +155,7 @@ int main(void)
     RUN_TEST(test_every_group_has_a_name_a_text_and_parameters_that_stand_together);
     RUN_TEST(test_a_choice_is_a_whole_number_with_a_name_for_each_value);
     RUN_TEST(test_defaults_are_those_of_the_list);
+    RUN_TEST(test_a_parameter_beyond_the_list_has_no_default);
     RUN_TEST(test_set_writes_the_named_field_and_no_other);
     RUN_TEST(test_set_refuses_and_leaves_everything_as_it_was);
     RUN_TEST(test_both_ends_of_every_range_are_accepted);

@@ -593,6 +593,28 @@ static void test_coast_waits_for_time_and_voltage(void)
     TEST_ASSERT_TRUE(sequence_step(&cfg, &st, &quiet).gates_on);
 }
 
+/* Time and no voltage to wait for: the periods are those set, whatever the line says. */
+static void test_coast_without_a_voltage_waits_for_the_time_alone(void)
+{
+    cfg.coast_periods = 3u;
+    st = (sequence_state_t){.id = SEQUENCE_COAST};
+    const sequence_in_t loud = {.u_raw_V = {300.0f, 0.0f}};
+    for (int k = 0; k < 3; k++) {
+        (void)sequence_step(&cfg, &st, &loud);
+        TEST_ASSERT_EQUAL(SEQUENCE_COAST, st.id);
+    }
+    (void)sequence_step(&cfg, &st, &loud);
+    TEST_ASSERT_EQUAL(SEQUENCE_READY, st.id);
+}
+
+static void test_a_state_that_does_not_exist_is_a_fault(void)
+{
+    st = (sequence_state_t){.id = (sequence_id_t)99};
+    TEST_ASSERT_FALSE(step(RUN, 0u).gates_on);
+    TEST_ASSERT_EQUAL(SEQUENCE_FAULT, st.id);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_CONFIG, st.faults);
+}
+
 static void test_commissioning_ends_when_done_or_when_the_command_drops(void)
 {
     go_ready();
@@ -656,6 +678,13 @@ static void test_init_counts_periods_and_refuses_senseless_times(void)
     TEST_ASSERT_EQUAL(SEQUENCE_STOP_RAMP, c.stop);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, c.offset_max_A);
     TEST_ASSERT_EQUAL_FLOAT(8.0f, c.offset_max_V);
+    params_t odd = good;
+    odd.coast_s = 1.5f * good.period_s;
+    TEST_ASSERT_TRUE(sequence_init(&c, &odd));
+    TEST_ASSERT_EQUAL_UINT32(2u, c.coast_periods); /* to the nearest */
+    odd.period_s = 1.0f;
+    odd.coast_s = 1e9f;
+    TEST_ASSERT_FALSE(sequence_init(&c, &odd)); /* as many are one too many */
     ASSERT_REFUSED(offset_calibration_s, -0.1f);
     ASSERT_REFUSED(premagnetise_s, NAN);
     ASSERT_REFUSED(premagnetise_s, 1e9f);
@@ -721,6 +750,49 @@ static void test_a_reset_measures_the_voltage_offset_anew(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f, st.offset_V.alpha);
 }
 
+/* The largest offset itself is allowed, and the largest swing; a hair more is not. */
+static void test_an_offset_at_its_limit_is_allowed(void)
+{
+    const float more[] = {1.0f, 1.0001f};
+    cfg.offset_periods = 4u;
+    for (int n = 0; n < 2; n++) {
+        const float A = 0.5f * more[n];
+        const uvw_t phase_A[] = {{A, 0.0f, 0.0f}, {0.0f, -A, 0.0f}, {0.0f, 0.0f, A}};
+        for (int phase = 0; phase < 3; phase++) {
+            st = (sequence_state_t){.id = SEQUENCE_SELF_TEST};
+            for (int k = 0; k < 5; k++) {
+                const sequence_in_t in = {.i_raw_A = phase_A[phase]};
+                (void)sequence_step(&cfg, &st, &in);
+            }
+            TEST_ASSERT_EQUAL((n == 0) ? SEQUENCE_READY : SEQUENCE_FAULT, st.id);
+        }
+    }
+}
+
+static void test_a_voltage_offset_at_its_limit_is_allowed(void)
+{
+    cfg.offset_periods = 4u;
+    cfg.offset_max_V = 4.0f;
+    const ab_t offset_V[] = {{4.0f, 0.0f}, {0.0f, -4.0f}, {0.0f, 0.5f}};
+    const float swing_V[] = {0.0f, 0.0f, 1.0f}; /* a quarter of 4 V */
+    for (int n = 0; n < 3; n++) {
+        st = (sequence_state_t){.id = SEQUENCE_SELF_TEST};
+        for (int again = 0; again < 2; again++) { /* with the sums of before taken back */
+            for (int k = 0; k < 5; k++) {
+                const float u_V = ((k % 2) == 0) ? swing_V[n] : -swing_V[n];
+                const sequence_in_t in = {.u_raw_V = {offset_V[n].alpha + u_V, offset_V[n].beta}};
+                (void)sequence_step(&cfg, &st, &in);
+            }
+            TEST_ASSERT_EQUAL(SEQUENCE_READY, st.id);
+            TEST_ASSERT_EQUAL_FLOAT(offset_V[n].alpha, st.offset_V.alpha);
+            TEST_ASSERT_EQUAL_FLOAT(offset_V[n].beta, st.offset_V.beta);
+            (void)step(0u, FAULT_OVER_CURRENT);
+            (void)step(RESET, 0u);
+            TEST_ASSERT_EQUAL(SEQUENCE_SELF_TEST, st.id);
+        }
+    }
+}
+
 static void test_voltage_offsets_are_averaged_too(void)
 {
     cfg.offset_max_V = 4.0f;
@@ -762,6 +834,12 @@ static void test_flux_is_built_after_the_measurement_only(void)
     (void)step(RUN, 0u);
     (void)step(RUN, 0u);
     TEST_ASSERT_EQUAL(SEQUENCE_PREMAGNETISE, st.id);
+    /* Measured once more: the time begins again. */
+    const sequence_in_t measured = {.command = RUN, .premagnetising = true};
+    (void)sequence_step(&cfg, &st, &measured);
+    (void)step(RUN, 0u);
+    (void)step(RUN, 0u);
+    TEST_ASSERT_EQUAL(SEQUENCE_PREMAGNETISE, st.id);
     (void)step(RUN, 0u);
     TEST_ASSERT_EQUAL(SEQUENCE_RUN, st.id);
 }
@@ -795,6 +873,8 @@ int main(void)
     RUN_TEST(test_a_ramp_fault_without_speed_opens_the_gates);
     RUN_TEST(test_warnings_do_not_keep_a_fault_from_being_reset);
     RUN_TEST(test_coast_waits_for_time_and_voltage);
+    RUN_TEST(test_coast_without_a_voltage_waits_for_the_time_alone);
+    RUN_TEST(test_a_state_that_does_not_exist_is_a_fault);
     RUN_TEST(test_commissioning_ends_when_done_or_when_the_command_drops);
     RUN_TEST(test_a_commissioning_that_fails_is_a_fault);
     RUN_TEST(test_the_aim_of_run_is_a_matter_of_the_command);
@@ -802,6 +882,8 @@ int main(void)
     RUN_TEST(test_a_voltage_that_swings_is_no_offset);
     RUN_TEST(test_a_quarter_of_the_offset_allowed_is_still);
     RUN_TEST(test_a_reset_measures_the_voltage_offset_anew);
+    RUN_TEST(test_an_offset_at_its_limit_is_allowed);
+    RUN_TEST(test_a_voltage_offset_at_its_limit_is_allowed);
     RUN_TEST(test_voltage_offsets_are_averaged_too);
     RUN_TEST(test_the_voltage_of_a_turning_motor_is_no_offset);
     RUN_TEST(test_flux_is_built_after_the_measurement_only);

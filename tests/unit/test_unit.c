@@ -306,6 +306,44 @@ static void test_parameters_of_another_table_are_refused(void)
     TEST_ASSERT_FALSE(adopts(&same));
 }
 
+/* The rules between parameters pass it; who has to work with it does not. */
+static void test_what_a_part_of_the_drive_refuses_is_refused(void)
+{
+    params.stop_mode = 9u;
+    TEST_ASSERT_FALSE(unit_init(&unit, &params, &table)); /* state machine */
+    params_default(&params);
+    params.restart_count = 1u;
+    params.restart_delay_s = 1e9f;
+    TEST_ASSERT_FALSE(unit_init(&unit, &params, &table)); /* automatic restart */
+    params_default(&params);
+    params.com_rated_A = 0.0f;
+    TEST_ASSERT_FALSE(unit_init(&unit, &params, &table)); /* commissioning */
+    TEST_ASSERT_EQUAL_HEX32(FAULT_CONFIG, unit.mailbox.faults);
+    /* Without a configuration that was ever taken there is none to go back to. */
+    TEST_ASSERT_FALSE(unit_reconfigure(&unit, &params));
+    TEST_ASSERT_FALSE(unit.change_ready);
+}
+
+/* A dip of the link trips; it runs again by itself while the command stands. */
+static void test_a_dip_is_followed_by_an_automatic_restart(void)
+{
+    params.restart_count = 1u;
+    params.restart_delay_s = 0.01f;
+    run_up(0.0f);
+    hal_sample_t dip = rest();
+    dip.u_dc_counts = 4000u; /* 98 V */
+    hal_output_t out = {0};
+    for (int k = 0; k < 50; k++) {
+        unit_control_period(&unit, &dip, &out);
+    }
+    TEST_ASSERT_FALSE(out.gates_on);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 40);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+    TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 300).gates_on);
+    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
+}
+
 static void test_refused_state_times_stand_in_fault(void)
 {
     params.premagnetise_s = -1.0f;
@@ -642,6 +680,8 @@ int main(void)
     RUN_TEST(test_measured_voltage_offsets_are_removed);
     RUN_TEST(test_refused_configuration_stands_in_fault_with_gates_off);
     RUN_TEST(test_parameters_of_another_table_are_refused);
+    RUN_TEST(test_what_a_part_of_the_drive_refuses_is_refused);
+    RUN_TEST(test_a_dip_is_followed_by_an_automatic_restart);
     RUN_TEST(test_refused_state_times_stand_in_fault);
     RUN_TEST(test_a_table_with_a_flipped_bit_is_refused);
     RUN_TEST(test_background_finds_a_bit_lost_while_running);

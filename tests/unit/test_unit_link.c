@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "unit_link_drive.h"
+#include "unit_link_requests.h"
 #include "unit_record.h"
 #include "unit_signal.h"
 #include "command.h"
@@ -35,6 +37,13 @@ static bool entropy(void *context, uint64_t *bits)
 {
     *bits = 42u + ((const host_port_t *)context)->clock_us;
     return true;
+}
+
+static bool no_entropy(void *context, uint64_t *bits)
+{
+    (void)context;
+    *bits = 0u;
+    return false;
 }
 
 static unit_t *unit(void)
@@ -1005,6 +1014,150 @@ static void test_the_entries_of_a_saved_record_are_told_one_by_one(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, send_entry((uint16_t)params_count(), NULL));
 }
 
+/* A board with a table, and one that cannot tell who it is, what time it is, or listen. */
+static void test_says_what_the_board_gives(void)
+{
+    params.observer_gain_enable = 1u;
+    new_board();
+    params.observer_gain_enable = 0u;
+    command_reader_t body;
+    port.devices.identity = NULL;
+    port.devices.clock_us = NULL;
+    command_writer_t w = ask(UNIT_LINK_HELLO);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
+    take(&body, 10u);
+    TEST_ASSERT_EQUAL_UINT32(table.motor_id, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(table.crc32c, command_take_u32(&body));
+    take(&body, 8u);
+    expect_text("", &body);
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+    const uint32_t before = session;
+    open_session();
+    TEST_ASSERT_NOT_EQUAL_UINT32(before, session);
+    bool (*const read)(void *, uint8_t *) = port.devices.link_read;
+    for (int n = 0; n < 2; n++) {
+        port.devices.link_read = (n == 0) ? NULL : read;
+        if (n == 1) {
+            port.devices.link_write = NULL;
+        }
+        port.line = (host_port_line_t){.received = w.byte, .received_n = w.length};
+        rounds(3u);
+        TEST_ASSERT_EQUAL_UINT32(0u, port.line.taken);
+    }
+}
+
+/* The number is a CRC-32C of four words, linear in each bit: a clock that makes it zero. */
+static void test_no_session_has_the_number_of_nobody(void)
+{
+    const unit_t *u = unit();
+    /* What the request itself adds by the time it is carried out. */
+    const unit_link_t link = u->link;
+    uint32_t basis[32] = {0}, clock_of[32] = {0};
+    uint32_t seed[4] = {link.session, u->period_count, 0u, link.parser.good + 1u};
+    const uint32_t at_zero = crc32c(seed, sizeof seed);
+    for (uint32_t bit = 0u; bit < 32u; bit++) {
+        seed[2] = 1u << bit;
+        uint32_t word = crc32c(seed, sizeof seed) ^ at_zero, clock = seed[2];
+        for (uint32_t k = 32u; (k-- > 0u) && (word != 0u);) {
+            if ((word & (1u << k)) == 0u) {
+                continue;
+            }
+            if (basis[k] == 0u) {
+                basis[k] = word;
+                clock_of[k] = clock;
+                word = 0u;
+            } else {
+                word ^= basis[k];
+                clock ^= clock_of[k];
+            }
+        }
+    }
+    uint32_t rest = at_zero, clock = 0u;
+    for (uint32_t k = 32u; k-- > 0u;) {
+        if ((rest & (1u << k)) != 0u) {
+            rest ^= basis[k];
+            clock ^= clock_of[k];
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, rest);
+    seed[2] = clock;
+    TEST_ASSERT_EQUAL_HEX32(0u, crc32c(seed, sizeof seed));
+    unit()->link.parser.good++;
+    port.clock_us = clock;
+    command_reader_t body = {0};
+    command_begin(&unit()->link.answer, 1u, UNIT_LINK_SESSION | UNIT_LINK_ANSWER);
+    TEST_ASSERT_EQUAL(UNIT_LINK_OK,
+                      unit_link_request(unit(), &port.devices, UNIT_LINK_SESSION, &body));
+    TEST_ASSERT_EQUAL_UINT32(1u, unit()->link.session);
+}
+
+static void test_more_signals_than_a_sample_holds_are_refused(void)
+{
+    const uint8_t number[TRACE_SIGNALS_MAX + 1u] = {0};
+    command_reader_t body = {.at = number, .left = sizeof number};
+    command_writer_t w;
+    command_begin(&w, 0u, UNIT_LINK_SAMPLE | UNIT_LINK_ANSWER);
+    TEST_ASSERT_EQUAL(UNIT_LINK_OUT_OF_RANGE, unit_link_sample(unit(), &body, &w));
+}
+
+/* A generator that fails is as good as none; a store that could not save says so. */
+static void test_a_board_whose_devices_fail_says_so(void)
+{
+    new_board();
+    wait_s(UNIT_STORE_LOCKOUT_S + 0.2f);
+    port.devices.entropy = no_entropy;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, unlock_with(key));
+    TEST_ASSERT_EQUAL_UINT32(0u, store_word(2u));
+    unit()->store.store.failed = true;
+    TEST_ASSERT_EQUAL_UINT32(1u, store_word(2u));
+}
+
+static void test_a_command_that_ran_out_is_told(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 10u));
+    rounds(100u);
+    command_writer_t w = ask(UNIT_LINK_STATUS);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
+    take(&body, 4u * sizeof(uint32_t));
+    TEST_ASSERT_EQUAL_UINT32(1u, command_take_u32(&body));
+}
+
+/* More faults than the list keeps, and a record that came through a reset. */
+static void test_the_list_of_faults_is_told_as_far_as_it_goes(void)
+{
+    for (uint32_t n = 0u; n < FAULT_RECORD_LOG + 2u; n++) {
+        unit()->machine.faults = 0u;
+        rounds(2u);
+        unit()->machine.faults = FAULT_OVERLOAD;
+        unit()->machine.id = SEQUENCE_FAULT;
+        rounds(2u);
+    }
+    command_reader_t body;
+    command_writer_t log = ask(UNIT_LINK_FAULT_LOG);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&log, &body));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_RECORD_LOG + 2u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_RECORD_LOG + 2u, command_take_u32(&body));
+    take(&body, 12u + 16u * (FAULT_RECORD_LOG - 1u));
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+    unit()->fault_recorder.from_before = true;
+    fault_memory.kept.number = 1u;
+    fault_memory.kept.rows = 2u;
+    command_writer_t record = ask(UNIT_LINK_FAULT_RECORD);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&record, &body));
+    take(&body, 4u * sizeof(uint32_t));
+    TEST_ASSERT_EQUAL_UINT32(1u, command_take_u32(&body));
+    command_writer_t read = ask(UNIT_LINK_FAULT_READ);
+    command_put_u32(&read, 0u);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&read, &body));
+    take(&body, 2u * FAULT_RECORD_SIGNALS * sizeof(uint32_t));
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+    unit()->fault_recorder.memory = NULL;
+    command_writer_t none = ask(UNIT_LINK_FAULT_READ);
+    command_put_u32(&none, 0u);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, send_only(&none));
+}
+
 static void test_a_slow_line_gets_whole_answers(void)
 {
     command_writer_t w = ask(UNIT_LINK_STATUS);
@@ -1053,6 +1206,12 @@ int main(void)
     RUN_TEST(test_a_port_without_recording_says_so);
     RUN_TEST(test_a_refused_set_tells_which_two_exclude_each_other);
     RUN_TEST(test_the_entries_of_a_saved_record_are_told_one_by_one);
+    RUN_TEST(test_says_what_the_board_gives);
+    RUN_TEST(test_no_session_has_the_number_of_nobody);
+    RUN_TEST(test_more_signals_than_a_sample_holds_are_refused);
+    RUN_TEST(test_a_board_whose_devices_fail_says_so);
+    RUN_TEST(test_a_command_that_ran_out_is_told);
+    RUN_TEST(test_the_list_of_faults_is_told_as_far_as_it_goes);
     RUN_TEST(test_a_slow_line_gets_whole_answers);
     RUN_TEST(test_a_saved_parameter_is_there_after_power_up);
     RUN_TEST(test_nothing_is_saved_while_the_gates_are_on);
