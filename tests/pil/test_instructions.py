@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from zerohertz.build import build_image
+from zerohertz.errors import UserError
 from zerohertz.image import budget, cycles, histogram, instruction_page, loop
 from zerohertz.image.command import PRESETS, Experiment, job_of, measure
 from zerohertz.image.interrupt import Interrupt
@@ -25,10 +26,19 @@ def test_no_addition_costs_more_than_committed(interrupts: list[Interrupt]) -> N
 
 
 def test_the_page_is_that_of_the_image(interrupts: list[Interrupt]) -> None:
-    """Where it is not, `zh bench --functions`. Another compiler executes other instructions."""
-    if budget.compiler() not in instruction_page.PAGE.read_text():
-        pytest.skip(f"{instruction_page.PAGE.name} is of another compiler; the budget has its row")
-    assert not instruction_page.stale(interrupts)
+    """Where it is not, `zh bench --functions`. The page is one compiler's; what another executes
+    is bound by its row of the budget, and without a row this fails and says how to make one."""
+    row = budget.committed()
+    if budget.compiler() in instruction_page.PAGE.read_text():
+        assert not instruction_page.stale(interrupts)
+    else:
+        assert set(row["added"]) == {each.config for each in interrupts}
+
+
+def test_a_compiler_without_a_row_fails_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budget, "compiler", lambda: "gcc 99")
+    with pytest.raises(UserError, match="nothing of gcc 99.*zh bench --image --write"):
+        test_the_page_is_that_of_the_image([])
 
 
 def test_timer_and_plugin_agree_in_every_period() -> None:
