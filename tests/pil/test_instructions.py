@@ -37,7 +37,7 @@ def test_the_page_is_that_of_the_image(interrupts: list[Interrupt]) -> None:
 
 def test_a_compiler_without_a_row_fails_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, "compiler", lambda: "gcc 99")
-    with pytest.raises(UserError, match="nothing of gcc 99.*zh bench --image --write"):
+    with pytest.raises(UserError, match=r"nothing of gcc 99.*zh bench --image --write"):
         test_the_page_is_that_of_the_image([])
 
 
