@@ -1,13 +1,16 @@
 #include "access.h"
 
 #define WORD_BYTES   8u
-#define UNLOCK_BYTES 16u /* purpose, nonce */
+#define ANSWER_BYTES 16u /* purpose, nonce */
 #define NONCE_BYTES  24u /* purpose, entropy, count */
+#define SEAL_BYTES   24u /* purpose, nonce, half */
 #define COUNT_AT     16u
 
-/* What a message is for, so that no MAC serves as another: "zhnonce" and "zhunlock". */
+/* What a message is for, so that no MAC serves as another: "zhnonce", "zhopened", ... */
 #define FOR_NONCE  0x0065636E6F6E687Au
+#define FOR_OPEN   0x64656E65706F687Au
 #define FOR_UNLOCK 0x6B636F6C6E75687Au
+#define FOR_SEAL   0x64656C616573687Au
 
 static void put_little_endian(uint8_t *to, uint64_t word)
 {
@@ -45,10 +48,16 @@ bool access_init(access_config_t *cfg, const uint8_t *key, uint32_t lockout_tick
 
 void access_lock(access_t *st)
 {
+    st->open = false;
     st->unlocked = false;
     st->challenged = false;
     st->nonce = 0u;
     st->age = 0u;
+    st->idle = 0u;
+    st->counter = 0u;
+    for (uint32_t k = 0u; k < SIPHASH_KEY_BYTES; k++) {
+        st->session_key[k] = 0u;
+    }
 }
 
 void access_tick(const access_config_t *cfg, access_t *st)
@@ -57,7 +66,11 @@ void access_tick(const access_config_t *cfg, access_t *st)
         st->waited++;
     }
     st->age++;
-    if ((st->unlocked && (st->age >= cfg->unlocked_ticks)) ||
+    st->idle++;
+    if (st->age >= cfg->unlocked_ticks) {
+        st->unlocked = false;
+    }
+    if ((st->open && (st->idle >= cfg->unlocked_ticks)) ||
         (st->challenged && (st->age >= cfg->challenge_ticks))) {
         access_lock(st);
     }
@@ -82,12 +95,42 @@ bool access_challenge(const access_config_t *cfg, access_t *st, const uint64_t *
     return true;
 }
 
-uint64_t access_response(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce)
+static uint64_t answer_for(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t purpose, uint64_t nonce)
 {
-    uint8_t message[UNLOCK_BYTES];
-    put_little_endian(message, FOR_UNLOCK);
+    uint8_t message[ANSWER_BYTES];
+    put_little_endian(message, purpose);
     put_little_endian(&message[WORD_BYTES], nonce);
     return siphash_2_4(key, message, sizeof message);
+}
+
+uint64_t access_open_response(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce)
+{
+    return answer_for(key, FOR_OPEN, nonce);
+}
+
+uint64_t access_response(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce)
+{
+    return answer_for(key, FOR_UNLOCK, nonce);
+}
+
+void access_session_key(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce,
+                        uint8_t session_key[SIPHASH_KEY_BYTES])
+{
+    uint8_t message[SEAL_BYTES];
+    put_little_endian(message, FOR_SEAL);
+    put_little_endian(&message[WORD_BYTES], nonce);
+    for (uint32_t half = 0u; half < 2u; half++) {
+        put_little_endian(&message[COUNT_AT], half);
+        put_little_endian(&session_key[half * WORD_BYTES],
+                          siphash_2_4(key, message, sizeof message));
+    }
+}
+
+/* All bits together before the first decision. */
+static bool same(uint64_t a, uint64_t b)
+{
+    const uint64_t difference = a ^ b;
+    return ((uint32_t)difference | (uint32_t)(difference >> 32u)) == 0u;
 }
 
 bool access_answer(const access_config_t *cfg, access_t *st, uint64_t response)
@@ -95,12 +138,15 @@ bool access_answer(const access_config_t *cfg, access_t *st, uint64_t response)
     if (!st->challenged) {
         return false;
     }
-    const uint64_t difference = response ^ access_response(cfg->key, st->nonce);
+    const uint64_t nonce = st->nonce;
+    const bool unlocks = same(response, access_response(cfg->key, nonce));
+    const bool opens = same(response, access_open_response(cfg->key, nonce));
     access_lock(st);
-    /* All bits together before the first decision. */
-    if (((uint32_t)difference | (uint32_t)(difference >> 32u)) == 0u) {
+    if (unlocks || opens) {
         st->failures = 0u;
-        st->unlocked = true;
+        st->open = true;
+        st->unlocked = unlocks;
+        access_session_key(cfg->key, nonce, st->session_key);
         return true;
     }
     st->failures++;
@@ -109,6 +155,17 @@ bool access_answer(const access_config_t *cfg, access_t *st, uint64_t response)
         st->waited = 0u;
     }
     return false;
+}
+
+bool access_sealed(access_t *st, const uint8_t *message, size_t n, uint32_t counter, uint64_t mac)
+{
+    const bool right = same(mac, siphash_2_4(st->session_key, message, n));
+    if (!st->open || !right || (counter <= st->counter)) {
+        return false;
+    }
+    st->counter = counter;
+    st->idle = 0u;
+    return true;
 }
 
 params_status_t access_write(const access_t *st, params_t *params, size_t index, float value,

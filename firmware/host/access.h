@@ -1,11 +1,15 @@
-/* Who may change which parameter: RUN at any time, READY with the gates off, PROTECTED also
- * unlocked.
+/* Who may act on the drive, and who may change which parameter: RUN at any time, READY with the
+ * gates off, PROTECTED also unlocked.
  *
- * Unlocking is challenge and response: the drive gives a nonce, the host answers SipHash-2-4 over
- * "zhunlock" and the nonce (8 bytes, little endian) under the board's key. A nonce serves one
- * answer, right or wrong, and expires. Three wrong answers lock out for a time. The time also runs
- * from power-up, so that cutting the power shortens no lock-out; nothing has to be stored for it.
- * A zeroed state is valid: locked, and in that first waiting time.
+ * Challenge and response: the drive gives a nonce, the host answers SipHash-2-4 over a purpose and
+ * the nonce (8 bytes, little endian) under the board's key. Purpose "zhopened" opens the session,
+ * "zhunlock" unlocks the protected parameters too. A nonce serves one answer, right or wrong, and
+ * expires. Three wrong answers lock out for a time. A shorter time runs from power-up, so that
+ * cutting the power gives no guess for nothing; nothing has to be stored for it.
+ *
+ * From then on requests are sealed: a counter that only rises, and a MAC over all of the request
+ * under the session's key, SipHash-2-4 of "zhsealed", the nonce and 0 or 1 (8 bytes) for each half.
+ * A zeroed state is valid: locked, and in the waiting time of a lock-out.
  */
 #ifndef ACCESS_H
 #define ACCESS_H
@@ -20,16 +24,20 @@ typedef struct {
     bool key_usable;          /* false: never unlocks */
     uint32_t lockout_ticks;   /* no challenge for so long after power-up and after three failures */
     uint32_t challenge_ticks; /* an answer has to come within */
-    uint32_t unlocked_ticks;  /* locks by itself after */
+    uint32_t unlocked_ticks; /* protected again after, and closed after as long without a request */
 } access_config_t;
 
 typedef struct {
     uint64_t nonce;
-    bool challenged; /* the nonce waits for its answer */
-    bool unlocked;
-    uint32_t failures;   /* in a row */
-    uint32_t waited;     /* ticks of the lock-out */
-    uint32_t age;        /* ticks since challenge or unlock */
+    bool challenged;   /* the nonce waits for its answer */
+    bool open;         /* sealed requests are taken */
+    bool unlocked;     /* protected parameters too */
+    uint32_t failures; /* in a row */
+    uint32_t waited;   /* ticks of the lock-out */
+    uint32_t age;      /* ticks since challenge or answer */
+    uint32_t idle;     /* ticks since the last sealed request */
+    uint32_t counter;  /* of the last sealed request */
+    uint8_t session_key[SIPHASH_KEY_BYTES];
     uint32_t challenges; /* so far: no nonce twice, even if the entropy stands still */
 } access_t;
 
@@ -46,11 +54,21 @@ void access_tick(const access_config_t *cfg, access_t *st);
 CHECKED bool access_challenge(const access_config_t *cfg, access_t *st, const uint64_t *entropy,
                               uint64_t *nonce);
 
-/* What the host has to answer; here for tests and for hosts in C. */
+/* What the host has to answer to open a session, and to unlock; here for tests and hosts in C. */
+uint64_t access_open_response(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce);
 uint64_t access_response(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce);
 
-/* True: unlocked. The nonce is used up either way; compares in constant time. */
+/* The key that seals a session's requests. */
+void access_session_key(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce,
+                        uint8_t session_key[SIPHASH_KEY_BYTES]);
+
+/* True: open, or unlocked too. The nonce is used up either way; compares in constant time. */
 CHECKED bool access_answer(const access_config_t *cfg, access_t *st, uint64_t response);
+
+/* True once for a request that somebody with the key made in this session: the message, its counter
+ * in it, has that MAC, and the counter is above the last one. */
+CHECKED bool access_sealed(access_t *st, const uint8_t *message, size_t n, uint32_t counter,
+                           uint64_t mac);
 
 void access_lock(access_t *st);
 

@@ -63,7 +63,8 @@ static void answer_to(unit_t *unit, const hal_devices_t *devices, const command_
     if (status != UNIT_LINK_OK) {
         command_begin(&link->answer, frame->sequence, (uint8_t)(frame->op | UNIT_LINK_ANSWER));
         command_put_u8(&link->answer, (uint8_t)status);
-        if ((status == UNIT_LINK_REFUSED) && (frame->op == UNIT_LINK_SET)) {
+        if ((status == UNIT_LINK_REFUSED) && (frame->op == UNIT_LINK_SEALED) &&
+            (frame->body[0] == (uint8_t)UNIT_LINK_SET)) {
             unit_link_put_refused(unit, &link->answer);
         }
     }

@@ -38,7 +38,8 @@ enum {
     UNIT_LINK_FAULT_LOG = 0x40,
     UNIT_LINK_FAULT_RECORD = 0x41,
     UNIT_LINK_FAULT_READ = 0x42,
-    UNIT_LINK_FAULT_CLEAR = 0x43
+    UNIT_LINK_FAULT_CLEAR = 0x43,
+    UNIT_LINK_SEALED = 0x50 /* another request with counter and MAC */
 };
 
 #define UNIT_LINK_ANSWER 0x80u
@@ -55,7 +56,8 @@ typedef enum {
     UNIT_LINK_NO_SESSION = 7, /* somebody else's, or of before a reset */
     UNIT_LINK_NOT_NOW = 8,    /* only with the gates off and no run command standing; locked out */
     UNIT_LINK_PROTECTED = 9,
-    UNIT_LINK_REFUSED = 10 /* in range, but not together with the rest */
+    UNIT_LINK_REFUSED = 10,   /* in range, but not together with the rest */
+    UNIT_LINK_NOT_SEALED = 11 /* what can hurt needs somebody with the key: counter, MAC, session */
 } unit_link_status_t;
 
 /* Zeroed is a valid beginning. */

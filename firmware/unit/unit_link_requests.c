@@ -9,6 +9,9 @@
 
 #include <stddef.h>
 
+#define MAC_BYTES  8u
+#define SEAL_BYTES (4u + MAC_BYTES) /* of a sealed request: counter, MAC */
+
 static unit_link_status_t do_hello(const unit_t *unit, const hal_devices_t *devices,
                                    command_writer_t *w)
 {
@@ -67,10 +70,15 @@ static unit_link_status_t do_challenge(unit_t *unit, const hal_devices_t *device
     return UNIT_LINK_OK;
 }
 
-static unit_link_status_t do_unlock(unit_t *unit, command_reader_t *body)
+static uint64_t take_u64(command_reader_t *body)
 {
     const uint64_t low = command_take_u32(body);
-    const uint64_t response = low | ((uint64_t)command_take_u32(body) << 32u);
+    return low | ((uint64_t)command_take_u32(body) << 32u);
+}
+
+static unit_link_status_t do_unlock(unit_t *unit, command_reader_t *body)
+{
+    const uint64_t response = take_u64(body);
     unit_store_t *s = &unit->store;
     return access_answer(&s->access_cfg, &s->access, response) ? UNIT_LINK_OK : UNIT_LINK_PROTECTED;
 }
@@ -88,10 +96,17 @@ static unit_link_status_t do_save(unit_t *unit, const hal_devices_t *devices)
     return unit_store_save(unit, devices) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
 }
 
-/* Whether a request acts on the drive, and the length of its body: least, least + step .. most. */
+/* Who may ask: anybody, who is in session, or who also has the key. */
+typedef enum {
+    TELLS = 0,
+    ACTS = 1,
+    SEALED = 2
+} link_right_t;
+
+/* What a request needs, and the length of its body: least, least + step .. most. */
 typedef struct {
     uint8_t op;
-    bool acts;
+    link_right_t right;
     uint8_t least;
     uint8_t most;
     uint8_t step;
@@ -99,22 +114,23 @@ typedef struct {
 
 /* Requests with a body; any other has none and only reads. */
 static const link_request_t requests[] = {
-    {UNIT_LINK_PARAM_INFO, false, 2u, 2u, 1u},
-    {UNIT_LINK_SIGNAL_INFO, false, 1u, 1u, 1u},
-    {UNIT_LINK_GET, false, 0u, COMMAND_BODY_MAX, 2u},
-    {UNIT_LINK_SET, true, 10u, 10u, 1u},
-    {UNIT_LINK_SAVE, true, 4u, 4u, 1u},
-    {UNIT_LINK_CHALLENGE, true, 4u, 4u, 1u},
-    {UNIT_LINK_UNLOCK, true, 12u, 12u, 1u},
-    {UNIT_LINK_STORE_ENTRY, false, 2u, 2u, 1u},
-    {UNIT_LINK_COMMAND, true, 14u, 18u, 4u},
-    {UNIT_LINK_SAMPLE, false, 0u, TRACE_SIGNALS_MAX, 1u},
+    {UNIT_LINK_PARAM_INFO, TELLS, 2u, 2u, 1u},
+    {UNIT_LINK_SIGNAL_INFO, TELLS, 1u, 1u, 1u},
+    {UNIT_LINK_GET, TELLS, 0u, COMMAND_BODY_MAX, 2u},
+    {UNIT_LINK_SET, SEALED, 10u, 10u, 1u},
+    {UNIT_LINK_SAVE, SEALED, 4u, 4u, 1u},
+    {UNIT_LINK_CHALLENGE, ACTS, 4u, 4u, 1u},
+    {UNIT_LINK_UNLOCK, ACTS, 12u, 12u, 1u},
+    {UNIT_LINK_STORE_ENTRY, TELLS, 2u, 2u, 1u},
+    /* A stop is everybody's who is in session: commands_power(). */
+    {UNIT_LINK_COMMAND, ACTS, 14u, 18u, 4u},
+    {UNIT_LINK_SAMPLE, TELLS, 0u, TRACE_SIGNALS_MAX, 1u},
     /* Exact once its signals are counted. */
-    {UNIT_LINK_TRACE_ARM, true, 4u, COMMAND_BODY_MAX, 1u},
-    {UNIT_LINK_TRACE_READ, false, 4u, 4u, 1u},
-    {UNIT_LINK_TRACE_STOP, true, 4u, 4u, 1u},
-    {UNIT_LINK_FAULT_READ, false, 4u, 4u, 1u},
-    {UNIT_LINK_FAULT_CLEAR, true, 4u, 4u, 1u},
+    {UNIT_LINK_TRACE_ARM, ACTS, 4u, COMMAND_BODY_MAX, 1u},
+    {UNIT_LINK_TRACE_READ, TELLS, 4u, 4u, 1u},
+    {UNIT_LINK_TRACE_STOP, ACTS, 4u, 4u, 1u},
+    {UNIT_LINK_FAULT_READ, TELLS, 4u, 4u, 1u},
+    {UNIT_LINK_FAULT_CLEAR, SEALED, 4u, 4u, 1u},
 };
 
 static link_request_t request_of(uint8_t op)
@@ -133,12 +149,16 @@ static bool length_good(const link_request_t *r, uint32_t n)
     return (n >= r->least) && (n <= r->most) && (((n - r->least) % r->step) == 0u);
 }
 
+/* Anything but a stop. */
+static bool commands_power(uint8_t op, command_reader_t body)
+{
+    return (op == UNIT_LINK_COMMAND) &&
+           ((command_take_u32(&body) & ~SEQUENCE_CMD_TORQUE_OFF) != 0u);
+}
+
 static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_t op,
                               command_reader_t *body, command_writer_t *w)
 {
-    if (!in_session(unit, body)) {
-        return UNIT_LINK_NO_SESSION;
-    }
     switch (op) {
     case UNIT_LINK_SET:
         return unit_link_set(unit, body);
@@ -188,8 +208,8 @@ static unit_link_status_t tell(unit_t *unit, const hal_devices_t *devices, uint8
     }
 }
 
-unit_link_status_t unit_link_request(unit_t *unit, const hal_devices_t *devices, uint8_t op,
-                                     command_reader_t *body)
+static unit_link_status_t carry_out(unit_t *unit, const hal_devices_t *devices, uint8_t op,
+                                    command_reader_t *body, bool sealed)
 {
     const link_request_t request = request_of(op);
     if (!length_good(&request, body->left)) {
@@ -197,7 +217,41 @@ unit_link_status_t unit_link_request(unit_t *unit, const hal_devices_t *devices,
     }
     command_writer_t *w = &unit->link.answer;
     command_put_u8(w, (uint8_t)UNIT_LINK_OK);
-    const unit_link_status_t done =
-        request.acts ? act(unit, devices, op, body, w) : tell(unit, devices, op, body, w);
-    return w->full ? UNIT_LINK_BAD_LENGTH : done;
+    if (request.right == TELLS) {
+        return tell(unit, devices, op, body, w);
+    }
+    if (!in_session(unit, body)) {
+        return UNIT_LINK_NO_SESSION;
+    }
+    if (!sealed && ((request.right == SEALED) || commands_power(op, *body))) {
+        return UNIT_LINK_NOT_SEALED;
+    }
+    return act(unit, devices, op, body, w);
+}
+
+/* Op and body of another request, counter, MAC of all three. */
+static unit_link_status_t do_sealed(unit_t *unit, const hal_devices_t *devices,
+                                    command_reader_t *body)
+{
+    if (body->left < 1u + SEAL_BYTES) {
+        return UNIT_LINK_BAD_LENGTH;
+    }
+    command_reader_t inner = {.at = &body->at[1], .left = body->left - 1u - SEAL_BYTES};
+    command_reader_t seal = {.at = &inner.at[inner.left], .left = SEAL_BYTES};
+    const uint32_t counter = command_take_u32(&seal);
+    const uint64_t mac = take_u64(&seal);
+    const size_t covered = (size_t)body->left - MAC_BYTES;
+    if (!access_sealed(&unit->store.access, body->at, covered, counter, mac)) {
+        return in_session(unit, &inner) ? UNIT_LINK_NOT_SEALED : UNIT_LINK_NO_SESSION;
+    }
+    return carry_out(unit, devices, body->at[0], &inner, true);
+}
+
+unit_link_status_t unit_link_request(unit_t *unit, const hal_devices_t *devices, uint8_t op,
+                                     command_reader_t *body)
+{
+    const unit_link_status_t done = (op == UNIT_LINK_SEALED)
+                                        ? do_sealed(unit, devices, body)
+                                        : carry_out(unit, devices, op, body, false);
+    return unit->link.answer.full ? UNIT_LINK_BAD_LENGTH : done;
 }

@@ -33,6 +33,8 @@ static void start_access(unit_t *unit, const hal_devices_t *devices)
                      1u + (uint32_t)(UNIT_STORE_UNLOCKED_S / tick_s))) {
         access_lock(&unit->store.access); /* no usable key: it stays locked */
     }
+    const uint32_t power_up_ticks = 1u + (uint32_t)(UNIT_STORE_POWER_UP_S / tick_s);
+    unit->store.access.waited = unit->store.access_cfg.lockout_ticks - power_up_ticks;
 }
 
 static bool refuse(unit_t *unit)

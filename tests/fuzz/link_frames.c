@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "access.h"
+#include "hal_development_key.h"
 #include "unit_link.h"
 #include "link.h"
 #include "params.h"
@@ -15,6 +17,7 @@
 #define BUFFER        4096u
 #define ANSWERS       (1u << 16)
 #define PERIODS_A_RUN 64u
+#define POWER_UP      6000u /* periods until the drive gives a challenge */
 
 static uint8_t answers[ANSWERS];
 
@@ -83,18 +86,60 @@ static uint32_t session_of(zh_link *drive, command_parser_t *parser)
     return command_take_u32(&body);
 }
 
+static void wait_periods(zh_link *drive, uint32_t n)
+{
+    for (uint32_t k = 0u; k < n; k += PERIODS_A_RUN) {
+        uint32_t none = 0u;
+        uint32_t room = 0u;
+        if (zh_link_run(drive, PERIODS_A_RUN, NULL, &none, NULL, &room) != ZH_OK) {
+            refuse("zh_link_run");
+        }
+    }
+}
+
+/* Of one request that has to be done: what its answer says behind the status. */
+static command_reader_t done(zh_link *drive, command_writer_t *w, command_parser_t *parser)
+{
+    static command_frame_t answer;
+    command_end(w);
+    if ((talk(drive, w->byte, w->length, parser, &answer) != 1u) || (answer.body[0] != 0u)) {
+        refuse("a request is refused");
+    }
+    return (command_reader_t){.at = &answer.body[1], .left = answer.body_bytes - 1u};
+}
+
+static void put_u64(command_writer_t *w, uint64_t value)
+{
+    command_put_u32(w, (uint32_t)value);
+    command_put_u32(w, (uint32_t)(value >> 32u));
+}
+
+/* As somebody with the key does it: challenge, answer, sealed request. */
 static void set_parameter(zh_link *drive, uint32_t session, command_parser_t *parser)
 {
+    static const uint8_t key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY;
+    uint8_t session_key[SIPHASH_KEY_BYTES];
     command_writer_t w;
-    command_begin(&w, 255u, UNIT_LINK_SET);
+    wait_periods(drive, POWER_UP);
+    command_begin(&w, 253u, UNIT_LINK_CHALLENGE);
+    command_put_u32(&w, session);
+    command_reader_t said = done(drive, &w, parser);
+    const uint64_t low = command_take_u32(&said);
+    const uint64_t nonce = low | ((uint64_t)command_take_u32(&said) << 32u);
+    command_begin(&w, 254u, UNIT_LINK_UNLOCK);
+    command_put_u32(&w, session);
+    put_u64(&w, access_open_response(key, nonce));
+    (void)done(drive, &w, parser);
+    access_session_key(key, nonce, session_key);
+    command_begin(&w, 255u, UNIT_LINK_SEALED);
+    const uint32_t from = w.length;
+    command_put_u8(&w, UNIT_LINK_SET);
     command_put_u32(&w, session);
     command_put_u16(&w, (uint16_t)params_find("i_d_A"));
     command_put_float(&w, 4.6f);
-    command_end(&w);
-    command_frame_t answer;
-    if ((talk(drive, w.byte, w.length, parser, &answer) != 1u) || (answer.body[0] != 0u)) {
-        refuse("no parameter set");
-    }
+    command_put_u32(&w, 1u);
+    put_u64(&w, siphash_2_4(session_key, &w.byte[from], w.length - from));
+    (void)done(drive, &w, parser);
 }
 
 int main(int argc, char **argv)
@@ -126,13 +171,7 @@ int main(int argc, char **argv)
     zh_link_close(talked);
 
     zh_link *quiet = open_drive();
-    for (uint64_t k = 0u; k < with.periods; k += PERIODS_A_RUN) {
-        uint32_t none = 0u;
-        uint32_t room = 0u;
-        if (zh_link_run(quiet, PERIODS_A_RUN, NULL, &none, NULL, &room) != ZH_OK) {
-            refuse("zh_link_run");
-        }
-    }
+    wait_periods(quiet, (uint32_t)with.periods);
     const zh_link_state without = state_of(quiet);
     zh_link_close(quiet);
 

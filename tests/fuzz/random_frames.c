@@ -33,9 +33,10 @@ static uint32_t wire_of(command_writer_t *w, uint8_t *wire)
 static uint32_t stranger(random_frames_t *r, uint8_t *wire)
 {
     static const uint8_t known[] = {
-        UNIT_LINK_SET,         UNIT_LINK_COMMAND, UNIT_LINK_TRACE_ARM, UNIT_LINK_TRACE_STOP,
-        UNIT_LINK_FAULT_CLEAR, UNIT_LINK_SAVE,    UNIT_LINK_CHALLENGE, UNIT_LINK_UNLOCK};
-    static const uint8_t length[] = {10u, 14u, 25u, 4u, 4u, 4u, 4u, 12u};
+        UNIT_LINK_SET,        UNIT_LINK_COMMAND,     UNIT_LINK_TRACE_ARM,
+        UNIT_LINK_TRACE_STOP, UNIT_LINK_FAULT_CLEAR, UNIT_LINK_SAVE,
+        UNIT_LINK_CHALLENGE,  UNIT_LINK_UNLOCK,      UNIT_LINK_SEALED};
+    static const uint8_t length[] = {10u, 14u, 25u, 4u, 4u, 4u, 4u, 12u, 23u};
     const uint32_t pick = next(r) % (2u * sizeof known);
     uint8_t op = (uint8_t)next(r);
     uint32_t n = next(r) % 41u;

@@ -62,7 +62,7 @@ class SilLine:
 @pytest.fixture
 def sil() -> Iterator[LinkedDrive]:
     with LinkedDrive(job()) as drive:
-        drive.run(300)  # offsets
+        drive.run(5300)  # offsets, and the time without a challenge
         yield drive
 
 
@@ -164,6 +164,7 @@ def test_what_became_of_a_record_of_former_names_is_told(tmp_path: Path) -> None
     kept = tmp_path / "drive.zh"
     tables = {"motor_dir": ROOT / "gain_tables" / "hasegawa2005_recommended"}
     with LinkedDrive(job(**tables), keep=kept) as sil:
+        sil.run(5300)
         Client(SilLine(sil), timeout_s=0.1).save()
     former_record(kept)
     with LinkedDrive(job(**tables), keep=kept) as sil:
@@ -351,14 +352,14 @@ def test_units_end_the_names() -> None:
 
 
 def test_a_fault_is_listed_recorded_and_written(tmp_path: Path) -> None:
-    dip = {"profiles.u_dc_V": [[0.0, 283.0], [1.0, 283.0], [1.001, 100.0], [1.2, 100.0]]}
+    dip = {"profiles.u_dc_V": [[0.0, 283.0], [2.1, 283.0], [2.101, 100.0], [2.3, 100.0]]}
     base = job()
     broken = sim.Job(firmware=QUICK, scenario_overrides={**base.scenario_overrides, **dip}, seed=1)
     with LinkedDrive(broken) as sil:
         drive = Client(SilLine(sil), timeout_s=60.0)
         assert drive.faults() == (0, [])
         assert drive.fault_record() is None
-        seconds(sil, 0.1)
+        seconds(sil, 1.2)
         drive.command(link.RUN, 0.0)
         seconds(sil, 1.1)
         assert not sil.state.gates_on
@@ -532,15 +533,19 @@ def test_a_key_file_is_read_or_refused(tmp_path: Path) -> None:
             load_key(path)
 
 
-def test_saved_parameters_and_the_fault_record_outlive_the_power(tmp_path: Path) -> None:
+def test_saved_parameters_and_the_fault_record_outlive_the_power(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What `zh serve --keep` does: unlocked, set, saved, tripped; then switched off and on."""
     kept = tmp_path / "drive.zh"
     with LinkedDrive(job(), keep=kept) as sil:
         sil.run(300)
         drive = Client(SilLine(sil), timeout_s=60.0)
         assert drive.store().found == 0
-        with pytest.raises(RefusedError) as early:
-            drive.unlock(DEVELOPMENT_KEY)
+        with monkeypatch.context() as hasty:
+            hasty.setattr(link, "_LOCKED_OUT_S", 0.0)
+            with pytest.raises(RefusedError) as early:
+                drive.unlock(DEVELOPMENT_KEY)
         assert early.value.status == 8
         seconds(sil, 10.5)
         with pytest.raises(UserError, match="key"):
@@ -568,13 +573,59 @@ def test_saved_parameters_and_the_fault_record_outlive_the_power(tmp_path: Path)
         LinkedDrive(job(), keep=kept)
 
 
+def test_what_can_hurt_is_refused_without_the_key(drive: Client, sil: LinkedDrive) -> None:
+    """Session number and all, but no counter and MAC."""
+    index = drive.parameter("speed_filter_s").index
+    for op, body in (
+        (link.Op.COMMAND, struct.pack("<IIfH", drive.session, link.RUN, 5.0, 0)),
+        (link.Op.SET, struct.pack("<IHf", drive.session, index, 1.0)),
+        (link.Op.SAVE, struct.pack("<I", drive.session)),
+        (link.Op.FAULT_CLEAR, struct.pack("<I", drive.session)),
+    ):
+        with pytest.raises(RefusedError, match="needs the key") as refused:
+            drive.request(op, body)
+        assert refused.value.status == 11
+    stranger = Client(SilLine(sil), timeout_s=60.0, key=bytes(range(16)))
+    with pytest.raises(UserError, match="not this drive's"):
+        stranger.command(link.RUN, 5.0)
+    stranger.stop()
+    assert drive.status().command == 0
+
+
+def test_a_sealed_request_heard_on_the_line_is_of_no_use(drive: Client) -> None:
+    sent: list[bytes] = []
+    request = drive.request
+
+    def listen(op: link.Op, body: bytes = b"", what: str = "") -> bytes:
+        sent.append(body)
+        return request(op, body, what)
+
+    drive.request = listen  # type: ignore[method-assign]
+    drive.set("i_d_A", 3.5)
+    heard = sent[-1]
+    drive.set("i_d_A", 4.0)
+    changed = bytes((*heard[:10], heard[10] ^ 1, *heard[11:]))
+    for body in (heard, changed, heard[:-1] + b"\0"):
+        with pytest.raises(RefusedError):
+            request(link.Op.SEALED, body)
+    assert drive.get(["i_d_A"]) == {"i_d_A": 4.0}
+
+
+def test_a_session_that_ended_by_itself_is_opened_again(drive: Client) -> None:
+    drive.set("i_d_A", 3.5)
+    drive.request(link.Op.CHALLENGE, struct.pack("<I", drive.session))  # ends it at once
+    drive.set("i_d_A", 4.0)
+    assert drive.get(["i_d_A"]) == {"i_d_A": 4.0}
+
+
 def test_parameters_of_another_table_do_not_run(tmp_path: Path) -> None:
     kept = tmp_path / "drive.zh"
     tables = ROOT / "gain_tables"
     with LinkedDrive(job(motor_dir=tables / "hasegawa2005"), keep=kept) as sil:
+        sil.run(5300)
         Client(SilLine(sil), timeout_s=60.0).save()
     with LinkedDrive(job(motor_dir=tables / "hasegawa2005_paper"), keep=kept) as sil:
-        sil.run(300)
+        sil.run(5300)
         drive = Client(SilLine(sil), timeout_s=60.0)
         drive.command(link.RUN, 1.0)
         sil.run(300)

@@ -146,6 +146,71 @@ static void test_the_drive_locks_by_itself(void)
     TEST_ASSERT_FALSE(st.unlocked);
 }
 
+/* Not the unlocking: one's own request, whole, with a counter that rises, in a session. */
+static void test_an_open_session_takes_each_sealed_request_once(void)
+{
+    const uint8_t request[] = {0x11u, 0xAAu, 0xBBu, 5u};
+    const uint64_t nonce = challenge();
+    uint8_t sealing[SIPHASH_KEY_BYTES];
+    access_session_key(key, nonce, sealing);
+    const uint64_t mac = siphash_2_4(sealing, request, sizeof request);
+    TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request, 5u, mac));
+    TEST_ASSERT_TRUE(access_answer(&cfg, &st, access_open_response(key, nonce)));
+    TEST_ASSERT_TRUE(st.open);
+    TEST_ASSERT_FALSE(st.unlocked);
+    for (uint32_t bit = 0u; bit < 64u; bit++) {
+        const uint64_t wrong = mac ^ ((uint64_t)1u << bit);
+        TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request, 5u, wrong));
+    }
+    TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request - 1u, 5u, mac));
+    TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request, 0u, mac)); /* never counted */
+    TEST_ASSERT_TRUE(access_sealed(&st, request, sizeof request, 5u, mac));
+    TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request, 5u, mac));
+    TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request, 4u, mac));
+    TEST_ASSERT_TRUE(access_sealed(&st, request, sizeof request, 6u, mac));
+    access_lock(&st);
+    const uint8_t nobody[SIPHASH_KEY_BYTES] = {0};
+    TEST_ASSERT_EQUAL_MEMORY(nobody, st.session_key, sizeof nobody);
+    TEST_ASSERT_FALSE(access_sealed(&st, request, sizeof request, 7u,
+                                    siphash_2_4(nobody, request, sizeof request)));
+}
+
+/* Purpose, nonce and half, byte for byte, as a host has to make them. */
+static void test_the_session_key_is_of_key_and_nonce(void)
+{
+    uint8_t message[24] = {'z', 'h', 's', 'e', 'a', 'l', 'e', 'd', 1};
+    uint8_t made[SIPHASH_KEY_BYTES];
+    access_session_key(key, 1u, made);
+    for (uint32_t half = 0u; half < 2u; half++) {
+        message[16] = (uint8_t)half;
+        const uint64_t word = siphash_2_4(key, message, sizeof message);
+        for (uint32_t k = 0u; k < 8u; k++) {
+            TEST_ASSERT_EQUAL_HEX8((uint8_t)(word >> (8u * k)), made[8u * half + k]);
+        }
+    }
+    const uint8_t opening[16] = {'z', 'h', 'o', 'p', 'e', 'n', 'e', 'd', 1};
+    TEST_ASSERT_EQUAL_HEX64(siphash_2_4(key, opening, 16u), access_open_response(key, 1u));
+}
+
+/* Protected parameters so long after the answer; the session so long after its last request. */
+static void test_a_session_ends_after_silence(void)
+{
+    const uint8_t request[] = {1u};
+    const uint64_t nonce = challenge();
+    uint8_t sealing[SIPHASH_KEY_BYTES];
+    access_session_key(key, nonce, sealing);
+    const uint64_t mac = siphash_2_4(sealing, request, sizeof request);
+    TEST_ASSERT_TRUE(access_answer(&cfg, &st, access_response(key, nonce)));
+    ticks(UNLOCKED - 1u);
+    TEST_ASSERT_TRUE(st.unlocked && access_sealed(&st, request, sizeof request, 1u, mac));
+    ticks(1u);
+    TEST_ASSERT_TRUE(st.open && !st.unlocked);
+    ticks(UNLOCKED - 2u);
+    TEST_ASSERT_TRUE(st.open);
+    ticks(1u);
+    TEST_ASSERT_FALSE(st.open);
+}
+
 static void fail_times(uint32_t n)
 {
     for (uint32_t k = 0u; k < n; k++) {
@@ -216,6 +281,9 @@ int main(void)
     RUN_TEST(test_nonces_differ_even_if_the_entropy_stands_still);
     RUN_TEST(test_a_challenge_locks_and_expires);
     RUN_TEST(test_the_drive_locks_by_itself);
+    RUN_TEST(test_an_open_session_takes_each_sealed_request_once);
+    RUN_TEST(test_the_session_key_is_of_key_and_nonce);
+    RUN_TEST(test_a_session_ends_after_silence);
     RUN_TEST(test_three_failures_lock_out_for_the_time);
     RUN_TEST(test_a_success_forgets_the_failures_before);
     RUN_TEST(test_power_up_is_a_lockout);

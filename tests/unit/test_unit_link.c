@@ -27,6 +27,9 @@ static uint8_t answer_byte[4096];
 static command_frame_t answer;
 static command_parser_t answer_parser;
 static uint32_t session;
+static uint8_t session_key[SIPHASH_KEY_BYTES];
+static uint32_t counter; /* of the last sealed request */
+static bool sealing;     /* what needs it is sealed */
 static ram_flash_t flash_memory;
 static const hal_flash_t flash = RAM_FLASH(&flash_memory);
 static const uint8_t key[SIPHASH_KEY_BYTES] = {1u, 2u, 3u};
@@ -89,9 +92,34 @@ static command_writer_t ask(uint8_t op)
     return w;
 }
 
+/* The same request with counter and MAC. */
+static command_writer_t sealed(const command_writer_t *w)
+{
+    command_writer_t s;
+    command_begin(&s, w->byte[2], UNIT_LINK_SEALED);
+    const uint32_t from = s.length;
+    for (uint32_t k = 3u; k < w->length; k++) {
+        command_put_u8(&s, w->byte[k]); /* op and body */
+    }
+    command_put_u32(&s, ++counter);
+    const uint64_t mac = siphash_2_4(session_key, &s.byte[from], s.length - from);
+    command_put_u32(&s, (uint32_t)mac);
+    command_put_u32(&s, (uint32_t)(mac >> 32u));
+    return s;
+}
+
+static bool needs_seal(uint8_t op)
+{
+    return (op == UNIT_LINK_SET) || (op == UNIT_LINK_SAVE) || (op == UNIT_LINK_COMMAND) ||
+           (op == UNIT_LINK_FAULT_CLEAR);
+}
+
 /* Sends; the answer's status, and a reader behind it. */
 static uint8_t send(command_writer_t *w, command_reader_t *body)
 {
+    if (sealing && needs_seal(w->byte[3])) {
+        *w = sealed(w);
+    }
     const uint8_t op = w->byte[3];
     command_end(w);
     TEST_ASSERT_TRUE(talk(w->byte, w->length));
@@ -136,6 +164,39 @@ static void open_session(void)
     TEST_ASSERT_TRUE(command_all_taken(&body));
 }
 
+/* Answers a challenge for the purpose: "open", or "unlock" too. */
+static uint8_t answer_challenge(const uint8_t *k, bool unlock)
+{
+    command_writer_t w = ask(UNIT_LINK_CHALLENGE);
+    command_put_u32(&w, session);
+    command_reader_t body;
+    const uint8_t status = send(&w, &body);
+    if (status != UNIT_LINK_OK) {
+        return status;
+    }
+    const uint64_t low = command_take_u32(&body);
+    const uint64_t nonce = low | ((uint64_t)command_take_u32(&body) << 32u);
+    const uint64_t word = unlock ? access_response(k, nonce) : access_open_response(k, nonce);
+    access_session_key(k, nonce, session_key);
+    counter = 0u;
+    w = ask(UNIT_LINK_UNLOCK);
+    command_put_u32(&w, session);
+    command_put_u32(&w, (uint32_t)word);
+    command_put_u32(&w, (uint32_t)(word >> 32u));
+    return send_only(&w);
+}
+
+/* In session and with the key, whatever is left of the time from power-up. */
+static void enter(void)
+{
+    open_session();
+    access_t *a = &unit()->store.access;
+    const uint32_t waited = a->waited;
+    a->waited = unit()->store.access_cfg.lockout_ticks;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, answer_challenge(key, false));
+    a->waited = waited;
+}
+
 static void rounds(uint32_t n)
 {
     for (uint32_t k = 0u; k < n; k++) {
@@ -150,6 +211,9 @@ void setUp(void)
     params.offset_calibration_s = 0.01f;
     params.premagnetise_s = 0.02f;
     TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
+    const host_port_store_t store = {.access_key = key, .entropy = entropy};
+    TEST_ASSERT_TRUE(host_port_start(&port, &params, NULL, &store));
+    sealing = true;
     port.background_every = 1u;
     port.until_background = 1u;
     memset(&fault_memory, 0, sizeof fault_memory);
@@ -158,7 +222,7 @@ void setUp(void)
     answer_parser = (command_parser_t){0};
     session = 0u;
     rounds(60u);
-    open_session();
+    enter();
 }
 
 void tearDown(void)
@@ -457,6 +521,8 @@ static void test_who_is_not_in_session_changes_nothing(void)
     session = mine;
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SESSION, set("i_d_A", 1.0f));
     session = second;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, set("i_d_A", 1.0f)); /* nor has it the key */
+    enter();
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("i_d_A", 1.0f));
 }
 
@@ -495,7 +561,7 @@ static void test_every_op_with_every_length_answers_and_only_the_right_one_does(
                 command_put_u8(&w, (uint8_t)(0xA5u + 3u * k));
             }
             const uint8_t status = send_only(&w);
-            TEST_ASSERT_TRUE(status <= UNIT_LINK_REFUSED);
+            TEST_ASSERT_TRUE(status <= UNIT_LINK_NOT_SEALED);
         }
     }
     TEST_ASSERT_EQUAL_HEX32(0u, unit_link_command(unit()).command);
@@ -720,7 +786,7 @@ static bool power_up(void)
     host_port_record(&port, &memory);
     port.background_every = 1u;
     port.until_background = 1u;
-    open_session();
+    enter();
     return good;
 }
 
@@ -757,21 +823,7 @@ static uint8_t act_only(uint8_t op)
 
 static uint8_t unlock_with(const uint8_t *k)
 {
-    command_writer_t w = ask(UNIT_LINK_CHALLENGE);
-    command_put_u32(&w, session);
-    command_reader_t body;
-    const uint8_t status = send(&w, &body);
-    if (status != UNIT_LINK_OK) {
-        return status;
-    }
-    const uint64_t low = command_take_u32(&body);
-    const uint64_t answer_word =
-        access_response(k, low | ((uint64_t)command_take_u32(&body) << 32u));
-    w = ask(UNIT_LINK_UNLOCK);
-    command_put_u32(&w, session);
-    command_put_u32(&w, (uint32_t)answer_word);
-    command_put_u32(&w, (uint32_t)(answer_word >> 32u));
-    return send_only(&w);
+    return answer_challenge(k, true);
 }
 
 static uint32_t store_word(uint32_t k)
@@ -836,6 +888,7 @@ static void test_protected_parameters_want_the_key(void)
     new_board();
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, unlock_with(key)); /* straight after power-up */
     wait_s(UNIT_STORE_LOCKOUT_S + 0.2f);
+    enter();
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, set("Rs_ohm", 1.0f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, unlock_with(key));
     TEST_ASSERT_EQUAL_UINT32(1u, store_word(3u));
@@ -844,6 +897,8 @@ static void test_protected_parameters_want_the_key(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, set("period_s", 100e-6f)); /* the timer's */
     TEST_ASSERT_EQUAL_FLOAT(params.period_s, get("period_s"));
     open_session(); /* somebody else */
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, set("Rs_ohm", 1.1f));
+    enter();
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, set("Rs_ohm", 1.1f));
     for (uint32_t k = 0u; k < ACCESS_FAILURES_MAX; k++) {
         TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, unlock_with(other));
@@ -854,6 +909,100 @@ static void test_protected_parameters_want_the_key(void)
 }
 
 /* In ticks of 512 periods: not before the time, and a tick after it at most. */
+/* Every request that can hurt, as it would come from who has the session but not the key. */
+static void test_what_can_hurt_needs_a_sealed_request(void)
+{
+    const float before = get("speed_filter_s");
+    sealing = false;
+    const uint32_t bits[] = {SEQUENCE_CMD_RUN, SEQUENCE_CMD_FAULT_RESET, SEQUENCE_CMD_COMMISSION,
+                             SEQUENCE_CMD_TORQUE_MODE};
+    for (size_t k = 0u; k < sizeof bits / sizeof bits[0]; k++) {
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, command(bits[k], 1.0f, 0u));
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, unit_link_command(unit()).command);
+    for (size_t k = 0u; k < params_count(); k++) {
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, set(params_info(k)->name, 1.0f));
+    }
+    TEST_ASSERT_EQUAL_FLOAT(before, get("speed_filter_s"));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, act_only(UNIT_LINK_SAVE));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, act_only(UNIT_LINK_FAULT_CLEAR));
+    sealing = true;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("speed_filter_s", 0.01f));
+    TEST_ASSERT_EQUAL_FLOAT(0.01f, get("speed_filter_s"));
+}
+
+static void test_a_stop_needs_no_key(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 1.0f, 0u));
+    rounds(100u);
+    sealing = false;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_TORQUE_OFF, 0.0f, 0u));
+    rounds(3u);
+    TEST_ASSERT_EQUAL(DRIVE_OFF, unit()->asked.mode);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(0u, 0.0f, 0u));
+}
+
+/* The same bytes again under another sequence number, an older counter, each bit of it changed. */
+static void test_a_sealed_request_is_taken_once_and_whole(void)
+{
+    command_writer_t inner = ask(UNIT_LINK_SET);
+    command_put_u32(&inner, session);
+    command_put_u16(&inner, (uint16_t)params_find("i_d_A"));
+    command_put_float(&inner, 3.5f);
+    const command_writer_t first = sealed(&inner);
+    const command_writer_t second = sealed(&inner);
+    command_writer_t w = second;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send_only(&w));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("i_d_A", 4.0f));
+    const command_writer_t old[] = {first, second};
+    for (int k = 0; k < 2; k++) {
+        w = old[k];
+        w.byte[2] = ++sequence;
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, send_only(&w));
+    }
+    const command_writer_t next = sealed(&inner);
+    for (uint32_t bit = 0u; bit < 8u * (next.length - 4u); bit++) {
+        w = next;
+        w.byte[2] = ++sequence;
+        w.byte[4u + bit / 8u] ^= (uint8_t)(1u << (bit % 8u));
+        const uint8_t status = send_only(&w);
+        TEST_ASSERT_TRUE((status == UNIT_LINK_NOT_SEALED) || (status == UNIT_LINK_NO_SESSION));
+    }
+    TEST_ASSERT_EQUAL_FLOAT(4.0f, get("i_d_A"));
+    w = next;
+    w.byte[2] = ++sequence;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send_only(&w));
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, get("i_d_A"));
+}
+
+static void test_a_seal_is_of_one_session(void)
+{
+    command_writer_t inner = ask(UNIT_LINK_SET);
+    command_put_u32(&inner, session);
+    command_put_u16(&inner, (uint16_t)params_find("i_d_A"));
+    command_put_float(&inner, 3.5f);
+    command_writer_t w = sealed(&inner);
+    const uint32_t before = session;
+    enter();
+    session = before;
+    w.byte[2] = ++sequence;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SESSION, send_only(&w));
+    /* With the new key, but the number of the session before. */
+    w = sealed(&inner);
+    w.byte[2] = ++sequence;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SESSION, send_only(&w));
+    /* One sealed request in another is none. */
+    command_writer_t twice = sealed(&inner);
+    twice = sealed(&twice);
+    twice.byte[2] = ++sequence;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_BAD_LENGTH, send_only(&twice));
+    command_writer_t empty = ask(UNIT_LINK_SEALED);
+    for (uint32_t k = 0u; k < 12u; k++) {
+        command_put_u8(&empty, 0u);
+    }
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_BAD_LENGTH, send_only(&empty));
+}
+
 static void test_the_guard_counts_its_times_in_seconds(void)
 {
     new_board();
@@ -864,6 +1013,14 @@ static void test_the_guard_counts_its_times_in_seconds(void)
     for (size_t k = 0u; k < 3u; k++) {
         TEST_ASSERT_TRUE((float)ticks[k] * tick_s >= s[k]);
         TEST_ASSERT_FLOAT_WITHIN(2.0f * tick_s, s[k], (float)ticks[k] * tick_s);
+    }
+    wait_s(0.8f); /* from power-up */
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, unlock_with(key));
+    wait_s(0.4f);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, unlock_with(key));
+    const uint8_t other[SIPHASH_KEY_BYTES] = {1u, 2u, 4u};
+    for (uint32_t k = 0u; k < ACCESS_FAILURES_MAX; k++) {
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_PROTECTED, unlock_with(other));
     }
     wait_s(9.8f);
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, unlock_with(key));
@@ -1216,6 +1373,10 @@ int main(void)
     RUN_TEST(test_a_saved_parameter_is_there_after_power_up);
     RUN_TEST(test_nothing_is_saved_while_the_gates_are_on);
     RUN_TEST(test_protected_parameters_want_the_key);
+    RUN_TEST(test_what_can_hurt_needs_a_sealed_request);
+    RUN_TEST(test_a_stop_needs_no_key);
+    RUN_TEST(test_a_sealed_request_is_taken_once_and_whole);
+    RUN_TEST(test_a_seal_is_of_one_session);
     RUN_TEST(test_the_guard_counts_its_times_in_seconds);
     RUN_TEST(test_an_answer_without_a_challenge_unlocks_nothing);
     RUN_TEST(test_parameters_of_another_table_are_refused_until_saved_anew);

@@ -15,7 +15,7 @@ from zerohertz.errors import UserError
 from zerohertz.link.frame import BODY_MAX, Frame, Reader, encode
 from zerohertz.link.line import Line
 from zerohertz.link.parameters import Conflict, Parameter, RecordEntry, take_text
-from zerohertz.link.siphash import response
+from zerohertz.link.siphash import DEVELOPMENT_KEY, Seal, response
 
 PROTOCOL = 1
 RUN, RESET, TORQUE_OFF, COMMISSION, TORQUE_MODE = 1, 2, 4, 8, 16
@@ -25,7 +25,9 @@ _WORDS_U, _WORDS_F = 9, 10  # of a status
 _TRACE_WORDS, _RECORD_WORDS = 6, 5
 _STORE_CONFLICT_AT = struct.calcsize("<8I")
 _STORE_TAIL_AT = _STORE_CONFLICT_AT + struct.calcsize("<HHBf")
-_REFUSED = 10  # status of an answer
+_NOT_NOW, _REFUSED, _NOT_SEALED = 8, 10, 11  # statuses of an answer
+_LOCKED_OUT_S = 11.0
+_POLL_S = 0.05
 
 
 class Op(IntEnum):
@@ -54,6 +56,7 @@ class Op(IntEnum):
     FAULT_RECORD = 0x41
     FAULT_READ = 0x42
     FAULT_CLEAR = 0x43
+    SEALED = 0x50
 
 
 REASONS = {
@@ -66,6 +69,7 @@ REASONS = {
     7: "somebody else has taken over the drive, or it was reset; connect anew",
     8: "not now: only with the gates off, or the drive is locked out for a while",
     9: "is protected; give --unlock",
+    11: "needs the key of the drive; give --key FILE",
     10: "is in range, but refused together with the other values, or by the drive as it stands",
 }
 
@@ -209,8 +213,10 @@ class FaultRecord:
 class Client:
     """Requests to one drive, each answered before the next is sent."""
 
-    def __init__(self, line: Line, timeout_s: float = 0.5) -> None:
+    def __init__(self, line: Line, timeout_s: float = 0.5, key: bytes = DEVELOPMENT_KEY) -> None:
         self._line = line
+        self._key = key
+        self._seal: Seal | None = None
         self._timeout_s = timeout_s
         self._reader = Reader()
         # Not always the same first number: a drive remembers the last request of who came before.
@@ -238,6 +244,42 @@ class Client:
             f"no answer to {op.name.lower()}"
             + (f"; what came instead: {heard[-200:]!r}" if heard else "; is the drive powered?")
         )
+
+    def sealed(self, op: Op, body: bytes, what: str = "") -> bytes:
+        """A request that can hurt: with counter and MAC, in a session opened with the key."""
+        what = what or op.name.lower()
+        for again in (True, False):
+            if self._seal is None:
+                self._open(what)
+            assert self._seal is not None
+            try:
+                return self.request(Op.SEALED, self._seal.of(bytes((op,)) + body), what)
+            except RefusedError as refused:
+                # The session ends by itself after minutes of silence.
+                if refused.status != _NOT_SEALED or not again:
+                    raise
+                self._seal = None
+        raise AssertionError
+
+    def _open(self, what: str, unlock: bool = False) -> None:
+        """Answers a challenge; a drive gives none for a second from its power-up on, and for ten
+        from the third wrong answer."""
+        until_s = time.monotonic() + _LOCKED_OUT_S
+        while True:
+            try:
+                body = self.request(Op.CHALLENGE, self._acting, what)
+                break
+            except RefusedError as refused:
+                if refused.status != _NOT_NOW or time.monotonic() > until_s:
+                    raise
+                time.sleep(_POLL_S)
+        nonce = struct.unpack("<Q", body)[0]
+        answer = struct.pack("<Q", response(self._key, nonce, unlock))
+        try:
+            self.request(Op.UNLOCK, self._acting + answer)
+        except RefusedError:
+            raise UserError("the key is not this drive's; three wrong ones lock out") from None
+        self._seal = Seal(self._key, nonce)
 
     def _body(self, frame: Frame, what: str) -> bytes:
         if not frame.body or frame.body[0] != 0:
@@ -310,7 +352,7 @@ class Client:
         what = f"{name} = {parameter.show(value)}"
         try:
             body = struct.pack("<IHf", self.session, parameter.index, value)
-            self.request(Op.SET, body, what)
+            self.sealed(Op.SET, body, what)
         except RefusedError as refused:
             why = self._why(parameter, value, refused)
             raise RefusedError(what, refused.status, refused.detail, why) from None
@@ -331,16 +373,12 @@ class Client:
 
     def unlock(self, key: bytes) -> None:
         """Protected parameters can be set from now on, for some minutes."""
-        nonce = struct.unpack("<Q", self.request(Op.CHALLENGE, self._acting, "unlocking"))[0]
-        answer = struct.pack("<Q", response(key, nonce))
-        try:
-            self.request(Op.UNLOCK, self._acting + answer)
-        except RefusedError:
-            raise UserError("the key is not this drive's; three wrong ones lock out") from None
+        self._key = key
+        self._open("unlocking", unlock=True)
 
     def save(self, patience_s: float = 30.0) -> StoreState:
         """The parameters in use survive power-down; waits until they do."""
-        self.request(Op.SAVE, self._acting, "saving")
+        self.sealed(Op.SAVE, self._acting, "saving")
         until_s = time.monotonic() + patience_s
         while (state := self.store()).saving:
             if time.monotonic() > until_s:
@@ -383,7 +421,10 @@ class Client:
         torque = b"" if torque_Nm is None else struct.pack("<f", torque_Nm)
         bits |= TORQUE_MODE if torque else 0
         body = struct.pack("<IIfH", self.session, bits, speed_rad_s, valid_ms) + torque
-        self.request(Op.COMMAND, body)
+        if bits & ~TORQUE_OFF:
+            self.sealed(Op.COMMAND, body)
+        else:
+            self.request(Op.COMMAND, body)  # a stop needs no key
 
     def status(self) -> Status:
         layout = struct.Struct(f"<{_WORDS_U}I{_WORDS_F}f")
@@ -465,7 +506,7 @@ class Client:
         return head, self._rows(Op.FAULT_READ, head.rows, len(head.signals))
 
     def clear_faults(self) -> None:
-        self.request(Op.FAULT_CLEAR, struct.pack("<I", self.session))
+        self.sealed(Op.FAULT_CLEAR, self._acting)
 
     def stop(self) -> None:
         """Best effort, for the way out."""

@@ -31,9 +31,7 @@ RPM_PER_RAD_S = 30.0 / math.pi
 EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
 CONFIDENCE = {0: "closed loop", 1: "degraded", 2: "I-f operation"}
 POLL_S = 0.05
-_NOT_NOW = 8  # status of an answer
 _LOADED = 1  # found at start
-_LOCKED_OUT_S = 11.0
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEVICE", help="Serial port of the drive.")
@@ -48,6 +46,10 @@ KeyOption = Annotated[
     Path | None,
     typer.Option("--key", metavar="FILE", help="Unlock with this key: 32 hexadecimal digits."),
 ]
+SealKeyOption = Annotated[
+    Path | None,
+    typer.Option("--key", metavar="FILE", help="The drive's key: 32 hexadecimal digits."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
 
@@ -57,11 +59,14 @@ def register(app: typer.Typer) -> None:
         app.command(command.__name__.rstrip("_"))(command)
 
 
-def open_client(port: str | None, baud: int, sil: bool, tcp: int) -> Client:
-    """The drive that the options name."""
+def open_client(
+    port: str | None, baud: int, sil: bool, tcp: int, key: Path | None = None
+) -> Client:
+    """The drive that the options name; what can hurt is asked for with that key."""
     if (port is not None) == sil:
         raise UserError("which drive? give --port DEVICE, or --sil for the one of tools/zh serve")
-    return Client(SerialLine(port, baud) if port is not None else TcpLine(tcp))
+    line = SerialLine(port, baud) if port is not None else TcpLine(tcp)
+    return Client(line, key=load_key(key))
 
 
 def serve(
@@ -215,7 +220,7 @@ def set_(
     tcp: TcpOption = DEFAULT_TCP_PORT,
 ) -> None:
     """Change a parameter of the drive; it acts from the next control period on."""
-    with open_client(port, baud, sil, tcp) as drive:
+    with open_client(port, baud, sil, tcp, key) as drive:
         unlock_drive(drive, unlock, key)
         parameter = drive.parameter(name)
         drive.set(name, parameter.number(value))
@@ -231,24 +236,16 @@ def save(
     tcp: TcpOption = DEFAULT_TCP_PORT,
 ) -> None:
     """Save the parameters in use, for the next power-up; gates off."""
-    with open_client(port, baud, sil, tcp) as drive:
+    with open_client(port, baud, sil, tcp, key) as drive:
         unlock_drive(drive, unlock, key)
         drive.save()
         print("saved")
 
 
 def unlock_drive(drive: Client, wanted: bool, key: Path | None) -> None:
-    """With that key, or the development key; a drive hears none for 10 s from its power-up on."""
+    """With that key, or the development key."""
     if wanted or key is not None:
-        until_s = time.monotonic() + _LOCKED_OUT_S
-        while True:
-            try:
-                drive.unlock(load_key(key))
-                break
-            except link.RefusedError as error:
-                if error.status != _NOT_NOW or time.monotonic() > until_s:
-                    raise
-                time.sleep(POLL_S)
+        drive.unlock(load_key(key))
         if key is None:
             print("zh: unlocked with the development key, which everybody knows", file=sys.stderr)
 
@@ -361,6 +358,7 @@ def faults(
         typer.Option("--out", metavar="FILE", help="Write its record, .csv or .mf4."),
     ] = None,
     clear: Annotated[bool, typer.Option("--clear", help="Forget list and record.")] = False,
+    key: SealKeyOption = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
@@ -368,7 +366,7 @@ def faults(
     as_json: JsonOption = False,
 ) -> None:
     """List the drive's faults, and read the record round the last that opened the gates."""
-    with open_client(port, baud, sil, tcp) as drive:
+    with open_client(port, baud, sil, tcp, key) as drive:
         ever, entries = drive.faults()
         kept = drive.fault_record()
         if as_json:

@@ -21,6 +21,7 @@ from zerohertz.link.command import (
     RPM_PER_RAD_S,
     BaudOption,
     PortOption,
+    SealKeyOption,
     SilOption,
     TcpOption,
     open_client,
@@ -59,7 +60,8 @@ def run(
         ),
     ] = 1.0,
     reset: Annotated[bool, typer.Option("--reset", help="Reset faults first.")] = False,
-    stop: Annotated[bool, typer.Option("--stop", help="Only stop.")] = False,
+    stop: Annotated[bool, typer.Option("--stop", help="Only stop; needs no key.")] = False,
+    key: SealKeyOption = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
@@ -75,7 +77,7 @@ def run(
         raise UserError("give --rpm SPEED or --torque-Nm TORQUE, or --stop, or --reset")
     if not all(map(math.isfinite, wanted)):
         raise UserError("--rpm, --torque-Nm: a finite number is needed")
-    with open_client(port, baud, sil, tcp) as drive:
+    with open_client(port, baud, sil, tcp, key) as drive:
         if reset:
             drive.command(link.RESET)
             time.sleep(POLL_S)

@@ -44,9 +44,26 @@ def siphash_2_4(key: bytes, message: bytes) -> int:
     return v[0] ^ v[1] ^ v[2] ^ v[3]
 
 
-def response(key: bytes, nonce: int) -> int:
-    """What unlocks; firmware/host/access.h."""
-    return siphash_2_4(key, b"zhunlock" + nonce.to_bytes(8, "little"))
+def response(key: bytes, nonce: int, unlock: bool = True) -> int:
+    """What unlocks, or only opens a session; firmware/host/access.h."""
+    purpose = b"zhunlock" if unlock else b"zhopened"
+    return siphash_2_4(key, purpose + nonce.to_bytes(8, "little"))
+
+
+class Seal:
+    """Counter and MAC of the requests of one session."""
+
+    def __init__(self, key: bytes, nonce: int) -> None:
+        head = b"zhsealed" + nonce.to_bytes(8, "little")
+        halves = (siphash_2_4(key, head + half.to_bytes(8, "little")) for half in (0, 1))
+        self._key = b"".join(half.to_bytes(8, "little") for half in halves)
+        self._counter = 0
+
+    def of(self, request: bytes) -> bytes:
+        """The request with what shows that it is ours, and the next one."""
+        self._counter += 1
+        message = request + self._counter.to_bytes(4, "little")
+        return message + siphash_2_4(self._key, message).to_bytes(8, "little")
 
 
 def load_key(path: Path | None) -> bytes:
