@@ -1,9 +1,13 @@
 /* The key that everybody has who can read: it lets the tools unlock an example port on a bench, and
- * protects nothing. A product gives hal_devices_t.access_key sixteen bytes of its own, other ones
- * for each drive, from where nobody reads them out, and hands `tools/zh unlock --key` the same.
+ * protects nothing. A product builds with -DZH_RELEASE=ON and -DZH_ACCESS_KEY=<file>, sixteen bytes
+ * of its own, other ones for each drive, and hands `tools/zh run --key` the same.
  */
 #ifndef HAL_DEVELOPMENT_KEY_H
 #define HAL_DEVELOPMENT_KEY_H
+
+#ifdef ZH_RELEASE
+#error "release build: everybody knows the development key; include hal_access_key.h instead"
+#endif
 
 /* "ZeroHertz develo" */
 #define HAL_DEVELOPMENT_KEY                                                                        \

@@ -14,7 +14,7 @@
 #include "cm_registers.h"
 #include "cm_stack.h"
 #include "cm_text.h"
-#include "hal_development_key.h"
+#include "hal_access_key.h"
 #include "host_link.h"
 #include "inject.h"
 #include "mps2_registers.h"
@@ -116,7 +116,7 @@ static bool entropy(void *context, uint64_t *bits)
     return (random_file >= 0) && semihosting_read(random_file, bits, sizeof *bits);
 }
 
-static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY;
+static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_ACCESS_KEY;
 static const hal_flash_t flash = RAM_FLASH(&flash_memory);
 
 /* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */

@@ -10,7 +10,7 @@
 #include "cm_port.h"
 #include "cm_registers.h"
 #include "cm_text.h"
-#include "hal_development_key.h"
+#include "hal_access_key.h"
 #include "stm32_adc.h"
 #include "stm32_board.h"
 #include "stm32_clock.h"
@@ -184,7 +184,7 @@ static const hal_flash_t flash = {.context = &store,
                                   .erase = stm32_store_erase,
                                   .program = stm32_store_program,
                                   .read = stm32_store_read};
-static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_DEVELOPMENT_KEY; /* yours here */
+static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_ACCESS_KEY;
 
 /* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
 static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,

@@ -60,7 +60,10 @@ function(zh_image)
     zh_image_parameters("${IMAGE_BOARD}")
     add_executable(zh_image ${IMAGE_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:zh_hal_cortex_m>)
     set_target_properties(zh_image PROPERTIES OUTPUT_NAME firmware RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}")
-    target_include_directories(zh_image PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
+    target_include_directories(zh_image PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
+    if(ZH_RELEASE)
+        target_compile_definitions(zh_image PRIVATE ZH_RELEASE)
+    endif()
     target_include_directories(zh_hal_cortex_m PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}"
                                "${PROJECT_BINARY_DIR}/generated")
     target_compile_definitions(
