@@ -158,9 +158,16 @@ def test_silence_brings_the_speed_down_and_latches():
 
 
 def test_silence_is_nobodys_business_without_a_limit():
-    record = go(1.5, {"silent_from_s": 1.0}, speed_ref_rpm=RUN_UP)
+    firmware = {"command_timeout_s": 0.0}
+    record = go(3.5, {"silent_from_s": 1.0}, firmware, speed_ref_rpm=RUN_UP)
     assert record.first_fault == 0
     assert record["state"][-1] == State.RUN
+
+
+def test_silence_is_watched_unless_somebody_turns_it_off():
+    record = go(3.5, {"silent_from_s": 1.0}, speed_ref_rpm=RUN_UP)
+    assert first(record, State.RAMP_DOWN) == pytest.approx(3.0, abs=0.002)
+    assert record.first_fault == Fault.COMMAND_TIMEOUT
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -80,6 +80,7 @@ def test_a_drive_finds_its_motor_keeps_it_and_runs_it_after_a_power_cycle(tmp_pa
         assert client.store().found == 1
         assert client.get(list(kept)) == pytest.approx(kept, rel=1e-6)
         half_rpm = 0.5 * PLATE.speed_rpm
+        client.set("command_timeout_s", 0.0)  # one command for all of the run
         client.command(link.RUN, half_rpm * math.pi / 30.0)
         drive.run(40_000)
         assert client.status().faults == 0

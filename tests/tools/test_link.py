@@ -32,7 +32,12 @@ from zerohertz.link.server import LinkedDrive, PtyEnd, TcpEnd, serve
 from zerohertz.link.siphash import DEVELOPMENT_KEY, load_key, siphash_2_4
 from zerohertz.paths import ROOT
 
-QUICK = {"offset_calibration_s": 0.02, "premagnetise_s": 0.5, "observer_gain_enable": 1}
+QUICK = {
+    "offset_calibration_s": 0.02,
+    "premagnetise_s": 0.5,
+    "observer_gain_enable": 1,
+    "command_timeout_s": 0.0,  # these drives' time runs faster than who commands them
+}
 PERIOD_S = 200e-6
 IDEAL_J_KG_M2 = 0.015  # host_sim/rigs/ideal.toml
 

@@ -408,6 +408,7 @@ static void test_a_command_that_is_none_is_refused_and_the_old_one_stands(void)
 
 static void test_a_silent_host_stops_the_drive_when_it_said_so(void)
 {
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("command_timeout_s", 0.0f));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 20u)); /* 100 periods */
     rounds(85u);
     TEST_ASSERT_TRUE(unit()->asked.mode != DRIVE_OFF);

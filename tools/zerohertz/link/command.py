@@ -82,7 +82,12 @@ def serve(
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter.")
     ] = None,
     speed: Annotated[
-        float, typer.Option(min=0.0, help="Seconds of the drive per second; 0: as fast as it goes.")
+        float,
+        typer.Option(
+            min=0.0,
+            help="Seconds of the drive per second; 0: as fast as it goes. Beyond 8 a `zh run` is "
+            "too slow for command_timeout_s.",
+        ),
     ] = 1.0,
     tcp: TcpOption = DEFAULT_TCP_PORT,
     pty: Annotated[bool, typer.Option("--pty", help="A terminal device instead of TCP.")] = False,

@@ -56,7 +56,8 @@ def run(
             "--valid",
             min=0.0,
             max=60.0,
-            help="The drive stops when it hears nothing for this long, in its own time; 0: never.",
+            help="The drive stops when it hears nothing for this long, in its own time; 0: after "
+            "command_timeout_s.",
         ),
     ] = 1.0,
     reset: Annotated[bool, typer.Option("--reset", help="Reset faults first.")] = False,
