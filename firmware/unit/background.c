@@ -11,6 +11,10 @@
  * slice beside the control period no more than two or three periods of the slowest core here. */
 #define UNIT_CRC_ENTRIES_PER_SLICE 24u
 
+/* Bytes of the configuration per slice: whole within 50 ms where the background has its turn every
+ * 2 ms. */
+#define UNIT_CONFIG_BYTES_PER_SLICE 96u
+
 bool unit_at_rest(const unit_t *unit)
 {
     const uint32_t command = unit->mailbox.slot[unit->mailbox.published & 1u].command;
@@ -35,10 +39,10 @@ void unit_post_command(unit_t *unit, const unit_command_t *command)
 /* Running check of the table: flash can lose a bit after the check at start. */
 static void check_table_slice(unit_t *unit)
 {
-    const gain_table_t *table = estimator_table(&unit_config(unit)->drive.estimator);
-    if (table == NULL) {
+    if (estimator_table(&unit_config(unit)->drive.estimator) == NULL) {
         return;
     }
+    const gain_table_t *table = unit->table;
     uint32_t end = unit->crc_entry + UNIT_CRC_ENTRIES_PER_SLICE;
     if (end > table->entry_count) {
         end = table->entry_count;
@@ -54,10 +58,34 @@ static void check_table_slice(unit_t *unit)
     }
 }
 
+/* Running check of the configuration in force: RAM can lose a bit, a trip limit among them. */
+static void check_config_slice(unit_t *unit)
+{
+    const uint32_t index = unit->in_force;
+    const uint32_t bytes = (uint32_t)sizeof unit->config[index];
+    if (index != unit->config_checked) {
+        unit->config_checked = index;
+        unit->config_at = 0u;
+    }
+    const uint32_t left = bytes - unit->config_at;
+    const uint32_t n = (left < UNIT_CONFIG_BYTES_PER_SLICE) ? left : UNIT_CONFIG_BYTES_PER_SLICE;
+    const uint8_t *config = (const uint8_t *)&unit->config[index];
+    const uint32_t before = (unit->config_at == 0u) ? 0u : unit->config_sum;
+    unit->config_sum = crc32c_update(before, &config[unit->config_at], n);
+    unit->config_at += n;
+    if (unit->config_at >= bytes) {
+        if (unit->config_sum != unit->config_crc[index]) {
+            unit->mailbox.faults |= FAULT_CONFIG;
+        }
+        unit->config_at = 0u;
+    }
+}
+
 COLD void unit_background(unit_t *unit, const hal_devices_t *devices)
 {
     if (unit->configured) {
         check_table_slice(unit);
+        check_config_slice(unit);
     }
     unit_record_background(unit);
     if (devices != NULL) {

@@ -2,6 +2,7 @@
 
 #include <stddef.h>
 
+#include "crc32c.h"
 #include "handover.h"
 #include "table_crc.h"
 #include "unit_config.h"
@@ -27,6 +28,12 @@ COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_ta
            commissioning_init(&cfg->commissioning, params);
 }
 
+/* The memory as it lies, padding and all: nobody writes it any more. */
+static void remember(unit_t *unit, uint32_t index)
+{
+    unit->config_crc[index] = crc32c(&unit->config[index], sizeof unit->config[index]);
+}
+
 /* What speaks against the table; with L = 0 none is used. */
 static uint32_t table_faults(const unit_t *unit, const gain_table_id_t *made_for)
 {
@@ -46,12 +53,13 @@ bool unit_adopt(unit_t *unit, const gain_table_id_t *made_for)
     const bool built = build(cfg, &unit->params, unit->table, &unit->refused);
     unit->mailbox.faults = built ? table_faults(unit, made_for) : FAULT_CONFIG;
     unit->configured = unit->mailbox.faults == 0u;
+    remember(unit, unit->in_force);
     return unit->configured;
 }
 
 bool unit_init(unit_t *unit, const params_t *params, const gain_table_t *table)
 {
-    *unit = (unit_t){.table = table};
+    *unit = (unit_t){.table = table, .decided = UINT32_MAX};
     unit->params = *params;
     return unit_adopt(unit, NULL);
 }
@@ -71,6 +79,7 @@ bool unit_reconfigure(unit_t *unit, const params_t *params)
     } else {
         /* what was in force, or about to be, stays */
     }
+    remember(unit, 1u - unit->in_force);
     handover();
     unit->change_ready = unit->configured; /* else for the next start, once saved */
     return good;

@@ -68,6 +68,7 @@ typedef struct {
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
     drive_in_t asked;           /* of the law, by command, mode and aim */
+    uint32_t decided;           /* what mode and aim were at the end of the last period, inverted */
     unit_command_t command;     /* as it came last */
     uint32_t taken;             /* mailbox.published then */
     uint32_t command_faults;    /* a number of it is none */
@@ -94,7 +95,11 @@ typedef struct {
     params_t params;           /* what the newest configuration was made of */
     uint32_t crc_entry;        /* next table entry of the running check */
     uint32_t crc;
-    uint32_t served_count; /* period_count at the last watchdog service */
+    uint32_t config_crc[2];  /* of each configuration, once it was built */
+    uint32_t config_at;      /* next byte of the running check of the one in force */
+    uint32_t config_sum;     /* of the bytes before */
+    uint32_t config_checked; /* index of the one that is looked at */
+    uint32_t served_count;   /* period_count at the last watchdog service */
     unit_link_t link;
     unit_store_t store;
 } unit_t;

@@ -8,11 +8,12 @@
 #include "param_store.h"
 
 /* The drive's own time, in which the guard counts. */
-#define UNIT_STORE_LOCKOUT_S   10.0f  /* after three wrong answers */
-#define UNIT_STORE_POWER_UP_S  1.0f   /* from power-up */
-#define UNIT_STORE_CHALLENGE_S 10.0f  /* an answer has to come within */
-#define UNIT_STORE_UNLOCKED_S  600.0f /* then it locks by itself; a session, after such a silence  \
-                                       */
+#define UNIT_STORE_LOCKOUT_S   10.0f /* after three wrong answers */
+#define UNIT_STORE_POWER_UP_S  1.0f  /* from power-up */
+#define UNIT_STORE_CHALLENGE_S 10.0f /* an answer has to come within */
+#define UNIT_STORE_UNLOCKED_S                                                                      \
+    600.0f /* then it locks by itself; a session, after such a silence                             \
+            */
 
 /* Zeroed is a valid beginning: locked, nothing found, nothing to save. */
 typedef struct {

@@ -651,6 +651,75 @@ static void test_telemetry_says_what_the_period_did(void)
     TEST_ASSERT_EQUAL_FLOAT(0.2f, t.e1_beta_A);
 }
 
+/* One bit of a word, wherever an enum lies in it. */
+static void flip(void *word, uint32_t bit)
+{
+    uint32_t bits;
+    memcpy(&bits, word, sizeof bits);
+    bits ^= 1u << bit;
+    memcpy(word, &bits, sizeof bits);
+}
+
+/* Every bit of mode, aim and state, in RUN and while the flux is built: what the drive does next is
+ * what was asked for, or it says FAULT with the gates off. */
+static void test_a_flipped_bit_of_mode_aim_or_state_is_healed_or_declared(void)
+{
+    void *const word[] = {&unit.asked.mode, &unit.asked.aim, &unit.machine.id, &unit.drive.mode};
+    const int from_periods[] = {110, 20};
+    const uint32_t state[] = {SEQUENCE_RUN, SEQUENCE_PREMAGNETISE};
+    uint32_t healed = 0u;
+    for (uint32_t n = 0u; n < 2u * 4u * 32u; n++) {
+        TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+        (void)periods(0u, 0.0f, 60);
+        (void)periods(SEQUENCE_CMD_RUN, 0.0f, from_periods[n / 128u]);
+        TEST_ASSERT_EQUAL_UINT32(state[n / 128u], telemetry().state);
+        const unit_t before = unit;
+        flip(word[(n / 32u) % 4u], n % 32u);
+        const hal_output_t first = periods(SEQUENCE_CMD_RUN, 0.0f, 1);
+        if (unit.machine.faults != 0u) {
+            TEST_ASSERT_FALSE(first.gates_on);
+            TEST_ASSERT_EQUAL_HEX32(FAULT_CONFIG, unit.machine.faults);
+            TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
+            continue;
+        }
+        (void)periods(SEQUENCE_CMD_RUN, 0.0f, 2);
+        const bool same =
+            (unit.asked.mode == before.asked.mode) && (unit.asked.aim == before.asked.aim) &&
+            (unit.machine.id == before.machine.id) && (unit.drive.mode == before.drive.mode);
+        const bool stopped = !periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on;
+        TEST_ASSERT_TRUE_MESSAGE(same || stopped, "neither healed nor declared");
+        healed += same ? 1u : 0u;
+    }
+    TEST_ASSERT_TRUE(healed > 0u);
+}
+
+/* In the configuration in force, padding included; one bit of each byte. */
+static void test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms(void)
+{
+    run_up(0.0f);
+    const unit_t before = unit;
+    for (size_t at = 0u; at < sizeof unit.config[0]; at++) {
+        unit = before;
+        ((uint8_t *)&unit.config[unit.in_force])[at] ^= (uint8_t)(1u << (at % 8u));
+        for (uint32_t ms = 0u; ms < 50u; ms += 2u) {
+            unit_background(&unit, NULL);
+        }
+        TEST_ASSERT_BITS_HIGH(FAULT_CONFIG, unit.mailbox.faults);
+    }
+    TEST_ASSERT_FALSE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
+    /* Without a flip, and through a live change, nothing is found. */
+    unit = before;
+    for (uint32_t n = 0u; n < 100u; n++) {
+        unit_background(&unit, NULL);
+        if (n % 7u == 0u) {
+            params.adapt_kp += 0.01f;
+            TEST_ASSERT_TRUE(unit_reconfigure(&unit, &params));
+        }
+        TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, unit.mailbox.faults);
+}
+
 /* What the estimator shows beside its estimate is read from its state. */
 static void test_signals_of_the_estimator_show_its_state(void)
 {
@@ -700,6 +769,8 @@ int main(void)
     RUN_TEST(test_live_change_is_taken_or_refused_as_a_whole);
     RUN_TEST(test_eps1_units_reach_the_law_converted);
     RUN_TEST(test_telemetry_says_what_the_period_did);
+    RUN_TEST(test_a_flipped_bit_of_mode_aim_or_state_is_healed_or_declared);
+    RUN_TEST(test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms);
     RUN_TEST(test_signals_of_the_estimator_show_its_state);
     return UNITY_END();
 }

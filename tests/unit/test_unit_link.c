@@ -1249,6 +1249,20 @@ static void test_no_session_has_the_number_of_nobody(void)
     TEST_ASSERT_EQUAL_UINT32(1u, unit()->link.session);
 }
 
+/* Without a store the default told is what is in use. */
+static void test_a_board_without_a_store_tells_its_parameters_too(void)
+{
+    TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
+    port.background_every = 1u;
+    port.until_background = 1u;
+    command_writer_t w = ask(UNIT_LINK_PARAM_INFO);
+    command_put_u16(&w, (uint16_t)params_find("i_d_A"));
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
+    take(&body, 10u);
+    TEST_ASSERT_EQUAL_FLOAT(params.i_d_A, command_take_float(&body));
+}
+
 static void test_more_signals_than_a_sample_holds_are_refused(void)
 {
     const uint8_t number[TRACE_SIGNALS_MAX + 1u] = {0};
@@ -1366,6 +1380,7 @@ int main(void)
     RUN_TEST(test_the_entries_of_a_saved_record_are_told_one_by_one);
     RUN_TEST(test_says_what_the_board_gives);
     RUN_TEST(test_no_session_has_the_number_of_nobody);
+    RUN_TEST(test_a_board_without_a_store_tells_its_parameters_too);
     RUN_TEST(test_more_signals_than_a_sample_holds_are_refused);
     RUN_TEST(test_a_board_whose_devices_fail_says_so);
     RUN_TEST(test_a_command_that_ran_out_is_told);
