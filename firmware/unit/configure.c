@@ -59,7 +59,7 @@ bool unit_adopt(unit_t *unit, const gain_table_id_t *made_for)
 
 bool unit_init(unit_t *unit, const params_t *params, const gain_table_t *table)
 {
-    *unit = (unit_t){.table = table, .decided = UINT32_MAX};
+    *unit = (unit_t){.table = table};
     unit->params = *params;
     return unit_adopt(unit, NULL);
 }

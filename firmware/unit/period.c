@@ -168,7 +168,7 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
     if ((sample->inputs & HAL_INPUT_BREAK) != 0u) {
         faults |= FAULT_BRAKE_INPUT;
     }
-    if (unit->decided != ~decisions(unit)) {
+    if (unit->decided != decisions(unit)) {
         faults |= FAULT_CONFIG; /* changed between two periods: nobody asked for that */
     }
     if (unit->configured) {
@@ -183,7 +183,7 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
     if (!sequence_goes_on(&unit->machine, command, faults)) {
         step_state(unit, cfg, command, faults);
     }
-    unit->decided = ~decisions(unit);
+    unit->decided = decisions(unit);
     write_output(unit, valid, output);
     unit->period_count++;
 }

@@ -68,7 +68,7 @@ typedef struct {
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
     drive_in_t asked;           /* of the law, by command, mode and aim */
-    uint32_t decided;           /* what mode and aim were at the end of the last period, inverted */
+    uint32_t decided;           /* check word of mode and aim at the end of the last period */
     unit_command_t command;     /* as it came last */
     uint32_t taken;             /* mailbox.published then */
     uint32_t command_faults;    /* a number of it is none */
