@@ -31,7 +31,7 @@ static inline uint32_t late_faults(unit_t *unit, uint16_t late_periods)
     return FAULT_PERIOD_LATE | (again ? FAULT_PERIOD_OVERRUN : 0u);
 }
 
-/* Whoever commands has to be alive while the gates are on. */
+/* Whoever commands has to be alive while the gates are on; looked at once in sixteen periods. */
 COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
 {
     const uint32_t alive = unit->mailbox.alive;
@@ -39,7 +39,7 @@ COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
         unit->command_count = alive;
         unit->silent_periods = 0u;
     } else if (unit->silent_periods < timeout_periods) {
-        unit->silent_periods++;
+        unit->silent_periods += SLOT_COUNT;
     } else {
         return FAULT_COMMAND_TIMEOUT;
     }
@@ -129,7 +129,7 @@ static inline uint32_t run_law(unit_t *unit, const unit_config_t *cfg, const hal
                                     sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts};
     drive_step(&cfg->drive, &unit->drive, &words, &unit->asked, &unit->last);
     uint32_t faults = unit->last.faults | unit->command_faults;
-    if (cfg->command_timeout_periods > 0u) {
+    if ((unit->drive.slot == SLOT_COMMAND) && (cfg->command_timeout_periods > 0u)) {
         faults |= silence_faults(unit, cfg->command_timeout_periods);
     }
     if (unit->asked.mode == DRIVE_COMMISSION) {

@@ -155,12 +155,11 @@ static void test_silence_is_counted_with_the_gates_on_only(void)
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
     (void)periods(0u, 0.0f, 2000);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);
-    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 501);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 500);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RUN, telemetry().state);
-    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 1);
+    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 2 * (int)SLOT_COUNT);
     TEST_ASSERT_EQUAL_HEX32(FAULT_COMMAND_TIMEOUT, telemetry().faults);
     /* Standing already: nothing to bring down. */
-    (void)periods(SEQUENCE_CMD_RUN, 0.0f, 2);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
     (void)periods(SEQUENCE_CMD_FAULT_RESET, 0.0f, 60);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);

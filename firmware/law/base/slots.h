@@ -25,6 +25,7 @@
 #define SLOT_SUPERVISOR_DECIDE  0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
+#define SLOT_COMMAND            2u /* is whoever commands still there */
 #define SLOT_GUARD_VOLTAGE      3u
 #define SLOT_STATE_MODES        4u
 #define SLOT_HEAT               4u
