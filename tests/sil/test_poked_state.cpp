@@ -51,6 +51,7 @@ bool is_float(std::size_t word)
         BLOCK(asked),
         BLOCK(slot),
         BLOCK(estimator.adaptation.near_zero),
+        BLOCK(estimator.adaptation.steps),
         BLOCK(limits.link.acting),
         BLOCK(limits.overload.derating),
         BLOCK(guard.monitor),
