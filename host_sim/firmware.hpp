@@ -69,6 +69,9 @@ public:
     // False, and nothing changed, when the application refuses the new set.
     bool reconfigure(const params_t &params);
 
+    // From here on the guard of the speed counts and does not act; a reconfiguration ends it.
+    void record_guard();
+
     const unit_t &unit() const
     {
         return port_.unit;

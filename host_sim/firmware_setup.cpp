@@ -99,6 +99,9 @@ void scale_to_motor(params_t &params, const MotorFile &m)
     scale_param(params, "i_d_A", i_d);
     scale_param(params, "i_d_max_A", i_d);
     scale_param(params, "lambda_max_Wb", flux);
+    for (const char *name : {"speed_max_rad_s", "over_speed_rad_s", "torque_speed_max_rad_s"}) {
+        scale_param(params, name, m.frequency_Hz / paper_frequency_Hz);
+    }
     scale_param(params, "speed_J_kg_m2", m.J_kg_m2 / paper_J_kg_m2);
 }
 

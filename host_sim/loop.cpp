@@ -25,6 +25,7 @@ struct Row {
     unit_telemetry_t t;
     hal_output_t duty;
     double speed_ref_rpm = 0.0;
+    double omega_hat_rad_s = 0.0;
     double omega_ref_rad_s = 0.0;
     double f_s_Hz = 0.0;
     double lambda_Wb = 0.0;
@@ -65,6 +66,9 @@ Loop::Loop(const Run &run, LockstepPeer *peer)
       plant_(run.rig, run.board, run.scenario.disturbances, run.seed),
       timer_(run.board.delay_periods), operator_(run.scenario), f_s_(run.board.period_s)
 {
+    if (run.guard_recorded) {
+        firmware_.record_guard();
+    }
     operator_.speak(plant_.time_s());
     out_.period_s = run.board.period_s;
     out_.stride = (run.steps + run.decimate - 1) / run.decimate;
@@ -134,6 +138,8 @@ void Loop::record(const hal_output_t &output)
     Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
     const Vec flux_Wb = r.truth.psi_r_Wb;
     r.speed_ref_rpm = static_cast<double>(operator_.speed_ref_rpm(r.truth.t_s));
+    r.omega_hat_rad_s = static_cast<double>(unit.drive.estimator.estimate.omega_e_rad_s /
+                                            firmware_.params().pole_pairs);
     r.omega_ref_rad_s = static_cast<double>(unit.drive.modes.vector.speed.omega_ref_rad_s) /
                         static_cast<double>(firmware_.params().pole_pairs);
     r.f_s_Hz = f_s_.f_Hz();

@@ -93,6 +93,7 @@ zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
     o.e1_beta_A = t.e1_beta_A;
     o.stator_frequency_Hz = t.stator_frequency_Hz;
     show_estimator(firmware.unit(), o);
+    o.speed_unknown = t.speed_unknown;
     return o;
 }
 
@@ -179,7 +180,7 @@ void zh_sil_close(zh_sil *handle)
 
 int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
 {
-    if (out == nullptr || out->struct_size < sizeof(zh_sil_out)) {
+    if (out == nullptr || out->struct_size < offsetof(zh_sil_out, speed_unknown)) {
         return fail(ZH_BAD_ARGUMENT, "zh_sil_step: out: is NULL or its struct_size too small; set "
                                      "it to sizeof(zh_sil_out)");
     }

@@ -22,8 +22,8 @@ extern "C" {
 #endif
 
 /* Raised when a struct grows, a meaning changes or a function goes; structs only ever grow at their
- * end. 2: the observer alone became sil_estimator.h. */
-#define ZH_SIL_VERSION 2u
+ * end. 2: the observer alone became sil_estimator.h. 3: speed_unknown. */
+#define ZH_SIL_VERSION 3u
 
 #define ZH_SIL_RUN         (1u << 0) /* level: run; has to be seen low once after a fault */
 #define ZH_SIL_FAULT_RESET (1u << 1) /* rising edge */
@@ -106,7 +106,7 @@ typedef struct {
     uint32_t gates_on; /* 0 or 1 */
     uint32_t state;
     uint32_t faults;
-    float speed_hat_rpm;    /* telemetry from here on; all 0 while the gates are off */
+    float speed_hat_rpm;    /* telemetry from here on; all 0 while the gates are off. NaN: unknown */
     float lambda_Wb;        /* rotor flux estimate */
     float lambda_angle_rad; /* stationary frame */
     float i_d_A;
@@ -120,6 +120,9 @@ typedef struct {
     float l2_re; /* l2 in ohm */
     float l2_im;
     float x_rad_s; /* state of the speed adaptation's integrator, electrical */
+    /* Filled in where struct_size leaves room. */
+    uint32_t speed_unknown; /* 1: a mode imposes the frequency and nothing shows that the rotor
+                             * follows */
 } zh_sil_out;
 
 typedef struct {

@@ -156,6 +156,7 @@ zh::Run zh::run_of(const zh_sim_job &job)
     }
     run.stop_at_trip = (job.flags & ZH_SIM_STOP_AT_TRIP) != 0;
     run.time_split = (job.flags & ZH_SIM_TIME_SPLIT) != 0;
+    run.guard_recorded = (job.flags & ZH_SIM_GUARD_RECORDED) != 0;
     run.hash_signals = (job.flags & ZH_SIM_HASH_SIGNALS) != 0;
     return run;
 }

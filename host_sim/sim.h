@@ -17,6 +17,9 @@ extern "C" {
 #define ZH_SIM_STOP_AT_TRIP (1u << 0) /* end the run at the first trip of any kind */
 #define ZH_SIM_TIME_SPLIT   (1u << 1) /* afterwards time firmware and plant, each alone */
 #define ZH_SIM_HASH_SIGNALS (1u << 2) /* hash every traced signal of the firmware */
+/* What the guard says of the speed (deviation, over-speed, a rotor that does not follow) counts and
+ * does not act: it neither trips nor warns. No image can be told this. */
+#define ZH_SIM_GUARD_RECORDED (1u << 3)
 
 /* Bits of trip. The run goes on (but for DIVERGED) unless ZH_SIM_STOP_AT_TRIP is set. */
 #define ZH_TRIP_FIRMWARE (1u << 0) /* any fault of the firmware */

@@ -46,6 +46,7 @@ struct Run {
     bool stop_at_trip = false;
     bool time_split = false;
     bool hash_signals = false;
+    bool guard_recorded = false; // Firmware::record_guard
 };
 
 struct Column {

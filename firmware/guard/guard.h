@@ -11,10 +11,12 @@
 #include "monitor.h"
 #include "plausibility.h"
 #include "slots.h"
+#include "speed_guard.h"
 
 typedef struct {
     monitor_config_t monitor;
     plausibility_config_t plausibility;
+    speed_guard_config_t speed;
     float i_q_max2_A2; /* torque current and current vector that there are at most */
     float i_max2_A2;
     float kr; /* M/Lr */
@@ -23,6 +25,7 @@ typedef struct {
 typedef struct {
     monitor_state_t monitor;
     plausibility_state_t plausibility;
+    speed_guard_state_t speed;
 } guard_state_t;
 
 /* Of every period. */
@@ -48,7 +51,7 @@ typedef struct {
 static inline bool guard_look_is_due(uint32_t slot)
 {
     return (slot == SLOT_GUARD_VOLTAGE) || (slot == SLOT_GUARD_PHASES) ||
-           (slot == SLOT_GUARD_ESTIMATE);
+           (slot == SLOT_GUARD_ESTIMATE) || (slot == SLOT_GUARD_SPEED);
 }
 
 /* False for what one of the parts refuses. */

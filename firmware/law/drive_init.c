@@ -80,7 +80,8 @@ static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
     const torque_limits_params_t limits = {
         .link = p->link, .overload = p->overload, .i_q_max_A = p->speed.i_q_max_A};
     return torque_limits_init(&cfg->limits, &limits, schedule_s) &&
-           guard_init(&cfg->guard, &p->monitor, &p->plausibility, schedule_s);
+           guard_init(&cfg->guard, &p->monitor, &p->plausibility, schedule_s) &&
+           speed_guard_init(&cfg->guard.speed, &p->speed_guard, &cfg->motor, schedule_s);
 }
 
 /* I-f current is there where something may ask for it. */

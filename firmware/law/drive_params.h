@@ -36,6 +36,7 @@ struct drive_params {
     link_limit_params_t link;
     overload_params_t overload;
     plausibility_params_t plausibility;
+    speed_guard_params_t speed_guard;
     supervisor_params_t supervisor;
     drive_lost_action_t lost_action;
     i_f_params_t i_f;

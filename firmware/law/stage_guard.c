@@ -1,8 +1,84 @@
 #include "stages.h"
 
+/* A current of this share of its limit is all there is (square of .95). */
+#define SPEED_AT_LIMIT_PU2 0.9f
+
+static speed_basis_t speed_basis(mode_id_t mode)
+{
+    switch (mode) {
+    case MODE_PREMAGNETISE:
+    case MODE_COMMISSIONING:
+        return SPEED_BASIS_STANDING;
+    case MODE_REMAGNETISE:
+    case MODE_VECTOR:
+        return SPEED_BASIS_ESTIMATE;
+    case MODE_TAKE_OVER:
+    case MODE_I_F:
+        return SPEED_BASIS_CURRENT;
+    case MODE_VOLTS_PER_HERTZ:
+        return SPEED_BASIS_VOLTAGE;
+    case MODE_FLYING_START:
+    case MODE_DC_BRAKE:
+        return SPEED_BASIS_NOBODY;
+    case MODE_OFF:
+    default:
+        return SPEED_BASIS_NONE;
+    }
+}
+
+/* Torque mode has two speeds it may not pass for a reference. */
+static float vector_reference_rad_s(const vector_config_t *cfg, const vector_state_t *st,
+                                    drive_aim_t aim, float omega_rad_s)
+{
+    return (aim == DRIVE_AIM_TORQUE)
+               ? clampf(omega_rad_s, cfg->speed.torque_min_rad_s, cfg->speed.torque_max_rad_s)
+               : st->speed.omega_ref_rad_s;
+}
+
+/* Where the speed comes from, and what it is compared with. */
+static void set_speeds(const drive_config_t *cfg, const drive_state_t *st, const drive_in_t *asked,
+                       ab_t i_s_A, speed_guard_in_t *in)
+{
+    const estimate_t *e = &st->estimator.estimate;
+    in->basis = speed_basis(st->mode);
+    if (in->basis == SPEED_BASIS_ESTIMATE) {
+        in->omega_rad_s = e->omega_e_rad_s;
+        in->omega_ref_rad_s = vector_reference_rad_s(&cfg->modes.vector, &st->modes.vector,
+                                                     asked->aim, in->omega_rad_s);
+        in->omega_s_rad_s = e->omega_s_rad_s;
+        in->at_limit = speed_control_at_limit(&st->modes.vector.speed);
+    } else if ((in->basis == SPEED_BASIS_CURRENT) || (in->basis == SPEED_BASIS_VOLTAGE)) {
+        in->omega_rad_s = (in->basis == SPEED_BASIS_CURRENT) ? st->modes.i_f.omega_rad_s
+                                                             : st->modes.volts.omega_rad_s;
+        in->omega_ref_rad_s =
+            (asked->aim == DRIVE_AIM_TORQUE) ? in->omega_rad_s : asked->omega_e_ref_rad_s;
+        in->omega_s_rad_s = in->omega_rad_s;
+        in->at_limit = ab_norm2(i_s_A) >= (SPEED_AT_LIMIT_PU2 * cfg->guard.i_max2_A2);
+    } else {
+        /* 0, or nobody knows */
+    }
+}
+
+static uint32_t look_at_speed(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                              const drive_out_t *out)
+{
+    speed_guard_in_t in = {
+        .premagnetising = st->mode == MODE_PREMAGNETISE,
+        .rotor = {.voltage = st->mode == MODE_VOLTS_PER_HERTZ,
+                  .u_V = st->acting.ended_V,
+                  .i_A = out->meas.i_s_A,
+                  .Rs_ohm = drive_rs_ohm(cfg, st)}};
+    set_speeds(cfg, st, asked, out->meas.i_s_A, &in);
+    in.rotor.omega_s_rad_s = in.omega_s_rad_s;
+    return speed_guard_look(&cfg->guard.speed, &st->guard.speed, &in);
+}
+
 uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                           const drive_out_t *out)
 {
+    if (st->slot == SLOT_GUARD_SPEED) {
+        return look_at_speed(cfg, st, asked, out);
+    }
     const premagnetise_state_t *found = &st->modes.premagnetise;
     const vector_config_t *vector = &cfg->modes.vector;
     const guard_look_t in = {

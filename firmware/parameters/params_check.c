@@ -2,6 +2,9 @@
 
 #include <math.h>
 
+/* Beyond the range of any parameter. */
+#define PARAMS_NO_LIMIT 1e30f
+
 /* How a limit follows from the parameters. */
 typedef enum {
     LIMIT_NUMBER,     /* factor */
@@ -10,7 +13,11 @@ typedef enum {
     LIMIT_RATE,       /* factor times second over the period */
     LIMIT_LEAKAGE,    /* sqrt(Ls Lr): beyond, no leakage is left */
     LIMIT_TRANSIENT,  /* 1 over a11, the decay of the stator current: Euler's limit */
-    LIMIT_STANDING    /* factor times 1/Tr */
+    LIMIT_STANDING,   /* factor times 1/Tr */
+    LIMIT_INVERSE,    /* factor over second */
+    LIMIT_FLUX,       /* factor times M times second, a magnetising current */
+    LIMIT_RESISTIVE,  /* factor times Rs times second, a current */
+    LIMIT_EMF         /* factor times second over nominal flux; none with field weakening */
 } limit_t;
 
 /* Indices: all members of params_t are 32 bits wide, in the order of the list. */
@@ -53,6 +60,15 @@ static float limit_of(const params_t *p, const rule_t *rule)
     }
     case LIMIT_STANDING:
         return rule->factor * p->Rr_ohm / p->Lr_H;
+    case LIMIT_INVERSE:
+        return rule->factor / second;
+    case LIMIT_FLUX:
+        return rule->factor * p->M_H * second;
+    case LIMIT_RESISTIVE:
+        return rule->factor * p->Rs_ohm * second;
+    case LIMIT_EMF:
+        return (p->weaken_share > 0.0f) ? PARAMS_NO_LIMIT
+                                        : (rule->factor * second / (p->M_H * p->i_d_A));
     case LIMIT_NUMBER:
     default:
         return rule->factor;

@@ -21,6 +21,7 @@ COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_ta
     unit_config_drive(&drive, params);
     cfg->one_way = params->direction != 0u;
     cfg->direction = (params->direction == 1u) ? 1.0f : -1.0f;
+    cfg->speed_max_rad_s = params->speed_max_rad_s;
     cfg->stop_speed_rad_s = UNIT_STANDING_RAD_S;
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
     return drive_init(&cfg->drive, &drive, table) && sequence_init(&cfg->state, params) &&

@@ -46,15 +46,16 @@ COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
     return 0u;
 }
 
-/* Electrical; none against the direction that is allowed, none in a stop. */
+/* Electrical and within the largest; none against the direction that is allowed, none in a stop.
+ */
 static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 {
     const float omega_m_ref_rad_s = unit->command.omega_m_ref_rad_s;
     const bool against = cfg->one_way && (cfg->direction * omega_m_ref_rad_s < 0.0f);
-    if (against || (unit->asked.aim == DRIVE_AIM_STOP)) {
+    if (against || (unit->asked.aim == DRIVE_AIM_STOP) || !is_finite(omega_m_ref_rad_s)) {
         return 0.0f;
     }
-    return cfg->drive.motor.pole_pairs * omega_m_ref_rad_s;
+    return limitf(cfg->drive.motor.pole_pairs * omega_m_ref_rad_s, cfg->speed_max_rad_s);
 }
 
 /* A new command, aim or configuration: what follows for the law. */

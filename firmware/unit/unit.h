@@ -47,6 +47,7 @@ typedef struct {
     uint32_t command_timeout_periods; /* 0: not watched */
     bool one_way;
     float direction;        /* of the references allowed, then */
+    float speed_max_rad_s;  /* of any reference, electrical */
     float stop_speed_rad_s; /* electrical */
     commissioning_config_t commissioning;
     auto_restart_config_t restart;
@@ -107,7 +108,7 @@ typedef struct {
 typedef struct {
     uint32_t state; /* sequence_id_t */
     uint32_t faults;
-    float omega_m_hat_rad_s;
+    float omega_m_hat_rad_s; /* NaN when nobody knows it */
     float lambda_hat_Wb;
     float lambda_angle_rad; /* stationary frame */
     float i_d_A;
@@ -120,6 +121,7 @@ typedef struct {
     uint32_t confidence;         /* supervisor: 0 closed loop, 1 degraded, 2 I-f operation */
     uint32_t supervisor_reasons; /* SUPERVISOR_* */
     float omega_m_bound_rad_s;   /* of the speed error, as far as the drive can tell */
+    uint32_t speed_unknown;      /* 1: a mode imposes the frequency and nothing shows the rotor */
 } unit_telemetry_t;
 
 /* The configuration in force. */

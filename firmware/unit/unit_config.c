@@ -142,6 +142,11 @@ static void config_protection(drive_params_t *d, const params_t *p)
                                               .rate_rad_s2 = p->observer_rate_rad_s2,
                                               .power_W = p->observer_power_W,
                                               .stall_s = p->stall_s};
+    d->speed_guard = (speed_guard_params_t){.deviation_rad_s = p->speed_deviation_rad_s,
+                                            .deviation_s = p->speed_deviation_s,
+                                            .unknown_s = p->speed_unknown_s,
+                                            .over_speed_rad_s = p->over_speed_rad_s,
+                                            .lambda_nominal_Wb = p->M_H * p->i_d_A};
 }
 
 /* Rs at the start and while running. */

@@ -102,6 +102,11 @@ static drive_params_t params_of(motor_t motor)
                                         .u_dc_min_V = 100.0f,
                                         .omega_max_rad_s = 700.0f,
                                         .plausibility_periods = 50u},
+                            .speed_guard = {.deviation_rad_s = 1e4f, /* the currents are made up */
+                                            .deviation_s = 10.0f,
+                                            .unknown_s = 60.0f,
+                                            .over_speed_rad_s = 1e4f,
+                                            .lambda_nominal_Wb = 0.45f},
                             .link = {.u_dc_max_V = 700.0f},
                             .overload = {.tau_s = {100.0f, 10.0f}, .i_max_A = 15.0f},
                             .supervisor = {.corner_rad_s = 3.0f,

@@ -30,7 +30,7 @@ from typing import Any, Self
 from zerohertz.build import ensure_built
 from zerohertz.errors import UserError
 
-VERSION = 2
+VERSION = 3
 StrPath = str | os.PathLike[str]
 
 _RUN, _FAULT_RESET, _TORQUE_OFF = 1, 2, 4
@@ -134,6 +134,7 @@ class Output:
     l2_re: float  # ohm
     l2_im: float
     x_rad_s: float
+    speed_unknown: bool = False  # then speed_hat_rpm is NaN
 
 
 class _In(Structure):
@@ -147,7 +148,8 @@ class _In(Structure):
     )
 
 
-_WHOLE = ("gates_on", "state", "faults")
+_WHOLE = ("gates_on", "state", "faults", "speed_unknown")
+_FLAGS = ("gates_on", "speed_unknown")
 
 
 class _Out(Structure):
@@ -334,7 +336,7 @@ class Drive(Handle):
         check(self._lib.zh_sil_step(self._open_handle(), byref(raw), byref(self._out)))
         out = self._out
         return Output(
-            *(bool(out.gates_on) if n == "gates_on" else getattr(out, n) for n in _OUTPUT_NAMES)
+            *(bool(getattr(out, n)) if n in _FLAGS else getattr(out, n) for n in _OUTPUT_NAMES)
         )
 
     def __getitem__(self, name: str) -> float:

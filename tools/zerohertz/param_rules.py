@@ -17,6 +17,7 @@ RULES = FOLDER / "param_rules.def"
 _RULE = re.compile(
     r"^PARAM_RULE\((\w+), (\w+), (\w+), ([-+.\de]+)f, (\w+), (\w+), (\d)u\)$", re.MULTILINE
 )
+NO_LIMIT = 1e30
 _RELATIONS = {
     "AT_MOST": (operator.le, "at most"),
     "BELOW": (operator.lt, "below"),
@@ -48,6 +49,15 @@ class Rule:
             return float32(float32(self.factor * p["Rr_ohm"]) / p["Lr_H"])
         if self.limit == "NUMBER":
             return self.factor
+        if self.limit == "INVERSE":
+            return float32(self.factor / p[self.second])
+        if self.limit in ("FLUX", "RESISTIVE"):
+            scale = p["M_H"] if self.limit == "FLUX" else p["Rs_ohm"]
+            return float32(float32(self.factor * scale) * p[self.second])
+        if self.limit == "EMF":
+            flux_Wb = float32(p["M_H"] * p["i_d_A"])
+            most = float32(float32(self.factor * p[self.second]) / flux_Wb)
+            return NO_LIMIT if p["weaken_share"] > 0.0 else most
         scale = 1.0 if self.limit == "PER_PERIOD" else p[self.second]
         scaled = float32(self.factor * scale)
         return scaled if self.limit == "SCALED" else float32(scaled / p["period_s"])
@@ -79,6 +89,10 @@ class Rule:
                 "PER_PERIOD": f"{self.factor:.6g} / `period_s`",
                 "RATE": f"{factor}`{self.second}` / `period_s`",
                 "LEAKAGE": "sqrt(`Ls_H` `Lr_H`)",
+                "INVERSE": f"{self.factor:.6g} / `{self.second}`",
+                "FLUX": f"{factor}`M_H` `{self.second}`",
+                "RESISTIVE": f"{factor}`Rs_ohm` `{self.second}`",
+                "EMF": f"{factor}`{self.second}` / (`M_H` `i_d_A`) where `weaken_share` is 0",
                 "STANDING": f"{factor}`Rr_ohm` / `Lr_H`",
                 "TRANSIENT": "leakage inductance / (`Rs_ohm` + (`M_H`/`Lr_H`)^2 `Rr_ohm`)",
             }[self.limit]

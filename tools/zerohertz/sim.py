@@ -27,7 +27,7 @@ from zerohertz.sim_structs import CURVES, FOUND, RawCommissioning, RawJob, RawRe
 
 HOST_SIM = ROOT / "host_sim"
 
-_STOP_AT_TRIP, _TIME_SPLIT, _HASH_SIGNALS = 1, 2, 4
+_STOP_AT_TRIP, _TIME_SPLIT, _HASH_SIGNALS, _GUARD_RECORDED = 1, 2, 4, 8
 
 Hashes = dict[str, int]  # 64 bits by the name of the traced signal
 _hashes: list[Hashes] | None = None  # of the runs inside signal_hashes()
@@ -64,6 +64,7 @@ class Job:
     max_steps: int | None = None
     stop_at_trip: bool = False
     time_split: bool = False
+    guard_recorded: bool = False  # the guard of the speed counts and does not act
 
 
 @dataclass(frozen=True)
@@ -233,6 +234,7 @@ def _raw_job(job: Job) -> tuple[RawJob, Any]:
         struct_size=ctypes.sizeof(RawJob),
         flags=_STOP_AT_TRIP * job.stop_at_trip
         | _TIME_SPLIT * job.time_split
+        | _GUARD_RECORDED * job.guard_recorded
         | _HASH_SIGNALS * (_hashes is not None),
         decimate=job.decimate,
         seed=job.seed or 0,

@@ -36,5 +36,6 @@
 #define FAULT_COMMISSIONING     (1u << 27)
 #define FAULT_FLYING_START      (1u << 28)
 #define FAULT_UNDERLOAD         (1u << 29) /* reserved */
+#define FAULT_SPEED_DEVIATION   (1u << 31)
 
 #endif

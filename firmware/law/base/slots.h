@@ -33,6 +33,7 @@
 #define SLOT_GUARD_PHASES       7u
 #define SLOT_STATE_PROTECTION   8u
 #define SLOT_SPEED_SCHEDULE     8u
+#define SLOT_GUARD_SPEED        9u
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_GUARD_ESTIMATE     11u
 #define SLOT_STATE_CONTROL      12u

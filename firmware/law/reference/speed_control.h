@@ -13,6 +13,8 @@
 #include "motor.h"
 #include "pi.h"
 
+#define SPEED_CONTROL_AT_LIMIT_PU 0.95f
+
 typedef struct {
     float bandwidth_rad_s;
     float ki_factor;
@@ -96,6 +98,13 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
 /* The limits of the torque current from now on. */
 COLD void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_t *st,
                               const speed_control_in_t *in);
+
+/* All the torque current that the limits leave is asked for, or nearly. */
+static inline bool speed_control_at_limit(const speed_control_state_t *st)
+{
+    return (st->i_q_A >= SPEED_CONTROL_AT_LIMIT_PU * st->high_A) ||
+           (st->i_q_A <= SPEED_CONTROL_AT_LIMIT_PU * st->low_A);
+}
 
 /* Somebody else sets the torque current i_q_A (at nominal flux): integrator and reference follow,
  * so that the controller takes over there. */

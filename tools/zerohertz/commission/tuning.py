@@ -95,6 +95,7 @@ def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, floa
         "adapt_kp": (2.0 * ADAPT_DAMPING * omega - slow) / g,
         "phi_factor": 0.576,
         "omega_max_rad_s": 1.3 * RANGE * plate.omega_rad_s,
+        "speed_max_rad_s": 1.1 * RANGE * plate.omega_rad_s,
         "over_speed_rad_s": 1.25 * RANGE * plate.omega_rad_s,
     }
 

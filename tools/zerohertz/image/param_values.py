@@ -23,6 +23,9 @@ _PAPER_VOLTAGE_V, _PAPER_FREQUENCY_HZ, _PAPER_CURRENT_A = 200.0, 60.0, 6.2
 _PAPER_M_H, _PAPER_J_KG_M2 = 0.102, 0.015
 
 
+_SPEEDS = ("speed_max_rad_s", "over_speed_rad_s", "torque_speed_max_rad_s")
+
+
 def image_values(motor: Motor, board: Board, given: Mapping[str, float], file: Path) -> Values:
     """Every parameter, in the order of the list; UserError names file and parameter."""
     listed = entries()
@@ -50,6 +53,7 @@ def _motor_factors(motor: Motor) -> Values:
         **dict.fromkeys(("overload_inverter_A", "com_rated_A"), current),
         **dict.fromkeys(("i_d_A", "i_d_max_A"), i_d),
         "lambda_max_Wb": flux,
+        **dict.fromkeys(_SPEEDS, plate.frequency_Hz / _PAPER_FREQUENCY_HZ),
         "speed_J_kg_m2": motor.mechanics.J_kg_m2 / _PAPER_J_KG_M2,
     }
 

@@ -31,7 +31,12 @@ OVERSHOOT = 1.1
 RIGS: Mapping[str, Mapping[str, float]] = {"ideal": {}, "atlas": {"inverter.dead_time_s": 2e-6}}
 INERTIA = {"ideal": 0.015, "atlas": 0.035}
 # What range asks of the limits: they follow the largest speed.
-WIDE = {"weaken_share": 0.92, "omega_max_rad_s": 860.0, "over_speed_rad_s": 900.0}
+WIDE = {
+    "weaken_share": 0.92,
+    "speed_max_rad_s": 750.0,
+    "over_speed_rad_s": 830.0,
+    "omega_max_rad_s": 860.0,
+}
 
 
 def run(

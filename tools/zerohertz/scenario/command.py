@@ -65,15 +65,18 @@ def figures(
     setup = load_setup(config)
     paper = setup.name == "paper"
     evaluated = evaluate.evaluate_figures if paper else evaluate.evaluate_situations
-    with progress_bar("experiments", seeds * (13 if paper else 4)) as progress:
+    number = seeds * (13 if paper else 4)
+    with progress_bar("experiments", number) as progress:
         results = evaluated(setup, seeds, workers, progress)
+    with progress_bar("with the guard acting", number) as progress:
+        acting = evaluated(setup, seeds, workers, progress, guard_acts=True)
     if sensitivity and paper:
         with progress_bar("sensitivity", run_count()) as progress:
             spread, redrawn = compute_sensitivity(setup, workers=workers, progress=progress)
         source = f"{COMPUTED_NOW}{redraw_note(redrawn)}"
     else:
         spread, source = committed_sensitivity(setup)
-    content = result_json(setup, results, spread, source)
+    content = result_json(setup, results, spread, source, acting)
     if write:
         tell(f"written: {short_paths(write_committed(setup, content))}")
     if as_json:
@@ -96,12 +99,13 @@ def _print_table(content: dict[str, Any], results: list[Any], setup: Setup) -> N
     table.add_column("ours")
     table.add_column("match")
     table.add_column("seeds", justify="right")
+    table.add_column("guard acting")
     table.add_column("why not, worst seed")
     for result in results:
         row = [result.key, *(PAPER[int(result.key)] if paper else ()), our_verdict(result)]
         word = "[green]yes[/green]" if result.match else "[red]no[/red]"
         seeds = f"{result.seeds_matched}/{len(result.judgements)}"
-        table.add_row(*row, word, seeds, result.reason or "")
+        table.add_row(*row, word, seeds, _acting(content, result), result.reason or "")
     console = Console()
     console.print(table)
     console.print(f"score {content['score']} of {len(results)}", highlight=False)
@@ -114,6 +118,17 @@ def _print_table(content: dict[str, Any], results: list[Any], setup: Setup) -> N
             f"({content['sensitivity_source']})",
             highlight=False,
         )
+
+
+def _acting(content: dict[str, Any], result: Any) -> str:
+    """The verdict with a guard that acts, where it is another one."""
+    found = content["guard_acting"].get(result.key)
+    if found is None or (found["match"], found["ours"]) == (
+        result.match,
+        content["ours"].get(result.key),
+    ):
+        return "same"
+    return ("yes" if found["match"] else "no") + f": {found['ours']}"
 
 
 def identify(

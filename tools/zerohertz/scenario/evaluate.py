@@ -45,6 +45,7 @@ class Run:
     setup: Setup
     figure: int
     seed: int
+    guard_acts: bool = False  # else that of the speed counts and makes no verdict
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,6 +98,7 @@ def job(run: Run) -> sim.Job:
         gain=setup.gain,
         seed=run.seed,
         decimate=DECIMATE,
+        guard_recorded=not run.guard_acts,
     )
 
 
@@ -148,10 +150,15 @@ def measure_all(
 
 
 def evaluate_figures(
-    setup: Setup, seeds: int = SEEDS, workers: int = 1, progress: Progress | None = None
+    setup: Setup,
+    seeds: int = SEEDS,
+    workers: int = 1,
+    progress: Progress | None = None,
+    guard_acts: bool = False,
 ) -> list[Result]:
     """All thirteen figures over seeds 1..n."""
-    runs = [Run(setup, figure, seed) for seed in range(1, seeds + 1) for figure in FIGURES]
+    numbers = range(1, seeds + 1)
+    runs = [Run(setup, figure, seed, guard_acts) for seed in numbers for figure in FIGURES]
     found = dict(
         zip(((r.seed, r.figure) for r in runs), measure_all(runs, workers, progress), strict=True)
     )
@@ -173,11 +180,13 @@ def evaluate_situations(
     seeds: int = SEEDS,
     workers: int = 1,
     progress: Progress | None = None,
+    guard_acts: bool = False,
     only: Iterable[str] = tuple(SITUATIONS),
 ) -> list[Result]:
     """The four situations over seeds 1..n: STABLE, and the ramp with its dwell not LOST."""
     figures = {name: SITUATIONS[name] for name in only}
-    runs = [Run(setup, figure, seed) for figure in figures.values() for seed in range(1, seeds + 1)]
+    numbers = range(1, seeds + 1)
+    runs = [Run(setup, figure, seed, guard_acts) for figure in figures.values() for seed in numbers]
     found = measure_all(runs, workers, progress)
     return [
         Result(

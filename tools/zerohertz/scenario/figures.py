@@ -97,15 +97,27 @@ def _against_paper(m: Measured) -> str:
 
 
 def result_json(
-    setup: Setup, results: Iterable[Result], sensitivity: Mapping[str, float] | None, source: str
+    setup: Setup,
+    results: Iterable[Result],
+    sensitivity: Mapping[str, float] | None,
+    source: str,
+    acting: Iterable[Result] = (),
 ) -> dict[str, Any]:
-    """The one JSON object of `zh figures --json`; `ours` is how each run went, in words."""
+    """The one JSON object of `zh figures --json`; `ours` is how each run went, in words.
+
+    acting: the same with a guard that acts; what it makes of each run is a column of its own.
+    """
     results = list(results)
     return {
         "config": setup.name,
         "score": score(results),
         "figures": {r.key: r.as_json() for r in results},
         "ours": {r.key: our_verdict(r) for r in results if r.worst.measured.keys() & _TELLING},
+        "guard_acting": {
+            r.key: {"match": r.match, "seeds_matched": r.seeds_matched, "ours": our_verdict(r)}
+            for r in acting
+            if r.worst.measured.keys() & _TELLING
+        },
         "own_condition": f"{NOT_HELD_TEXT}: at most {100 * NOT_HELD_SHARE:g} % of hold, if STABLE",
         "sensitivity": dict(sensitivity) if sensitivity else None,
         "sensitivity_source": source,

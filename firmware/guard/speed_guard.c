@@ -1,0 +1,132 @@
+#include "speed_guard.h"
+
+#include "debounce.h"
+
+/* Coming nearer is faster than 4 rad/s^2: a load of fifty times the motor's inertia at rated torque
+ * still is. The mean of a quarter of a second keeps the ripple of an estimate out. */
+#define SPEED_NEARER_S        0.25f
+#define SPEED_NEARER_RAD_S    1.0f
+#define SPEED_WARNING_S       0.15f
+#define SPEED_UNEXPLAINED_S   0.8f /* without a limit of torque that would explain it */
+/* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
+#define SPEED_DEVIATION_PU    0.06f
+#define SPEED_FARTHEST_PU     4.0f
+#define SPEED_HEALS_PU        0.5f /* seconds that heal over seconds that count */
+#define SPEED_UNKNOWN_AFTER_S 0.1f
+#define SPEED_OVER_SCHEDULES  4u
+#define SPEED_MAX_SCHEDULES   1e6f
+
+#define SPEED_COUNT_WRONG 2u
+
+static uint32_t count_of(float time_s, float schedule_s)
+{
+    return SPEED_COUNT_WRONG * (1u + (uint32_t)(time_s / schedule_s));
+}
+
+bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *params,
+                      const motor_model_t *motor, float schedule_s)
+{
+    if (!ALL_POSITIVE(params->deviation_rad_s, params->deviation_s, params->unknown_s,
+                      params->over_speed_rad_s, params->lambda_nominal_Wb, schedule_s) ||
+        !(maxf(params->deviation_s, params->unknown_s) < SPEED_MAX_SCHEDULES * schedule_s)) {
+        return false;
+    }
+    *cfg = (speed_guard_config_t){
+        .deviation_rad_s = params->deviation_rad_s,
+        .over_speed_rad_s = params->over_speed_rad_s,
+        .deviation_s = params->deviation_s,
+        .unexplained_s = minf(SPEED_UNEXPLAINED_S, params->deviation_s),
+        .warning_s = minf(SPEED_WARNING_S, params->deviation_s),
+        .schedule_s = schedule_s,
+        .nearer_share = schedule_s / (schedule_s + SPEED_NEARER_S),
+        .unknown_count = count_of(params->unknown_s, schedule_s),
+    };
+    cfg->lost_count = count_of(cfg->unexplained_s, schedule_s);
+    cfg->doubt_count = count_of(minf(SPEED_UNKNOWN_AFTER_S, params->deviation_s), schedule_s);
+    rotor_check_init(&cfg->rotor, motor, params->lambda_nominal_Wb, schedule_s);
+    return true;
+}
+
+static uint32_t counted(uint32_t count, bool wrong, uint32_t most)
+{
+    if (!wrong) {
+        return (count > 0u) ? (count - 1u) : 0u;
+    }
+    return ((count + SPEED_COUNT_WRONG) < most) ? (count + SPEED_COUNT_WRONG) : most;
+}
+
+/* Away from the reference, and not on the way to it. A NaN is away. */
+static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                     const speed_guard_in_t *in, float far_pu)
+{
+    const float moved_rad_s = in->omega_rad_s - st->omega_slow_rad_s;
+    if (is_finite(moved_rad_s)) {
+        st->omega_slow_rad_s += cfg->nearer_share * moved_rad_s;
+    }
+    const float nearer_rad_s = (far_pu < 0.0f) ? -moved_rad_s : moved_rad_s;
+    return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
+}
+
+static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                                  const speed_guard_in_t *in)
+{
+    const float allowed_rad_s =
+        maxf(cfg->deviation_rad_s, SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s));
+    const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
+    const bool wrong = deviates(cfg, st, in, far_pu);
+    const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);
+    const float step_s = wrong ? (one_s * clampf(absf(far_pu), 1.0f, SPEED_FARTHEST_PU)) : one_s;
+    const float free_s = in->at_limit ? minf(step_s, 0.0f) : step_s;
+    st->deviation_s = clampf(st->deviation_s + step_s, 0.0f, cfg->deviation_s);
+    st->away_s = clampf(st->away_s + one_s, 0.0f, cfg->warning_s);
+    st->unexplained_s = clampf(st->unexplained_s + free_s, 0.0f, cfg->unexplained_s);
+    const bool late =
+        (st->deviation_s >= cfg->deviation_s) || (st->unexplained_s >= cfg->unexplained_s);
+    const bool told = wrong && in->at_limit && (st->away_s >= cfg->warning_s);
+    return (late ? FAULT_SPEED_DEVIATION : 0u) | (told ? FAULT_DERATED : 0u);
+}
+
+static uint32_t look_at_frequency(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                                  const speed_guard_in_t *in)
+{
+    const bool wrong = !(absf(in->omega_s_rad_s) <= cfg->over_speed_rad_s);
+    st->frequency = debounce_count(st->frequency, wrong, SPEED_OVER_SCHEDULES);
+    return debounce_elapsed(st->frequency, SPEED_OVER_SCHEDULES) ? FAULT_OVER_SPEED : 0u;
+}
+
+/* The frequency is imposed: known is the speed while the rotor is seen to follow. */
+static uint32_t look_at_rotor(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                              const speed_guard_in_t *in)
+{
+    const bool imposed = in->basis >= SPEED_BASIS_CURRENT;
+    rotor_check_t rotor = ROTOR_FOLLOWS;
+    if (in->basis == SPEED_BASIS_NOBODY) {
+        rotor = ROTOR_NOT_SEEN;
+    } else if (imposed) {
+        rotor = rotor_check_step(&cfg->rotor, &st->rotor, &in->rotor);
+    } else {
+        /* estimated, or taken as 0 */
+    }
+    st->lost = counted(st->lost, rotor == ROTOR_LOST, cfg->lost_count);
+    st->speed_unknown = (rotor == ROTOR_NOT_SEEN) || (imposed && (st->lost >= cfg->doubt_count));
+    st->unknown = counted(st->unknown, st->speed_unknown, cfg->unknown_count);
+    const bool late = (st->lost >= cfg->lost_count) || (st->unknown >= cfg->unknown_count);
+    return late ? FAULT_SPEED_DEVIATION : 0u;
+}
+
+uint32_t speed_guard_look(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                          const speed_guard_in_t *in)
+{
+    if (in->basis == SPEED_BASIS_NONE) {
+        *st = (speed_guard_state_t){0};
+        return 0u;
+    }
+    if (in->basis != st->basis) {
+        st->basis = in->basis;
+        st->omega_slow_rad_s = in->omega_rad_s;
+        st->rotor = (rotor_check_state_t){0};
+    }
+    const bool turns = in->premagnetising && rotor_turns(&cfg->rotor, &st->rotor, &in->rotor);
+    return look_at_deviation(cfg, st, in) | look_at_frequency(cfg, st, in) |
+           look_at_rotor(cfg, st, in) | (turns ? FAULT_FLYING_START : 0u);
+}
