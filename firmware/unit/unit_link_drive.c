@@ -80,6 +80,7 @@ unit_link_status_t unit_link_status(const unit_t *unit, command_writer_t *w)
     for (size_t k = 0u; k < sizeof values / sizeof values[0]; k++) {
         command_put_float(w, values[k]);
     }
+    command_put_u32(w, t.speed_unknown);
     return UNIT_LINK_OK;
 }
 

@@ -186,10 +186,23 @@ static void test_step_refuses_bad_pointers_and_sizes_safely(void)
     TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_sil_step(drive, &in, &out));
     TEST_ASSERT_EQUAL_UINT32(0u, out.gates_on);
     in.struct_size++;
-    out.struct_size--;
+    out.struct_size = offsetof(zh_sil_out, speed_unknown) - 1u;
     out.gates_on = 77u;
     TEST_ASSERT_EQUAL_INT(ZH_BAD_ARGUMENT, zh_sil_step(drive, &in, &out));
     TEST_ASSERT_EQUAL_UINT32(77u, out.gates_on); /* a struct of unknown size is not written */
+    zh_sil_close(drive);
+}
+
+/* A caller built against version 2: what came after it is not written. */
+static void test_step_serves_a_caller_without_speed_unknown(void)
+{
+    zh_sil *drive = open_drive(NULL);
+    const zh_sil_in in = quiet_input();
+    zh_sil_out out = fresh_output();
+    out.struct_size = offsetof(zh_sil_out, speed_unknown);
+    out.speed_unknown = 77u;
+    TEST_ASSERT_EQUAL_INT(ZH_OK, zh_sil_step(drive, &in, &out));
+    TEST_ASSERT_EQUAL_UINT32(77u, out.speed_unknown);
     zh_sil_close(drive);
 }
 
@@ -526,6 +539,7 @@ int main(void)
     RUN_TEST(test_drive_reaches_ready_and_premagnetises_on_run);
     RUN_TEST(test_torque_off_and_run_low_open_the_gates_at_once);
     RUN_TEST(test_step_refuses_bad_pointers_and_sizes_safely);
+    RUN_TEST(test_step_serves_a_caller_without_speed_unknown);
     RUN_TEST(test_step_writes_only_what_it_knows);
     RUN_TEST(test_nan_reference_is_an_error_and_trips_the_drive);
     RUN_TEST(test_unknown_mode_is_an_error_without_torque);

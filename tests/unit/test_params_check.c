@@ -109,6 +109,14 @@ static void test_ramps_flux_and_adaptation(void)
     expect("economy_flux_min", PARAMS_AT_LEAST, 0.1f, "economy_flux_min");
 }
 
+static void set_speed_limits(float most_rad_s)
+{
+    set("speed_max_rad_s", most_rad_s);
+    set("over_speed_rad_s", 1.1f * most_rad_s);
+    set("torque_speed_max_rad_s", 0.5f * most_rad_s);
+    set("speed_deviation_rad_s", 0.15f * most_rad_s);
+}
+
 static void test_a_mode_has_what_it_needs(void)
 {
     set("i_f_A", 0.0f);
@@ -118,6 +126,7 @@ static void test_a_mode_has_what_it_needs(void)
     set("i_f_A", 0.0f);
     set("control_mode", 2.0f);
     expect("i_f_A", PARAMS_ABOVE, 0.0f, "control_mode");
+    set_speed_limits(8.0f);
     set("omega_max_rad_s", 10.0f);
     TEST_ASSERT_TRUE(params_check(&params, &conflict));
     set("flying_start", 1.0f);
@@ -139,6 +148,77 @@ static void test_levels_of_the_dc_link_stand_in_order(void)
     expect("mains_lost_V", PARAMS_ABOVE, 150.0f, "u_dc_min_V");
     set("mains_lost_V", 320.0f);
     expect("mains_lost_V", PARAMS_BELOW, 308.1f, "u_dc_max_V");
+}
+
+/* Each pair would leave a protection without teeth. */
+static void test_an_over_speed_trip_can_act(void)
+{
+    set("over_speed_rad_s", 700.0f);
+    set("speed_max_rad_s", 640.0f);
+    expect("over_speed_rad_s", PARAMS_BELOW, 628.0f, "omega_max_rad_s");
+    set("omega_max_rad_s", 800.0f);
+    set("over_speed_rad_s", 700.0f);
+    expect("over_speed_rad_s", PARAMS_AT_MOST, 575.0f, "speed_max_rad_s");
+    set("over_speed_rad_s", 510.0f);
+    expect("over_speed_rad_s", PARAMS_AT_LEAST, 525.0f, "speed_max_rad_s");
+    set("torque_speed_max_rad_s", 520.0f);
+    expect("torque_speed_max_rad_s", PARAMS_AT_MOST, 500.0f, "speed_max_rad_s");
+    set("i_d_A", 5.5f);
+    expect("speed_max_rad_s", PARAMS_AT_MOST, 390.0f / (sqrtf(2.0f) * 0.102f * 5.5f), "u_dc_max_V");
+    set("i_d_A", 5.5f);
+    set("weaken_share", 0.9f);
+    TEST_ASSERT_TRUE(params_check(&params, &conflict));
+}
+
+static void test_a_speed_deviation_can_be_found(void)
+{
+    set("speed_deviation_rad_s", 200.0f);
+    expect("speed_deviation_rad_s", PARAMS_AT_MOST, 100.0f, "speed_max_rad_s");
+    set("speed_filter_s", 0.7f);
+    expect("speed_filter_s", PARAMS_AT_MOST, 0.5f / 31.0f, "speed_bandwidth_rad_s");
+    set("speed_filter_s", 0.016f);
+    set("speed_fast_bandwidth_rad_s", 70.0f);
+    expect("speed_filter_s", PARAMS_AT_MOST, 0.5f / 70.0f, "speed_fast_bandwidth_rad_s");
+    set("period_s", 20e-6f);
+    set("speed_unknown_s", 1000.0f);
+    expect("speed_unknown_s", PARAMS_BELOW, 319.8f, "period_s");
+    set("regen_start_V", 350.0f);
+    set("chopper_on_V", 360.0f);
+    expect("chopper_on_V", PARAMS_AT_MOST, 350.0f, "regen_start_V");
+}
+
+static void test_the_trip_of_a_phase_is_beyond_every_current_asked_for(void)
+{
+    static const char *const asked[] = {"i_max_A",    "i_q_max_A",  "i_d_max_A",    "i_f_A",
+                                        "dc_brake_A", "rs_high_A", "observer_e1_A"};
+    for (size_t k = 0u; k < sizeof asked / sizeof asked[0]; k++) {
+        set(asked[k], 30.0f);
+        set("rs_measure", 1.0f);
+        expect(asked[k], PARAMS_BELOW, sqrtf(1.5f) * 20.0f, "i_trip_A");
+    }
+    set("rs_high_A", 30.0f); /* nobody asks for it */
+    TEST_ASSERT_TRUE(params_check(&params, &conflict));
+    setUp();
+    set("i_trip_A", 30.0f);
+    expect("i_trip_A", PARAMS_BELOW, 25.0f, "current_full_scale_A");
+    set("current_sum_max_A", 7.0f);
+    expect("current_sum_max_A", PARAMS_AT_MOST, 6.0f, "i_trip_A");
+    set("open_phase_A", 4.0f);
+    expect("open_phase_A", PARAMS_BELOW, sqrtf(2.0f / 3.0f) * 4.5f, "i_d_A");
+    set("lambda_max_Wb", 0.5f);
+    expect("lambda_max_Wb", PARAMS_ABOVE, 1.5f * 0.102f * 4.5f, "i_d_A");
+}
+
+static void test_the_trips_of_the_link_are_in_reach(void)
+{
+    set("u_dc_max_V", 420.0f);
+    expect("u_dc_max_V", PARAMS_BELOW, 400.0f, "dc_link_full_scale_V");
+    set("line_voltage_full_scale_V", 350.0f);
+    expect("u_dc_max_V", PARAMS_AT_MOST, 350.0f, "line_voltage_full_scale_V");
+    set("u_dc_min_V", 10.0f);
+    expect("u_dc_min_V", PARAMS_AT_LEAST, sqrtf(2.0f) * 0.93f * 15.8f, "i_max_A");
+    set("voltage_check_V", 80.0f);
+    expect("voltage_check_V", PARAMS_BELOW, 75.0f, "u_dc_min_V");
 }
 
 static uint32_t draw(uint32_t *seed)
@@ -191,6 +271,10 @@ int main(void)
     RUN_TEST(test_ramps_flux_and_adaptation);
     RUN_TEST(test_a_mode_has_what_it_needs);
     RUN_TEST(test_levels_of_the_dc_link_stand_in_order);
+    RUN_TEST(test_an_over_speed_trip_can_act);
+    RUN_TEST(test_a_speed_deviation_can_be_found);
+    RUN_TEST(test_the_trip_of_a_phase_is_beyond_every_current_asked_for);
+    RUN_TEST(test_the_trips_of_the_link_are_in_reach);
     RUN_TEST(test_what_the_rules_pass_the_law_takes);
     return UNITY_END();
 }

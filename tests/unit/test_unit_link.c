@@ -609,6 +609,7 @@ static void test_status_tells_state_reference_and_counts(void)
     TEST_ASSERT_FLOAT_WITHIN(0.5f, 283.0f, command_take_float(&body));
     (void)command_take_float(&body);
     TEST_ASSERT_EQUAL_FLOAT(params.Rs_ohm, command_take_float(&body));
+    TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
     TEST_ASSERT_TRUE(command_all_taken(&body));
 }
 

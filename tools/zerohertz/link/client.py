@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import struct
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import IntEnum
 from functools import cached_property
 from typing import Self
@@ -138,6 +138,12 @@ class Status:
     u_dc_V: float
     stator_frequency_Hz: float
     Rs_hat_ohm: float
+    speed_unknown: int  # 1: nothing shows the rotor; speed_hat_rad_s is NaN
+
+    def as_json(self) -> dict[str, int | float | None]:
+        """What nobody knows is null."""
+        told = asdict(self)
+        return {name: None if value != value else value for name, value in told.items()}
 
 
 @dataclass(frozen=True)
@@ -427,7 +433,7 @@ class Client:
             self.request(Op.COMMAND, body)  # a stop needs no key
 
     def status(self) -> Status:
-        layout = struct.Struct(f"<{_WORDS_U}I{_WORDS_F}f")
+        layout = struct.Struct(f"<{_WORDS_U}I{_WORDS_F}fI")
         return Status(*layout.unpack_from(self.request(Op.STATUS)))
 
     def commissioning(self) -> Commissioning:

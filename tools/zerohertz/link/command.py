@@ -160,7 +160,7 @@ def connect(
         who, status, store = drive.identity, drive.status(), drive.store()
         if as_json:
             _print_json(
-                {"identity": dataclasses.asdict(who), "status": dataclasses.asdict(status)}
+                {"identity": dataclasses.asdict(who), "status": status.as_json()}
                 | {"store": dataclasses.asdict(store)}
             )
             return
@@ -413,7 +413,8 @@ def status_line(s: link.Status) -> str:
     torque_mode = s.command & link.TORQUE_MODE != 0
     parts = [
         state_name(s.state),
-        f"{speed_rpm:8.1f}" + ("" if torque_mode else f" of {reference_rpm:.1f}") + " min^-1",
+        (" unknown" if s.speed_unknown else f"{speed_rpm:8.1f}")
+        + ("" if torque_mode else f" of {reference_rpm:.1f}") + " min^-1",
         f"i_d {s.i_d_A:.2f} A",
         f"i_q {s.i_q_A:.2f}" + (f" of {s.i_q_ref_A:.2f}" if torque_mode else "") + " A",
         f"f_s {s.stator_frequency_Hz:.2f} Hz",

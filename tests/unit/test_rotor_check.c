@@ -1,0 +1,192 @@
+/* The EMF of a rotor that follows, slips or is gone, against the equations in double precision. */
+#include "rotor_check.h"
+
+#include <complex.h>
+#include <math.h>
+
+#include "exact.h"
+#include "reference_machine.h"
+#include "unity.h"
+
+#define STEP_S 3.2e-3f
+#define LOOKS  100 /* six times the time of the mean */
+
+static rotor_check_config_t cfg;
+static rotor_check_state_t st;
+static motor_model_t motor;
+
+static void use(motor_t data)
+{
+    TEST_ASSERT_TRUE(motor_derive(&motor, &data));
+    rotor_check_init(&cfg, &motor, 0.45f, STEP_S);
+    st = (rotor_check_state_t){0};
+}
+
+void setUp(void)
+{
+    use(reference_machine[1]);
+}
+
+void tearDown(void)
+{
+}
+
+/* Steady state of a current turned at omega_s, the rotor behind by x of 1/Tr. */
+static rotor_check_in_t turned(double omega_s_rad_s, double x, double i_A, double angle_rad)
+{
+    const double complex i = i_A * cexp(I * angle_rad);
+    const double complex lambda = (double)motor.M_H * i / (1.0 + I * x);
+    const double complex e =
+        I * omega_s_rad_s * ((double)motor.sigma_Ls_H * i + (double)motor.kr * lambda);
+    const double complex u = (double)motor.Rs_ohm * i + e;
+    return (rotor_check_in_t){.omega_s_rad_s = (float)omega_s_rad_s,
+                              .u_V = {(float)creal(u), (float)cimag(u)},
+                              .i_A = {(float)creal(i), (float)cimag(i)},
+                              .Rs_ohm = motor.Rs_ohm};
+}
+
+static rotor_check_t after_looks(rotor_check_in_t in)
+{
+    rotor_check_t last = ROTOR_NOT_SEEN;
+    for (int k = 0; k < LOOKS; k++) {
+        last = rotor_check_step(&cfg, &st, &in);
+    }
+    return last;
+}
+
+static void test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not(void)
+{
+    static const double frequency_rad_s[] = {-300.0, -12.0, 12.0, 300.0};
+    for (size_t k = 0u; k < 4u * REFERENCE_MACHINES; k++) {
+        const motor_t machine = reference_machine[k / 4u];
+        const double omega_rad_s = frequency_rad_s[k % 4u];
+        for (double x = -1.5; x <= 1.5; x += 0.25) {
+            use(machine);
+            TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(turned(omega_rad_s, x, 9.0, 0.3 + x)));
+        }
+        use(machine);
+        TEST_ASSERT_EQUAL(ROTOR_LOST, after_looks(turned(omega_rad_s, 2.0, 9.0, 1.0)));
+        use(machine);
+        TEST_ASSERT_EQUAL(ROTOR_LOST, after_looks(turned(omega_rad_s, -40.0, 9.0, 1.0)));
+    }
+}
+
+/* Rs and dead time are in phase with the current; neither makes a lost rotor of one that follows. */
+static void test_a_wrong_resistance_does_not_matter_to_a_current_vector(void)
+{
+    rotor_check_in_t in = turned(12.0, 0.8, 9.0, 0.5);
+    in.Rs_ohm *= 1.5f;
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(in));
+    setUp();
+    in = turned(12.0, 5.0, 9.0, 0.5);
+    in.Rs_ohm *= 0.5f;
+    TEST_ASSERT_EQUAL(ROTOR_LOST, after_looks(in));
+}
+
+static void test_too_slow_to_tell(void)
+{
+    const float least_rad_s = 0.25f * motor.Rs_ohm / (motor.kr * motor.M_H);
+    TEST_ASSERT_EQUAL_FLOAT(least_rad_s, cfg.current_rad_s);
+    TEST_ASSERT_EQUAL(ROTOR_NOT_SEEN, after_looks(turned(0.99 * (double)least_rad_s, 0, 9, 0)));
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(turned(1.01 * (double)least_rad_s, 0, 9, 0)));
+    rotor_check_in_t in = turned(7.9 * (double)least_rad_s, 0.0, 4.5, 0.0);
+    in.voltage = true;
+    TEST_ASSERT_EQUAL(ROTOR_NOT_SEEN, after_looks(in));
+    in.omega_s_rad_s = NAN;
+    TEST_ASSERT_EQUAL(ROTOR_NOT_SEEN, after_looks(in));
+}
+
+/* V/f: nominal flux of .45 Wb may take a large slip; at half of it the rotor is gone. */
+static void test_the_flux_of_a_voltage_vector_collapses(void)
+{
+    const double i_for_flux_A = 0.45 / (double)motor.M_H;
+    rotor_check_in_t in = turned(100.0, 0.0, i_for_flux_A, 0.0);
+    in.voltage = true;
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(in));
+    const double x = 3.0;
+    setUp();
+    in = turned(100.0, x, 0.55 * i_for_flux_A * sqrt(1.0 + x * x), 0.0);
+    in.voltage = true;
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(in));
+    setUp();
+    in = turned(-100.0, x, 0.45 * i_for_flux_A * sqrt(1.0 + x * x), 0.0);
+    in.voltage = true;
+    TEST_ASSERT_EQUAL(ROTOR_LOST, after_looks(in));
+}
+
+static void test_no_number_is_lost(void)
+{
+    rotor_check_in_t in = turned(100.0, 0.0, 9.0, 0.0);
+    in.u_V.alpha = NAN;
+    TEST_ASSERT_EQUAL(ROTOR_LOST, rotor_check_step(&cfg, &st, &in));
+    in.voltage = true;
+    TEST_ASSERT_EQUAL(ROTOR_LOST, rotor_check_step(&cfg, &st, &in));
+}
+
+/* The mean is first order: after its time constant 1 - 1/e of the value. */
+static void test_one_look_against_complex_arithmetic(void)
+{
+    const rotor_check_in_t in = turned(50.0, 0.7, 9.0, 0.4);
+    (void)rotor_check_step(&cfg, &st, &in);
+    const double share = (double)STEP_S / ((double)STEP_S + 0.05);
+    const double base = 50.0 * (double)motor.kr * (double)motor.M_H * 81.0 / (1.0 + 0.49);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f * (float)base, (float)(share * base * 0.7), st.power_VA.alpha);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f * (float)base, (float)(share * base), st.power_VA.beta);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(share * 81.0), st.i2_A2);
+}
+
+static bool turns_after(double omega_rad_s, double amplitude_V, int looks)
+{
+    bool turns = false;
+    for (int k = 0; k < looks; k++) {
+        const double t_s = k * (double)STEP_S;
+        const double e_V = amplitude_V * exp(-5.0 * t_s) * sin(omega_rad_s * t_s);
+        rotor_check_in_t in = {.u_V = {8.0f, (float)e_V + 0.2f * motor.Rs_ohm},
+                               .i_A = {8.0f, 0.2f},
+                               .Rs_ohm = motor.Rs_ohm};
+        turns = rotor_turns(&cfg, &st, &in);
+    }
+    return turns;
+}
+
+static void test_a_shaft_that_turns_at_a_start_is_seen_and_one_at_rest_is_not(void)
+{
+    const double built_V = 10.0 * (double)cfg.start_V; /* what begins to build flux up */
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f * motor.kr * 0.45f * motor.tau_per_s, cfg.start_V);
+    for (double omega = 15.0; omega < 500.0; omega *= 1.3) {
+        setUp();
+        TEST_ASSERT_TRUE(turns_after(omega, built_V, 200));
+        setUp();
+        TEST_ASSERT_TRUE(turns_after(-omega, built_V, 200));
+    }
+    setUp();
+    TEST_ASSERT_FALSE(turns_after(0.0, built_V, 500));
+    setUp();
+    TEST_ASSERT_FALSE(turns_after(100.0, 0.9 * (double)cfg.start_V, 500)); /* noise */
+}
+
+static void test_residual_flux_of_a_rotor_at_rest_is_no_turning_one(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        setUp();
+        for (int k = 0; k < 500; k++) {
+            const float e_V = (float)sign * 2.0f * expf(-5.0f * (float)k * STEP_S);
+            const rotor_check_in_t in = {.u_V = {8.0f, e_V}, .Rs_ohm = motor.Rs_ohm};
+            TEST_ASSERT_FALSE(rotor_turns(&cfg, &st, &in));
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not);
+    RUN_TEST(test_a_wrong_resistance_does_not_matter_to_a_current_vector);
+    RUN_TEST(test_too_slow_to_tell);
+    RUN_TEST(test_the_flux_of_a_voltage_vector_collapses);
+    RUN_TEST(test_no_number_is_lost);
+    RUN_TEST(test_one_look_against_complex_arithmetic);
+    RUN_TEST(test_a_shaft_that_turns_at_a_start_is_seen_and_one_at_rest_is_not);
+    RUN_TEST(test_residual_flux_of_a_rotor_at_rest_is_no_turning_one);
+    return UNITY_END();
+}

@@ -1,0 +1,280 @@
+/* The guard of the speed: when a deviation, a frequency or an unknown speed becomes a fault. */
+#include "speed_guard.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "reference_machine.h"
+#include "unity.h"
+
+#define SCHEDULE_S 3.2e-3f
+
+static const speed_guard_params_t params = {.deviation_rad_s = 18.0f,
+                                            .deviation_s = 2.0f,
+                                            .unknown_s = 5.0f,
+                                            .over_speed_rad_s = 570.0f,
+                                            .lambda_nominal_Wb = 0.45f};
+static motor_model_t motor;
+static speed_guard_config_t cfg;
+static speed_guard_state_t st;
+static speed_guard_in_t in;
+
+void setUp(void)
+{
+    const motor_t data = reference_machine[1];
+    TEST_ASSERT_TRUE(motor_derive(&motor, &data));
+    TEST_ASSERT_TRUE(speed_guard_init(&cfg, &params, &motor, SCHEDULE_S));
+    st = (speed_guard_state_t){0};
+    in = (speed_guard_in_t){
+        .basis = SPEED_BASIS_ESTIMATE, .omega_rad_s = 100.0f, .omega_ref_rad_s = 100.0f};
+}
+
+void tearDown(void)
+{
+}
+
+/* Seconds until these bits come; negative: not in ten. rate: of the speed. */
+static float seconds_to(uint32_t bits, float rate_rad_s2)
+{
+    for (int k = 1; k <= 3125; k++) {
+        in.omega_rad_s += rate_rad_s2 * SCHEDULE_S;
+        if ((speed_guard_look(&cfg, &st, &in) & bits) != 0u) {
+            return (float)k * SCHEDULE_S;
+        }
+    }
+    return -1.0f;
+}
+
+#define ASSERT_REFUSED(field, value)                                                               \
+    do {                                                                                           \
+        speed_guard_params_t changed = params;                                                         \
+        changed.field = (value);                                                                       \
+        TEST_ASSERT_FALSE_MESSAGE(speed_guard_init(&cfg, &changed, &motor, SCHEDULE_S), #field);       \
+    } while (0)
+
+static void test_init_refuses_what_cannot_protect(void)
+{
+    static const float bad[] = {0.0f, -1.0f, NAN, INFINITY};
+    for (size_t k = 0u; k < 4u; k++) {
+        ASSERT_REFUSED(deviation_rad_s, bad[k]);
+        ASSERT_REFUSED(deviation_s, bad[k]);
+        ASSERT_REFUSED(unknown_s, bad[k]);
+        ASSERT_REFUSED(over_speed_rad_s, bad[k]);
+        ASSERT_REFUSED(lambda_nominal_Wb, bad[k]);
+        TEST_ASSERT_FALSE(speed_guard_init(&cfg, &params, &motor, bad[k]));
+    }
+    ASSERT_REFUSED(unknown_s, 3300.0f);
+    ASSERT_REFUSED(deviation_s, 3300.0f);
+}
+
+static void test_a_speed_at_its_reference_is_none_of_its_business(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 0.0f));
+    in.omega_rad_s = 117.9f; /* as far as it may be */
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 0.0f));
+    TEST_ASSERT_FALSE(st.speed_unknown);
+}
+
+/* With torque to spare nothing explains it. */
+static void test_a_standing_deviation_is_a_fault(void)
+{
+    in.omega_rad_s = 118.1f;
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.8f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    setUp();
+    in.omega_rad_s = 82.0f - 18.0f; /* twice as far */
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.4f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    TEST_ASSERT_TRUE(st.deviation_s < 1.0f);
+}
+
+static void test_at_the_limit_of_torque_it_is_told_first(void)
+{
+    in.at_limit = true;
+    in.omega_rad_s = 118.1f;
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.15f, seconds_to(FAULT_DERATED, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 2.0f - 0.15f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    /* Far away counts four times at most. */
+    setUp();
+    in.at_limit = true;
+    in.omega_rad_s = 1e4f;
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.15f, seconds_to(FAULT_DERATED, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.35f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+}
+
+/* A load of 4 Nm drives the shaft: the work case of the issue, 225 rad/s^2 electrical. */
+static void test_a_load_that_runs_away_is_found_within_a_second(void)
+{
+    in.at_limit = true;
+    TEST_ASSERT_TRUE(seconds_to(FAULT_DERATED, 225.0f) < 0.3f);
+    TEST_ASSERT_TRUE(seconds_to(FAULT_SPEED_DEVIATION, 225.0f) < 0.5f);
+}
+
+static void test_a_speed_that_comes_nearer_is_left_alone(void)
+{
+    in.at_limit = true;
+    in.omega_ref_rad_s = 300.0f;
+    in.omega_rad_s = 100.0f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 12.0f)); /* 120 rad/s nearer in 10 s */
+    setUp();
+    in.omega_ref_rad_s = -300.0f;
+    in.omega_rad_s = -100.0f;
+    in.at_limit = true;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, -12.0f));
+}
+
+/* Of a large reference 6 % are allowed. */
+static void test_the_deviation_grows_with_the_reference(void)
+{
+    in.omega_ref_rad_s = 500.0f;
+    in.omega_rad_s = 471.0f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    in.omega_rad_s = 469.0f;
+    TEST_ASSERT_FLOAT_WITHIN(0.03f, 0.8f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+}
+
+/* As an overlong speed filter makes it: nearer half of the time. */
+static void test_a_shaft_that_swings_is_found(void)
+{
+    float found_s = -1.0f;
+    for (int k = 0; (k < 3125) && (found_s < 0.0f); k++) {
+        in.omega_rad_s = 100.0f + 300.0f * sinf(6.0f * (float)k * SCHEDULE_S);
+        if ((speed_guard_look(&cfg, &st, &in) & FAULT_SPEED_DEVIATION) != 0u) {
+            found_s = (float)k * SCHEDULE_S;
+        }
+    }
+    TEST_ASSERT_TRUE((found_s > 0.0f) && (found_s < 1.0f));
+}
+
+static void test_no_number_is_a_deviation_and_none_is_remembered(void)
+{
+    in.omega_rad_s = 99.0f;
+    (void)speed_guard_look(&cfg, &st, &in);
+    in.omega_rad_s = NAN;
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.8f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(1.0f, 99.0f, st.omega_slow_rad_s);
+}
+
+static void test_the_stator_frequency_trips_as_well(void)
+{
+    in.omega_s_rad_s = -570.0f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_OVER_SPEED, 0.0f));
+    in.omega_s_rad_s = -571.0f;
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 4.0f * SCHEDULE_S, seconds_to(FAULT_OVER_SPEED, 0.0f));
+    setUp();
+    in.omega_s_rad_s = NAN;
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 4.0f * SCHEDULE_S, seconds_to(FAULT_OVER_SPEED, 0.0f));
+}
+
+/* No current, no EMF: a rotor that is gone. At 0 V and 1 A it cannot be one that follows. */
+static void impose(speed_basis_t basis, float omega_rad_s)
+{
+    in.basis = basis;
+    in.omega_rad_s = omega_rad_s;
+    in.omega_ref_rad_s = omega_rad_s;
+    in.omega_s_rad_s = omega_rad_s;
+    in.rotor = (rotor_check_in_t){.voltage = basis == SPEED_BASIS_VOLTAGE,
+                                  .omega_s_rad_s = omega_rad_s,
+                                  .i_A = {9.0f, 0.0f},
+                                  .Rs_ohm = motor.Rs_ohm,
+                                  .u_V = {9.0f * motor.Rs_ohm, 0.0f}};
+}
+
+static void follow(void)
+{
+    in.rotor.u_V.beta = 9.0f * in.omega_s_rad_s * (motor.kr * motor.M_H + motor.sigma_Ls_H);
+}
+
+static void test_a_rotor_that_does_not_follow_is_unknown_and_then_a_fault(void)
+{
+    for (speed_basis_t b = SPEED_BASIS_CURRENT; b <= SPEED_BASIS_VOLTAGE; b++) {
+        setUp();
+        impose(b, 60.0f);
+        follow();
+        TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 0.0f));
+        TEST_ASSERT_FALSE(st.speed_unknown);
+        in.rotor.u_V.beta = 0.0f;
+        float unknown_s = 0.0f;
+        while (!st.speed_unknown) {
+            TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+            unknown_s += SCHEDULE_S;
+        }
+        TEST_ASSERT_TRUE(unknown_s < 0.25f);
+        TEST_ASSERT_FLOAT_WITHIN(0.05f, 0.7f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    }
+}
+
+static void test_too_slow_to_see_the_rotor_is_unknown_for_a_limited_time(void)
+{
+    impose(SPEED_BASIS_CURRENT, 0.5f);
+    TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+    TEST_ASSERT_TRUE(st.speed_unknown);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 5.0f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    setUp();
+    in.basis = SPEED_BASIS_NOBODY;
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 5.0f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    TEST_ASSERT_TRUE(st.speed_unknown);
+    in.basis = SPEED_BASIS_ESTIMATE; /* who knows it again clears it */
+    in.omega_ref_rad_s = in.omega_rad_s;
+    (void)speed_guard_look(&cfg, &st, &in);
+    TEST_ASSERT_FALSE(st.speed_unknown);
+}
+
+/* Changing to and fro between two bases suspends nothing. */
+static void test_a_change_of_basis_keeps_the_time_away(void)
+{
+    float found_s = 0.0f;
+    uint32_t faults = 0u;
+    while (((faults & FAULT_SPEED_DEVIATION) == 0u) && (found_s < 3.0f)) {
+        const bool imposed = in.basis == SPEED_BASIS_ESTIMATE;
+        impose(imposed ? SPEED_BASIS_CURRENT : SPEED_BASIS_ESTIMATE, 60.0f);
+        follow();
+        in.omega_ref_rad_s = 100.0f;
+        faults = speed_guard_look(&cfg, &st, &in);
+        found_s += SCHEDULE_S;
+    }
+    TEST_ASSERT_TRUE(found_s < 0.5f);
+}
+
+static void test_a_start_on_a_turning_shaft_is_refused(void)
+{
+    in = (speed_guard_in_t){.basis = SPEED_BASIS_STANDING, .premagnetising = true};
+    uint32_t faults = 0u;
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, faults);
+        in.rotor.u_V.beta = ((k % 2) == 0) ? 3.0f : -3.0f;
+        faults = speed_guard_look(&cfg, &st, &in);
+    }
+    TEST_ASSERT_EQUAL_HEX32(FAULT_FLYING_START, faults);
+    in.premagnetising = false; /* commissioning's tones are no shaft */
+    TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+}
+
+static void test_gates_off_forgets(void)
+{
+    in.omega_rad_s = 500.0f;
+    (void)seconds_to(FAULT_SPEED_DEVIATION, 0.0f);
+    in.basis = SPEED_BASIS_NONE;
+    const speed_guard_state_t none = {0};
+    TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_MEMORY(&none, &st, sizeof st);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_what_cannot_protect);
+    RUN_TEST(test_a_speed_at_its_reference_is_none_of_its_business);
+    RUN_TEST(test_a_standing_deviation_is_a_fault);
+    RUN_TEST(test_at_the_limit_of_torque_it_is_told_first);
+    RUN_TEST(test_a_load_that_runs_away_is_found_within_a_second);
+    RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
+    RUN_TEST(test_the_deviation_grows_with_the_reference);
+    RUN_TEST(test_a_shaft_that_swings_is_found);
+    RUN_TEST(test_no_number_is_a_deviation_and_none_is_remembered);
+    RUN_TEST(test_the_stator_frequency_trips_as_well);
+    RUN_TEST(test_a_rotor_that_does_not_follow_is_unknown_and_then_a_fault);
+    RUN_TEST(test_too_slow_to_see_the_rotor_is_unknown_for_a_limited_time);
+    RUN_TEST(test_a_change_of_basis_keeps_the_time_away);
+    RUN_TEST(test_a_start_on_a_turning_shaft_is_refused);
+    RUN_TEST(test_gates_off_forgets);
+    return UNITY_END();
+}
