@@ -65,14 +65,12 @@ bool Firmware::reconfigure(const params_t &params)
 
 void Firmware::record_guard()
 {
-    constexpr std::uint32_t never = std::numeric_limits<std::uint32_t>::max() / 2;
     constexpr float nowhere = std::numeric_limits<float>::infinity();
     guard_config_t &guard = port_.unit.config[port_.unit.in_force].drive.guard;
     guard.speed.deviation_s = nowhere;
     guard.speed.unexplained_s = nowhere;
     guard.speed.warning_s = nowhere;
-    guard.speed.lost_count = never;
-    guard.speed.unknown_count = never;
+    guard.speed.unknown_s = nowhere;
     guard.speed.over_speed_rad_s = nowhere;
     guard.monitor.omega_max_rad_s = nowhere;
     guard.speed.rotor.start_V = nowhere;

@@ -48,8 +48,11 @@ rotor_check_t rotor_check_step(const rotor_check_config_t *cfg, rotor_check_stat
     const ab_t e_V = ab_sub(in->u_V, ab_scale(in->i_A, in->Rs_ohm));
     ab_t power_VA = ab_mul(e_V, ab_conj(in->i_A));
     power_VA.beta -= in->omega_s_rad_s * cfg->sigma_Ls_H * i2_A2;
-    st->power_VA = ab_add(st->power_VA, ab_scale(ab_sub(power_VA, st->power_VA), cfg->share));
-    st->i2_A2 += cfg->share * (i2_A2 - st->i2_A2);
+    const ab_t mean_VA = ab_add(st->power_VA, ab_scale(ab_sub(power_VA, st->power_VA), cfg->share));
+    const float mean_A2 = st->i2_A2 + cfg->share * (i2_A2 - st->i2_A2);
+    const bool number = is_finite(mean_VA.alpha + mean_VA.beta + mean_A2);
+    st->power_VA = number ? mean_VA : (ab_t){0.0f, 0.0f};
+    st->i2_A2 = number ? mean_A2 : i2_A2;
     const float least_rad_s = in->voltage ? cfg->voltage_rad_s : cfg->current_rad_s;
     if (!(absf(in->omega_s_rad_s) >= least_rad_s)) {
         return ROTOR_NOT_SEEN;

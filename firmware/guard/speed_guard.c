@@ -11,17 +11,13 @@
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU    0.06f
 #define SPEED_FARTHEST_PU     4.0f
-#define SPEED_HEALS_PU        0.5f /* seconds that heal over seconds that count */
+/* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
+ * that heals slowly. */
+#define SPEED_HEALS_PU        0.5f
+#define SPEED_FOLLOWS_PU      0.05f
 #define SPEED_UNKNOWN_AFTER_S 0.1f
 #define SPEED_OVER_SCHEDULES  4u
 #define SPEED_MAX_SCHEDULES   1e6f
-
-#define SPEED_COUNT_WRONG 2u
-
-static uint32_t count_of(float time_s, float schedule_s)
-{
-    return SPEED_COUNT_WRONG * (1u + (uint32_t)(time_s / schedule_s));
-}
 
 bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *params,
                       const motor_model_t *motor, float schedule_s)
@@ -39,20 +35,17 @@ bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *par
         .warning_s = minf(SPEED_WARNING_S, params->deviation_s),
         .schedule_s = schedule_s,
         .nearer_share = schedule_s / (schedule_s + SPEED_NEARER_S),
-        .unknown_count = count_of(params->unknown_s, schedule_s),
+        .unknown_s = params->unknown_s,
+        .doubt_s = minf(SPEED_UNKNOWN_AFTER_S, params->deviation_s),
     };
-    cfg->lost_count = count_of(cfg->unexplained_s, schedule_s);
-    cfg->doubt_count = count_of(minf(SPEED_UNKNOWN_AFTER_S, params->deviation_s), schedule_s);
     rotor_check_init(&cfg->rotor, motor, params->lambda_nominal_Wb, schedule_s);
     return true;
 }
 
-static uint32_t counted(uint32_t count, bool wrong, uint32_t most)
+/* Time on, or back; it stays at its limit. */
+static float passed(float time_s, float step_s, float most_s)
 {
-    if (!wrong) {
-        return (count > 0u) ? (count - 1u) : 0u;
-    }
-    return ((count + SPEED_COUNT_WRONG) < most) ? (count + SPEED_COUNT_WRONG) : most;
+    return clampf(time_s + step_s, 0.0f, most_s);
 }
 
 /* Away from the reference, and not on the way to it. A NaN is away. */
@@ -60,9 +53,9 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                      const speed_guard_in_t *in, float far_pu)
 {
     const float moved_rad_s = in->omega_rad_s - st->omega_slow_rad_s;
-    if (is_finite(moved_rad_s)) {
-        st->omega_slow_rad_s += cfg->nearer_share * moved_rad_s;
-    }
+    st->omega_slow_rad_s = is_finite(moved_rad_s)
+                               ? (st->omega_slow_rad_s + cfg->nearer_share * moved_rad_s)
+                               : in->omega_rad_s; /* forgotten with the next number */
     const float nearer_rad_s = (far_pu < 0.0f) ? -moved_rad_s : moved_rad_s;
     return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
@@ -77,9 +70,9 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
     const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);
     const float step_s = wrong ? (one_s * clampf(absf(far_pu), 1.0f, SPEED_FARTHEST_PU)) : one_s;
     const float free_s = in->at_limit ? minf(step_s, 0.0f) : step_s;
-    st->deviation_s = clampf(st->deviation_s + step_s, 0.0f, cfg->deviation_s);
-    st->away_s = clampf(st->away_s + one_s, 0.0f, cfg->warning_s);
-    st->unexplained_s = clampf(st->unexplained_s + free_s, 0.0f, cfg->unexplained_s);
+    st->deviation_s = passed(st->deviation_s, step_s, cfg->deviation_s);
+    st->away_s = passed(st->away_s, one_s, cfg->warning_s);
+    st->unexplained_s = passed(st->unexplained_s, free_s, cfg->unexplained_s);
     const bool late =
         (st->deviation_s >= cfg->deviation_s) || (st->unexplained_s >= cfg->unexplained_s);
     const bool told = wrong && in->at_limit && (st->away_s >= cfg->warning_s);
@@ -107,10 +100,13 @@ static uint32_t look_at_rotor(const speed_guard_config_t *cfg, speed_guard_state
     } else {
         /* estimated, or taken as 0 */
     }
-    st->lost = counted(st->lost, rotor == ROTOR_LOST, cfg->lost_count);
-    st->speed_unknown = (rotor == ROTOR_NOT_SEEN) || (imposed && (st->lost >= cfg->doubt_count));
-    st->unknown = counted(st->unknown, st->speed_unknown, cfg->unknown_count);
-    const bool late = (st->lost >= cfg->lost_count) || (st->unknown >= cfg->unknown_count);
+    const float one_s = cfg->schedule_s;
+    const bool lost = rotor == ROTOR_LOST;
+    st->lost_s = passed(st->lost_s, one_s * (lost ? 1.0f : -SPEED_FOLLOWS_PU), cfg->unexplained_s);
+    st->speed_unknown = (rotor == ROTOR_NOT_SEEN) || (lost && (st->lost_s >= cfg->doubt_s));
+    st->unknown_s = passed(st->unknown_s, st->speed_unknown ? one_s : -(SPEED_HEALS_PU * one_s),
+                           cfg->unknown_s);
+    const bool late = (st->lost_s >= cfg->unexplained_s) || (st->unknown_s >= cfg->unknown_s);
     return late ? FAULT_SPEED_DEVIATION : 0u;
 }
 

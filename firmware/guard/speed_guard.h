@@ -42,9 +42,8 @@ typedef struct {
     float warning_s;
     float schedule_s;
     float nearer_share;
-    uint32_t unknown_count;
-    uint32_t lost_count;
-    uint32_t doubt_count; /* of rotors that did not follow: the speed counts as unknown */
+    float unknown_s;
+    float doubt_s; /* of a rotor that does not follow: the speed counts as unknown */
     rotor_check_config_t rotor;
 } speed_guard_config_t;
 
@@ -55,8 +54,8 @@ typedef struct {
     float unexplained_s;    /* likewise, with torque to spare */
     float away_s;           /* time away, wherever */
     uint32_t frequency; /* count of debounce.h */
-    uint32_t unknown;
-    uint32_t lost; /* the rotor does not follow */
+    float unknown_s;
+    float lost_s; /* the rotor does not follow */
     bool speed_unknown;
     rotor_check_state_t rotor;
 } speed_guard_state_t;

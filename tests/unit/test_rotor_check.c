@@ -121,6 +121,8 @@ static void test_no_number_is_lost(void)
     TEST_ASSERT_EQUAL(ROTOR_LOST, rotor_check_step(&cfg, &st, &in));
     in.voltage = true;
     TEST_ASSERT_EQUAL(ROTOR_LOST, rotor_check_step(&cfg, &st, &in));
+    in = turned(100.0, 0.0, 9.0, 0.0); /* and none is remembered */
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(in));
 }
 
 /* The mean is first order: after its time constant 1 - 1/e of the value. */
