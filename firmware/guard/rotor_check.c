@@ -1,9 +1,9 @@
 #include "rotor_check.h"
 
-#define ROTOR_MEAN_S 0.05f
+#define ROTOR_MEAN_S 0.1f
 
-/* |x| of 1.7 leaves a quarter along the current; half the flux of V/f is beyond its pull-out. */
-#define ROTOR_ALONG_PU 0.25f
+/* |x| of 1.36 leaves .35 along the current; half the flux of V/f is beyond its pull-out. */
+#define ROTOR_ALONG_PU 0.35f
 #define ROTOR_FLUX_PU  0.5f
 
 /* Over Rs/(kr M), where EMF and resistance are alike. Only the magnitude asks for Rs. */

@@ -15,7 +15,7 @@
  * that heals slowly. */
 #define SPEED_HEALS_PU        0.5f
 #define SPEED_FOLLOWS_PU      0.05f
-#define SPEED_UNKNOWN_AFTER_S 0.1f
+#define SPEED_UNKNOWN_AFTER_S 0.05f
 #define SPEED_OVER_SCHEDULES  4u
 #define SPEED_MAX_SCHEDULES   1e6f
 
