@@ -106,8 +106,8 @@ typedef struct {
     uint32_t gates_on; /* 0 or 1 */
     uint32_t state;
     uint32_t faults;
-    float speed_hat_rpm;    /* telemetry from here on; all 0 while the gates are off. NaN: unknown */
-    float lambda_Wb;        /* rotor flux estimate */
+    float speed_hat_rpm; /* telemetry from here on; all 0 while the gates are off. NaN: unknown */
+    float lambda_Wb;     /* rotor flux estimate */
     float lambda_angle_rad; /* stationary frame */
     float i_d_A;
     float i_q_A;

@@ -18,14 +18,14 @@ void rotor_check_init(rotor_check_config_t *cfg, const motor_model_t *motor, flo
                       float step_s)
 {
     const float even_rad_s = motor->Rs_ohm / (motor->kr * motor->M_H);
-    *cfg = (rotor_check_config_t){.sigma_Ls_H = motor->sigma_Ls_H,
-                                  .kr_M_H = motor->kr * motor->M_H,
-                                  .kr_lambda_Wb = motor->kr * lambda_Wb,
-                                  .current_rad_s = ROTOR_CURRENT_PU * even_rad_s,
-                                  .voltage_rad_s = ROTOR_VOLTAGE_PU * even_rad_s,
-                                  .start_V =
-                                      ROTOR_START_PU * motor->kr * lambda_Wb * motor->tau_per_s,
-                                  .share = step_s / (step_s + ROTOR_MEAN_S)};
+    *cfg =
+        (rotor_check_config_t){.sigma_Ls_H = motor->sigma_Ls_H,
+                               .kr_M_H = motor->kr * motor->M_H,
+                               .kr_lambda_Wb = motor->kr * lambda_Wb,
+                               .current_rad_s = ROTOR_CURRENT_PU * even_rad_s,
+                               .voltage_rad_s = ROTOR_VOLTAGE_PU * even_rad_s,
+                               .start_V = ROTOR_START_PU * motor->kr * lambda_Wb * motor->tau_per_s,
+                               .share = step_s / (step_s + ROTOR_MEAN_S)};
 }
 
 /* Written as enough >= needed, so that a NaN is lost. */

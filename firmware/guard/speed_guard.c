@@ -4,13 +4,13 @@
 
 /* Coming nearer is faster than 4 rad/s^2: a load of fifty times the motor's inertia at rated torque
  * still is. The mean of a quarter of a second keeps the ripple of an estimate out. */
-#define SPEED_NEARER_S        0.25f
-#define SPEED_NEARER_RAD_S    1.0f
-#define SPEED_WARNING_S       0.15f
-#define SPEED_UNEXPLAINED_S   0.8f /* without a limit of torque that would explain it */
+#define SPEED_NEARER_S      0.25f
+#define SPEED_NEARER_RAD_S  1.0f
+#define SPEED_WARNING_S     0.15f
+#define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
-#define SPEED_DEVIATION_PU    0.06f
-#define SPEED_FARTHEST_PU     4.0f
+#define SPEED_DEVIATION_PU 0.06f
+#define SPEED_FARTHEST_PU  4.0f
 /* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
  * that heals slowly. */
 #define SPEED_HEALS_PU        0.5f

@@ -7,8 +7,8 @@
  *   unknown    nobody knows the speed: a limit of time
  *   start      the shaft turns under the direct current of a start (rotor_check.h)
  *
- * Counts rise twice as fast when something is wrong as they fall when it is not: a shaft that swings about
- * its reference is found as well as one that runs away. Electrical speeds.
+ * Counts rise twice as fast when something is wrong as they fall when it is not: a shaft that
+ * swings about its reference is found as well as one that runs away. Electrical speeds.
  */
 #ifndef SPEED_GUARD_H
 #define SPEED_GUARD_H
@@ -53,7 +53,7 @@ typedef struct {
     float deviation_s;      /* time away, twice as fast where twice as far */
     float unexplained_s;    /* likewise, with torque to spare */
     float away_s;           /* time away, wherever */
-    uint32_t frequency; /* count of debounce.h */
+    uint32_t frequency;     /* count of debounce.h */
     float unknown_s;
     float lost_s; /* the rotor does not follow */
     bool speed_unknown;
@@ -74,7 +74,8 @@ typedef struct {
 CHECKED bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *params,
                               const motor_model_t *motor, float schedule_s);
 
-/* SPEED_DEVIATION, OVER_SPEED, FLYING_START; DERATED: the limits of the current leave too little. */
+/* SPEED_DEVIATION, OVER_SPEED, FLYING_START; DERATED: the limits of the current leave too little.
+ */
 COLD uint32_t speed_guard_look(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                                const speed_guard_in_t *in);
 

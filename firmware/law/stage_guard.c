@@ -5,25 +5,17 @@
 
 static speed_basis_t speed_basis(mode_id_t mode)
 {
-    switch (mode) {
-    case MODE_PREMAGNETISE:
-    case MODE_COMMISSIONING:
-        return SPEED_BASIS_STANDING;
-    case MODE_REMAGNETISE:
-    case MODE_VECTOR:
-        return SPEED_BASIS_ESTIMATE;
-    case MODE_TAKE_OVER:
-    case MODE_I_F:
-        return SPEED_BASIS_CURRENT;
-    case MODE_VOLTS_PER_HERTZ:
-        return SPEED_BASIS_VOLTAGE;
-    case MODE_FLYING_START:
-    case MODE_DC_BRAKE:
-        return SPEED_BASIS_NOBODY;
-    case MODE_OFF:
-    default:
-        return SPEED_BASIS_NONE;
-    }
+    static const speed_basis_t of_mode[] = {[MODE_OFF] = SPEED_BASIS_NONE,
+                                            [MODE_PREMAGNETISE] = SPEED_BASIS_STANDING,
+                                            [MODE_COMMISSIONING] = SPEED_BASIS_STANDING,
+                                            [MODE_FLYING_START] = SPEED_BASIS_NOBODY,
+                                            [MODE_REMAGNETISE] = SPEED_BASIS_ESTIMATE,
+                                            [MODE_VECTOR] = SPEED_BASIS_ESTIMATE,
+                                            [MODE_TAKE_OVER] = SPEED_BASIS_CURRENT,
+                                            [MODE_I_F] = SPEED_BASIS_CURRENT,
+                                            [MODE_VOLTS_PER_HERTZ] = SPEED_BASIS_VOLTAGE,
+                                            [MODE_DC_BRAKE] = SPEED_BASIS_NOBODY};
+    return of_mode[mode];
 }
 
 /* Torque mode has two speeds it may not pass for a reference. */
@@ -62,12 +54,11 @@ static void set_speeds(const drive_config_t *cfg, const drive_state_t *st, const
 static uint32_t look_at_speed(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                               const drive_out_t *out)
 {
-    speed_guard_in_t in = {
-        .premagnetising = st->mode == MODE_PREMAGNETISE,
-        .rotor = {.voltage = st->mode == MODE_VOLTS_PER_HERTZ,
-                  .u_V = st->acting.ended_V,
-                  .i_A = out->meas.i_s_A,
-                  .Rs_ohm = drive_rs_ohm(cfg, st)}};
+    speed_guard_in_t in = {.premagnetising = st->mode == MODE_PREMAGNETISE,
+                           .rotor = {.voltage = st->mode == MODE_VOLTS_PER_HERTZ,
+                                     .u_V = st->acting.ended_V,
+                                     .i_A = out->meas.i_s_A,
+                                     .Rs_ohm = drive_rs_ohm(cfg, st)}};
     set_speeds(cfg, st, asked, out->meas.i_s_A, &in);
     in.rotor.omega_s_rad_s = in.omega_s_rad_s;
     return speed_guard_look(&cfg->guard.speed, &st->guard.speed, &in);

@@ -41,38 +41,30 @@ static const rule_t rules[] = {
 #include "param_rules.def"
 };
 
+/* 1/a11 = sigma Ls/(Rs + (M/Lr)^2 Rr) */
+static float transient_s(const params_t *p)
+{
+    const float kr = p->M_H / p->Lr_H;
+    return (p->Ls_H - kr * p->M_H) / (p->Rs_ohm + kr * kr * p->Rr_ohm);
+}
+
 static float limit_of(const params_t *p, const rule_t *rule)
 {
     const float second = params_get(p, rule->second);
-    switch ((limit_t)rule->limit) {
-    case LIMIT_SCALED:
-        return rule->factor * second;
-    case LIMIT_PER_PERIOD:
-        return rule->factor / p->period_s;
-    case LIMIT_RATE:
-        return rule->factor * second / p->period_s;
-    case LIMIT_LEAKAGE:
-        return sqrtf(p->Ls_H * p->Lr_H);
-    case LIMIT_TRANSIENT: {
-        /* a11 = (Rs + (M/Lr)^2 Rr)/(sigma Ls) */
-        const float kr = p->M_H / p->Lr_H;
-        return (p->Ls_H - kr * p->M_H) / (p->Rs_ohm + kr * kr * p->Rr_ohm);
-    }
-    case LIMIT_STANDING:
-        return rule->factor * p->Rr_ohm / p->Lr_H;
-    case LIMIT_INVERSE:
-        return rule->factor / second;
-    case LIMIT_FLUX:
-        return rule->factor * p->M_H * second;
-    case LIMIT_RESISTIVE:
-        return rule->factor * p->Rs_ohm * second;
-    case LIMIT_EMF:
-        return (p->weaken_share > 0.0f) ? PARAMS_NO_LIMIT
-                                        : (rule->factor * second / (p->M_H * p->i_d_A));
-    case LIMIT_NUMBER:
-    default:
-        return rule->factor;
-    }
+    const float scaled = rule->factor * second;
+    const float emf = (p->weaken_share > 0.0f) ? PARAMS_NO_LIMIT : (scaled / (p->M_H * p->i_d_A));
+    const float limits[] = {[LIMIT_NUMBER] = rule->factor,
+                            [LIMIT_SCALED] = scaled,
+                            [LIMIT_PER_PERIOD] = rule->factor / p->period_s,
+                            [LIMIT_RATE] = scaled / p->period_s,
+                            [LIMIT_LEAKAGE] = sqrtf(p->Ls_H * p->Lr_H),
+                            [LIMIT_TRANSIENT] = transient_s(p),
+                            [LIMIT_STANDING] = rule->factor * p->Rr_ohm / p->Lr_H,
+                            [LIMIT_INVERSE] = rule->factor / second,
+                            [LIMIT_FLUX] = rule->factor * p->M_H * second,
+                            [LIMIT_RESISTIVE] = rule->factor * p->Rs_ohm * second,
+                            [LIMIT_EMF] = emf};
+    return limits[rule->limit];
 }
 
 static bool kept(float value, params_relation_t relation, float limit)

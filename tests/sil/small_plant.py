@@ -1,4 +1,4 @@
-"""A motor of its own for faults that host_sim has no name for: Table 1, ideal inverter, sensed voltage."""
+"""A motor of its own, for faults that host_sim has no name for: Table 1, ideal, sensed voltage."""
 
 from __future__ import annotations
 

@@ -125,8 +125,8 @@ static void test_random_words_of_14_bit(void)
     random_words(2u, 0x3fffu, NULL, false);
 }
 
-/* Limits as far out of the way as they can be, so that garbage reaches observer and controllers while the gates are on:
- * the worst the arithmetic can be given. */
+/* Limits as far out of the way as they can be, so that garbage reaches observer and controllers
+ * while the gates are on: the worst the arithmetic can be given. */
 static void test_random_words_with_the_limits_out_of_the_way(void)
 {
     random_words(3u, 0x3fffu,

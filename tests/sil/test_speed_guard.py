@@ -1,4 +1,4 @@
-"""The guard of the speed in the closed loop: what it has to find, and how soon (FINDINGS A2, A3, A7, A8)."""
+"""The guard of the speed in the closed loop: what it finds, and how soon (A2, A3, A7, A8)."""
 
 from __future__ import annotations
 
@@ -152,7 +152,10 @@ def test_line_sensors_that_lose_a_tenth_end_in_a_fault_and_not_at_3719_rpm():
 
 
 def test_a_speed_filter_that_makes_the_shaft_swing_is_refused_live():
-    folder, board = ROOT / "gain_tables" / "hasegawa2005_recommended", load_setup("paper").board
+    folder, board = (
+        ROOT / "gain_tables" / "hasegawa2005_recommended",
+        load_setup("paper").board,
+    )
     with Drive(folder, board, dict(load_setup("recommended").params)) as drive:
         for value in (0.7, 1.0):
             with pytest.raises(UserError, match=r"speed_filter_s.*at most.*bandwidth_rad_s"):

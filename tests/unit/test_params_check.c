@@ -189,7 +189,7 @@ static void test_a_speed_deviation_can_be_found(void)
 
 static void test_the_trip_of_a_phase_is_beyond_every_current_asked_for(void)
 {
-    static const char *const asked[] = {"i_max_A",    "i_q_max_A",  "i_d_max_A",    "i_f_A",
+    static const char *const asked[] = {"i_max_A",    "i_q_max_A", "i_d_max_A",    "i_f_A",
                                         "dc_brake_A", "rs_high_A", "observer_e1_A"};
     for (size_t k = 0u; k < sizeof asked / sizeof asked[0]; k++) {
         set(asked[k], 30.0f);

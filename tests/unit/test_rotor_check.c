@@ -71,7 +71,8 @@ static void test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not
     }
 }
 
-/* Rs and dead time are in phase with the current; neither makes a lost rotor of one that follows. */
+/* Rs and dead time are in phase with the current; neither makes a lost rotor of one that follows.
+ */
 static void test_a_wrong_resistance_does_not_matter_to_a_current_vector(void)
 {
     rotor_check_in_t in = turned(12.0, 0.8, 9.0, 0.5);

@@ -47,9 +47,9 @@ static float seconds_to(uint32_t bits, float rate_rad_s2)
 
 #define ASSERT_REFUSED(field, value)                                                               \
     do {                                                                                           \
-        speed_guard_params_t changed = params;                                                         \
-        changed.field = (value);                                                                       \
-        TEST_ASSERT_FALSE_MESSAGE(speed_guard_init(&cfg, &changed, &motor, SCHEDULE_S), #field);       \
+        speed_guard_params_t changed = params;                                                     \
+        changed.field = (value);                                                                   \
+        TEST_ASSERT_FALSE_MESSAGE(speed_guard_init(&cfg, &changed, &motor, SCHEDULE_S), #field);   \
     } while (0)
 
 static void test_init_refuses_what_cannot_protect(void)
@@ -199,7 +199,7 @@ static void test_a_rotor_that_does_not_follow_is_unknown_and_then_a_fault(void)
             TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
             unknown_s += SCHEDULE_S;
         }
-        TEST_ASSERT_TRUE(unknown_s < 0.2f);
+        TEST_ASSERT_TRUE(unknown_s < 0.3f);
         TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.75f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
     }
 }

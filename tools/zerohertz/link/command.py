@@ -414,7 +414,8 @@ def status_line(s: link.Status) -> str:
     parts = [
         state_name(s.state),
         (" unknown" if s.speed_unknown else f"{speed_rpm:8.1f}")
-        + ("" if torque_mode else f" of {reference_rpm:.1f}") + " min^-1",
+        + ("" if torque_mode else f" of {reference_rpm:.1f}")
+        + " min^-1",
         f"i_d {s.i_d_A:.2f} A",
         f"i_q {s.i_q_A:.2f}" + (f" of {s.i_q_ref_A:.2f}" if torque_mode else "") + " A",
         f"f_s {s.stator_frequency_Hz:.2f} Hz",
