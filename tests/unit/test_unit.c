@@ -648,6 +648,22 @@ static void test_telemetry_says_what_the_period_did(void)
     TEST_ASSERT_EQUAL_FLOAT(2.5f, t.i_q_ref_A);
     TEST_ASSERT_EQUAL_FLOAT(0.1f, t.e1_alpha_A);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, t.e1_beta_A);
+    TEST_ASSERT_EQUAL_UINT32(0u, t.speed_unknown);
+    unit.drive.guard.speed.speed_unknown = true;
+    TEST_ASSERT_EQUAL_UINT32(1u, telemetry().speed_unknown);
+    TEST_ASSERT_TRUE(isnan(telemetry().omega_m_hat_rad_s));
+}
+
+static void test_a_reference_is_bounded_and_one_that_is_no_number_is_none(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    static const float asked[] = {1e9f, -1e9f, NAN, 10.0f};
+    const float most_rad_s = params.speed_max_rad_s;
+    const float got[] = {most_rad_s, -most_rad_s, 0.0f, 10.0f * params.pole_pairs};
+    for (size_t k = 0u; k < sizeof asked / sizeof asked[0]; k++) {
+        (void)periods(SEQUENCE_CMD_RUN, asked[k], 1);
+        TEST_ASSERT_EQUAL_FLOAT(got[k], unit.asked.omega_e_ref_rad_s);
+    }
 }
 
 /* One bit of a word, wherever an enum lies in it. */
@@ -770,6 +786,7 @@ int main(void)
     RUN_TEST(test_telemetry_says_what_the_period_did);
     RUN_TEST(test_a_flipped_bit_of_mode_aim_or_state_is_healed_or_declared);
     RUN_TEST(test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms);
+    RUN_TEST(test_a_reference_is_bounded_and_one_that_is_no_number_is_none);
     RUN_TEST(test_signals_of_the_estimator_show_its_state);
     return UNITY_END();
 }
