@@ -99,10 +99,18 @@ void scale_to_motor(params_t &params, const MotorFile &m)
     scale_param(params, "i_d_A", i_d);
     scale_param(params, "i_d_max_A", i_d);
     scale_param(params, "lambda_max_Wb", flux);
-    for (const char *name : {"speed_max_rad_s", "over_speed_rad_s", "torque_speed_max_rad_s"}) {
-        scale_param(params, name, m.frequency_Hz / paper_frequency_Hz);
-    }
     scale_param(params, "speed_J_kg_m2", m.J_kg_m2 / paper_J_kg_m2);
+}
+
+// The largest speed is in proportion to the rated one, and the motor's own voltage then stays below
+// the link's trip.
+void scale_speeds(params_t &params, const MotorFile &m, double dc_scale)
+{
+    const double flux = (m.voltage_V / m.frequency_Hz) / (paper_voltage_V / paper_frequency_Hz);
+    const double speed = std::min(m.frequency_Hz / paper_frequency_Hz, dc_scale / flux);
+    for (const char *name : {"speed_max_rad_s", "over_speed_rad_s", "torque_speed_max_rad_s"}) {
+        scale_param(params, name, speed);
+    }
 }
 
 void scale_to_board(params_t &params, const Board &board)
@@ -214,6 +222,7 @@ params_t nominal_params(const MotorFile &m, const std::optional<Board> &board)
     set_param(params, "pole_pairs", m.pole_pairs, "motor.toml");
     if (board) {
         scale_to_board(params, *board);
+        scale_speeds(params, m, board->dc_link_full_scale_V / Board{}.dc_link_full_scale_V);
         set_param(params, "adc_bits", board->adc_bits, "board");
         set_param(params, "current_full_scale_A", board->current_full_scale_A, "board");
         set_param(params, "line_voltage_full_scale_V", board->line_voltage_full_scale_V, "board");

@@ -186,7 +186,9 @@ def test_what_became_of_a_record_of_former_names_is_told(tmp_path: Path) -> None
         assert "rs_track_high = 1.5 is a constant now, 1.5: the same" in lines
         assert "rs_low_A = 4.5 is derived now: 0.625 rs_high_A" in lines
         # The image's table has a number that the simulation's has not: saved anew with the key.
-        assert command.fault_names(drive.status().faults) == "STORE"
+        # It holds a pair of values, too, that made a trip toothless.
+        assert "over_speed_rad_s" in drive.store().conflict
+        assert command.fault_names(drive.status().faults) == "CONFIG"
         seconds(sil, 10.5)
         drive.unlock(DEVELOPMENT_KEY)
         assert not drive.save().failed
@@ -424,6 +426,7 @@ def test_the_commands_over_tcp(tmp_path: Path) -> None:
         assert "lost_action = fault" in zh("set", "lost_action", "fault")
         assert json.loads(zh("get", "lost_action", "--json")) == {"lost_action": 1.0}
         assert "lost_action = warn" in zh("set", "lost_action", "0")
+        assert "flying_start = on" in zh("set", "flying_start", "on")  # the shaft turns on
         zh("run", "--rpm", "60", "--seconds", "0.5", "--valid", "0")
         zh("run", "--torque-Nm", "0.5", "--seconds", "0.5", "--valid", "0")
         out = tmp_path / "t.csv"
@@ -559,16 +562,16 @@ def test_saved_parameters_and_the_fault_record_outlive_the_power(
         drive.set("Rs_ohm", 1.25)
         drive.set("i_d_A", 3.5)
         assert not drive.save().failed
-        drive.set("i_trip_A", 1.0)  # not saved: to trip
+        drive.set("u_dc_min_V", 300.0)  # not saved: to trip
         drive.command(link.RUN, 1.0)
         seconds(sil, 0.5)
-        assert "OVER_CURRENT" in command.fault_names(drive.status().faults)
+        assert "DC_UNDER_VOLTAGE" in command.fault_names(drive.status().faults)
         number = drive.fault_record()[0].number
     with LinkedDrive(job(), keep=kept) as sil:
         drive = Client(SilLine(sil), timeout_s=60.0)
         sil.run(300)
         assert drive.get(["Rs_ohm", "i_d_A"]) == {"Rs_ohm": 1.25, "i_d_A": 3.5}
-        assert drive.get(["i_trip_A"])["i_trip_A"] > 1.0
+        assert drive.get(["u_dc_min_V"])["u_dc_min_V"] < 300.0
         assert drive.store().found == 1
         head = drive.fault_record()[0]
         assert (head.number, head.from_before_reset) == (number, True)
@@ -634,7 +637,9 @@ def test_parameters_of_another_table_do_not_run(tmp_path: Path) -> None:
         drive = Client(SilLine(sil), timeout_s=60.0)
         drive.command(link.RUN, 1.0)
         sil.run(300)
-        assert command.fault_names(drive.status().faults) == "STORE"
+        # It holds a pair of values, too, that made a trip toothless.
+        assert "over_speed_rad_s" in drive.store().conflict
+        assert command.fault_names(drive.status().faults) == "CONFIG"
         assert not sil.state.gates_on
         drive.stop()
         with pytest.raises(RefusedError, match="protected"):

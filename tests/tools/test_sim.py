@@ -133,8 +133,16 @@ def test_true_resistance_follows_its_profile():
     np.testing.assert_allclose(record["Rs_true_ohm"], [0.93, 0.93 * 1.2], rtol=1e-6)
 
 
+# A magnetising current at its trip: the first overshoot is beyond.
+TRIPS = {
+    "i_trip_A": 2.0,
+    **dict.fromkeys(("i_max_A", "i_q_max_A", "i_d_max_A", "i_d_A"), 2.44),
+    "current_sum_max_A": 0.6,
+}
+
+
 def test_a_fault_ends_nothing_but_the_torque():
-    record = run(Job(scenario=SCENARIO, firmware={"i_trip_A": 2.0}))
+    record = run(Job(scenario=SCENARIO, firmware=TRIPS))
     assert record.trip == Trip.FIRMWARE
     assert record.first_fault == 1
     assert 0.12 < record.first_fault_s < 0.2
@@ -142,7 +150,7 @@ def test_a_fault_ends_nothing_but_the_torque():
     assert record.steps == 8000
     after = record.t_s > record.first_fault_s
     assert record["gates_on"][after].max() == 0
-    stopped = run(Job(scenario=SCENARIO, firmware={"i_trip_A": 2.0}, stop_at_trip=True))
+    stopped = run(Job(scenario=SCENARIO, firmware=TRIPS, stop_at_trip=True))
     assert stopped.steps == len(stopped.t_s) < 2000
     np.testing.assert_array_equal(stopped.t_s, record.t_s[: stopped.steps])
 
@@ -262,7 +270,7 @@ def mixed_jobs() -> list[Job]:
     fast = {"profiles.speed_ref_rpm": [[0.0, 0.0], [1.0, 0.0], [1.2, 1500.0]]}
     low = {"inverter.u_dc_V": 150.0, "inverter.model": "switched"}
     jobs.append(Job(rig=rig, scenario_overrides=fast, rig_overrides=low))
-    jobs.append(Job(rig=rig, firmware={"i_trip_A": 4.0}, stop_at_trip=True))
+    jobs.append(Job(rig=rig, firmware=TRIPS, stop_at_trip=True))
     return jobs
 
 

@@ -159,8 +159,6 @@ static void test_an_over_speed_trip_can_act(void)
     set("omega_max_rad_s", 800.0f);
     set("over_speed_rad_s", 700.0f);
     expect("over_speed_rad_s", PARAMS_AT_MOST, 575.0f, "speed_max_rad_s");
-    set("over_speed_rad_s", 510.0f);
-    expect("over_speed_rad_s", PARAMS_AT_LEAST, 525.0f, "speed_max_rad_s");
     set("torque_speed_max_rad_s", 520.0f);
     expect("torque_speed_max_rad_s", PARAMS_AT_MOST, 500.0f, "speed_max_rad_s");
     set("i_d_A", 5.5f);
@@ -194,10 +192,14 @@ static void test_the_trip_of_a_phase_is_beyond_every_current_asked_for(void)
     for (size_t k = 0u; k < sizeof asked / sizeof asked[0]; k++) {
         set(asked[k], 30.0f);
         set("rs_measure", 1.0f);
+        set("lost_action", 2.0f);
         expect(asked[k], PARAMS_BELOW, sqrtf(1.5f) * 20.0f, "i_trip_A");
     }
-    set("rs_high_A", 30.0f); /* nobody asks for it */
+    set("rs_high_A", 30.0f); /* nobody asks for them */
+    set("i_f_A", 30.0f);
     TEST_ASSERT_TRUE(params_check(&params, &conflict));
+    set("control_mode", 2.0f);
+    expect("i_f_A", PARAMS_BELOW, sqrtf(1.5f) * 20.0f, "i_trip_A");
     setUp();
     set("i_trip_A", 30.0f);
     expect("i_trip_A", PARAMS_BELOW, 25.0f, "current_full_scale_A");

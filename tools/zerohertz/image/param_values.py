@@ -23,14 +23,11 @@ _PAPER_VOLTAGE_V, _PAPER_FREQUENCY_HZ, _PAPER_CURRENT_A = 200.0, 60.0, 6.2
 _PAPER_M_H, _PAPER_J_KG_M2 = 0.102, 0.015
 
 
-_SPEEDS = ("speed_max_rad_s", "over_speed_rad_s", "torque_speed_max_rad_s")
-
-
 def image_values(motor: Motor, board: Board, given: Mapping[str, float], file: Path) -> Values:
     """Every parameter, in the order of the list; UserError names file and parameter."""
     listed = entries()
     values = {name: float32(p.initial) for name, p in listed.items()}
-    factors = _motor_factors(motor) | _board_factors(board)
+    factors = _motor_factors(motor) | _board_factors(board) | _speed_factors(motor, board)
     for name, factor in factors.items():
         least, most = listed[name].lowest, listed[name].highest
         values[name] = min(max(float32(factor * values[name]), least), most)
@@ -53,9 +50,17 @@ def _motor_factors(motor: Motor) -> Values:
         **dict.fromkeys(("overload_inverter_A", "com_rated_A"), current),
         **dict.fromkeys(("i_d_A", "i_d_max_A"), i_d),
         "lambda_max_Wb": flux,
-        **dict.fromkeys(_SPEEDS, plate.frequency_Hz / _PAPER_FREQUENCY_HZ),
         "speed_J_kg_m2": motor.mechanics.J_kg_m2 / _PAPER_J_KG_M2,
     }
+
+
+def _speed_factors(motor: Motor, board: Board) -> Values:
+    """As the rated speed, and so that the motor's own voltage stays below the link's trip."""
+    plate = motor.nameplate
+    flux = (plate.voltage_V / plate.frequency_Hz) / (_PAPER_VOLTAGE_V / _PAPER_FREQUENCY_HZ)
+    dc_scale = board.dc_link_full_scale_V / Board().dc_link_full_scale_V
+    speed = min(plate.frequency_Hz / _PAPER_FREQUENCY_HZ, dc_scale / flux)
+    return dict.fromkeys(("speed_max_rad_s", "over_speed_rad_s", "torque_speed_max_rad_s"), speed)
 
 
 def _board_factors(board: Board) -> Values:
