@@ -562,16 +562,19 @@ def test_saved_parameters_and_the_fault_record_outlive_the_power(
         drive.set("Rs_ohm", 1.25)
         drive.set("i_d_A", 3.5)
         assert not drive.save().failed
-        drive.set("u_dc_min_V", 300.0)  # not saved: to trip
+        for name in ("i_d_A", "i_d_max_A", "i_q_max_A", "i_max_A"):
+            drive.set(name, 2.44)
+        drive.set("current_sum_max_A", 0.6)
+        drive.set("i_trip_A", 2.0)  # not saved: to trip
         drive.command(link.RUN, 1.0)
         seconds(sil, 0.5)
-        assert "DC_UNDER_VOLTAGE" in command.fault_names(drive.status().faults)
+        assert "OVER_CURRENT" in command.fault_names(drive.status().faults)
         number = drive.fault_record()[0].number
     with LinkedDrive(job(), keep=kept) as sil:
         drive = Client(SilLine(sil), timeout_s=60.0)
         sil.run(300)
         assert drive.get(["Rs_ohm", "i_d_A"]) == {"Rs_ohm": 1.25, "i_d_A": 3.5}
-        assert drive.get(["u_dc_min_V"])["u_dc_min_V"] < 300.0
+        assert drive.get(["i_trip_A"])["i_trip_A"] > 2.0
         assert drive.store().found == 1
         head = drive.fault_record()[0]
         assert (head.number, head.from_before_reset) == (number, True)
