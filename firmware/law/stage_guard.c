@@ -68,7 +68,8 @@ uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const dr
                           const drive_out_t *out)
 {
     if (st->slot == SLOT_GUARD_SPEED) {
-        return look_at_speed(cfg, st, asked, out);
+        /* Gates off: the slot has cleared the state. */
+        return (st->mode == MODE_OFF) ? 0u : look_at_speed(cfg, st, asked, out);
     }
     const premagnetise_state_t *found = &st->modes.premagnetise;
     const vector_config_t *vector = &cfg->modes.vector;

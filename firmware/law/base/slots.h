@@ -26,6 +26,7 @@
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
 #define SLOT_COMMAND            2u /* is whoever commands still there */
+#define SLOT_GUARD_SPEED        2u /* gates on */
 #define SLOT_GUARD_VOLTAGE      3u
 #define SLOT_STATE_MODES        4u
 #define SLOT_HEAT               4u
@@ -33,7 +34,6 @@
 #define SLOT_GUARD_PHASES       7u
 #define SLOT_STATE_PROTECTION   8u
 #define SLOT_SPEED_SCHEDULE     8u
-#define SLOT_GUARD_SPEED        9u
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_GUARD_ESTIMATE     11u
 #define SLOT_STATE_CONTROL      12u
