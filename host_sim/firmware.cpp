@@ -66,13 +66,16 @@ bool Firmware::reconfigure(const params_t &params)
 void Firmware::record_guard()
 {
     constexpr float nowhere = std::numeric_limits<float>::infinity();
-    guard_config_t &guard = port_.unit.config[port_.unit.in_force].drive.guard;
+    unit_config_t &config = port_.unit.config[port_.unit.in_force];
+    guard_config_t &guard = config.drive.guard;
     guard.speed.deviation_s = nowhere;
     guard.speed.unexplained_s = nowhere;
     guard.speed.warning_s = nowhere;
     guard.speed.unknown_s = nowhere;
     guard.speed.over_speed_rad_s = nowhere;
     guard.monitor.omega_max_rad_s = nowhere;
+    // Else the running check would find a configuration that has changed.
+    port_.unit.config_crc[port_.unit.in_force] = crc32c(&config, sizeof config);
     guard.speed.rotor.start_V = nowhere;
 }
 

@@ -9,6 +9,7 @@
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 extern "C" {
+#include "crc32c.h"
 #include "host_port.h"
 #include "ram_flash.h"
 #include "unit_config.h"

@@ -15,7 +15,7 @@ static speed_basis_t speed_basis(mode_id_t mode)
                                             [MODE_I_F] = SPEED_BASIS_CURRENT,
                                             [MODE_VOLTS_PER_HERTZ] = SPEED_BASIS_VOLTAGE,
                                             [MODE_DC_BRAKE] = SPEED_BASIS_NOBODY};
-    return of_mode[mode];
+    return ((uint32_t)mode <= (uint32_t)MODE_DC_BRAKE) ? of_mode[mode] : SPEED_BASIS_NOBODY;
 }
 
 /* Torque mode has two speeds it may not pass for a reference. */

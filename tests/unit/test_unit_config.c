@@ -13,6 +13,19 @@
 static params_t params;
 static drive_params_t drive;
 
+/* Came later, each between others: the numbers of the rest stay. */
+static const char *const later[] = {"speed_max_rad_s", "speed_deviation_rad_s", "speed_deviation_s",
+                                    "speed_unknown_s"};
+
+static float number_of(size_t k)
+{
+    float n = (float)k;
+    for (size_t l = 0u; l < sizeof later / sizeof later[0]; l++) {
+        n -= (params_find(later[l]) < k) ? 1.0f : 0.0f;
+    }
+    return n;
+}
+
 /* Off the default by another share each; what is 0 becomes something, a choice the next one. */
 static float another(size_t k)
 {
@@ -21,7 +34,7 @@ static float another(size_t k)
     if ((param_type_t)info->type == PARAM_UINT) {
         return (initial + 1.0f <= info->maximum) ? (initial + 1.0f) : initial;
     }
-    const float n = (float)k;
+    const float n = number_of(k);
     const float moved = (initial > 0.0f) ? initial * (1.01f + 0.002f * n) : (0.31f + 0.001f * n);
     return fminf(moved, info->maximum);
 }
@@ -60,7 +73,7 @@ static void test_board_inverter_and_loops_get_their_numbers(void)
     EXPECT(monitor.i_trip_A, 23.6400013f);
     EXPECT(monitor.u_dc_max_V, 457.079987f);
     EXPECT(monitor.u_dc_min_V, 176.100006f);
-    EXPECT(monitor.omega_max_rad_s, 828.799988f);
+    EXPECT(monitor.omega_max_rad_s, 674.880005f);
     EXPECT(monitor.plausibility_periods, 49.0f);
     EXPECT(voltage_source, 1.0f);
     EXPECT(voltage_filter_comp_s, 0.000188999998f);
@@ -112,6 +125,11 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(plausibility.rate_rad_s2, 0.405000001f);
     EXPECT(plausibility.power_W, 0.406000018f);
     EXPECT(plausibility.stall_s, 0.407000005f);
+    EXPECT(speed_guard.over_speed_rad_s, 674.880005f);
+    EXPECT(speed_guard.deviation_rad_s, params.speed_deviation_rad_s);
+    EXPECT(speed_guard.deviation_s, params.speed_deviation_s);
+    EXPECT(speed_guard.unknown_s, params.speed_unknown_s);
+    EXPECT(speed_guard.lambda_nominal_Wb, params.M_H * params.i_d_A);
     EXPECT(rs_measurement.enable, 1.0f);
     EXPECT(rs_measurement.high_A, 9.02400017f);
     EXPECT(rs_measurement.low_A, 5.64000034f);
