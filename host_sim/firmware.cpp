@@ -74,9 +74,9 @@ void Firmware::record_guard()
     guard.speed.unknown_s = nowhere;
     guard.speed.over_speed_rad_s = nowhere;
     guard.monitor.omega_max_rad_s = nowhere;
+    guard.speed.rotor.start_V = nowhere;
     // Else the running check would find a configuration that has changed.
     port_.unit.config_crc[port_.unit.in_force] = crc32c(&config, sizeof config);
-    guard.speed.rotor.start_V = nowhere;
 }
 
 } // namespace zh

@@ -186,7 +186,7 @@ def test_the_page_is_of_these_motors() -> None:
 def test_a_board_that_is_too_small_for_the_motor_trips() -> None:
     rig = rig_file("im_75kw_400v")
     board = Board.of_file(ROOT / "host_sim" / "boards" / "board_540V.toml")  # 25 A
-    with pytest.raises(UserError, match="i_max_A.*i_trip_A|tripped"):
+    with pytest.raises(UserError, match=r"i_max_A.*i_trip_A"):
         run.commission(rig, read_plate(rig), board=board)
 
 

@@ -640,9 +640,7 @@ def test_parameters_of_another_table_do_not_run(tmp_path: Path) -> None:
         drive = Client(SilLine(sil), timeout_s=60.0)
         drive.command(link.RUN, 1.0)
         sil.run(300)
-        # It holds a pair of values, too, that made a trip toothless.
-        assert "over_speed_rad_s" in drive.store().conflict
-        assert command.fault_names(drive.status().faults) == "CONFIG"
+        assert command.fault_names(drive.status().faults) == "STORE"
         assert not sil.state.gates_on
         drive.stop()
         with pytest.raises(RefusedError, match="protected"):
