@@ -4,10 +4,23 @@
 #define GUARD_AT_LIMIT_PU2 0.9f
 
 bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
-                const plausibility_params_t *plausibility, float schedule_s)
+                const plausibility_params_t *plausibility, const guard_sensor_params_t *sensors)
 {
+    const float schedule_s = (float)SLOT_COUNT * sensors->period_s;
+    const liveness_params_t liveness = {.period_s = sensors->period_s,
+                                        .Rs_ohm = sensors->Rs_ohm,
+                                        .sigma_Ls_H = sensors->sigma_Ls_H,
+                                        .i_trip_A = monitor->i_trip_A,
+                                        .A_per_count = sensors->A_per_count};
+    const current_fit_params_t current_fit = {.period_s = sensors->period_s,
+                                              .Rs_ohm = sensors->Rs_ohm,
+                                              .sigma_Ls_H = sensors->sigma_Ls_H,
+                                              .flux_Wb = sensors->flux_Wb};
     cfg->monitor = *monitor;
-    return monitor_init(monitor) && plausibility_init(&cfg->plausibility, plausibility, schedule_s);
+    return monitor_init(monitor) &&
+           plausibility_init(&cfg->plausibility, plausibility, schedule_s) &&
+           liveness_init(&cfg->liveness, &liveness) &&
+           current_fit_init(&cfg->current_fit, &current_fit);
 }
 
 /* What the estimate claims of power: that of its torque at the speed of its field. */
@@ -84,7 +97,12 @@ uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A
     return mirrored ? FAULT_CURRENT_SENSOR : 0u;
 }
 
-guard_state_t guard_at_rest(const guard_state_t *st)
+guard_state_t guard_at_rest(const guard_config_t *cfg, const guard_state_t *st,
+                            const measured_t *meas)
 {
-    return (guard_state_t){.monitor = st->monitor};
+    return (guard_state_t){
+        .monitor = st->monitor,
+        .liveness = liveness_at_rest(&cfg->liveness, &st->liveness, meas->i_A),
+        .current_fit = {.i_A = meas->i_s_A},
+    };
 }

@@ -86,10 +86,10 @@ static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive
 }
 
 /* Gates off: nothing to estimate or control; limits and guard go on. */
-COLD static void rest(drive_state_t *st, drive_out_t *out)
+COLD static void rest(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
 {
     const torque_limits_state_t limits = st->limits;
-    const guard_state_t guard = guard_at_rest(&st->guard);
+    const guard_state_t guard = guard_at_rest(&cfg->guard, &st->guard, &out->meas);
     const uint32_t slot = st->slot;
     drive_reset(st);
     st->limits = limits;
@@ -107,6 +107,13 @@ static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
                            .state_sum = state_sum,
                            .omega_e_hat_rad_s = st->estimator.estimate.omega_e_rad_s};
     uint32_t faults = guard_step(&cfg->guard, &st->guard, &in);
+    if (asked->mode != DRIVE_OFF) {
+        const guard_sensors_t sensors = {.meas = &out->meas,
+                                         .u_V = st->acting.ended_V,
+                                         .slot = st->slot,
+                                         .motor_known = asked->mode != DRIVE_COMMISSION};
+        faults |= guard_sensors(&cfg->guard, &st->guard, &sensors);
+    }
     if (guard_look_is_due(st->slot)) {
         faults |= stage_guard_look(cfg, st, asked, out);
     }
@@ -128,7 +135,7 @@ HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurem
     if (in->mode != DRIVE_OFF) {
         act(cfg, st, in, out);
     } else if ((st->asked != DRIVE_OFF) || (st->slot == SLOT_REST)) {
-        rest(st, out);
+        rest(cfg, st, out);
     } else {
         /* at rest already */
     }

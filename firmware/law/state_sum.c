@@ -30,7 +30,9 @@ static float of_protection(const drive_state_t *st)
            l->overload.heat_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + ab_sum(s->s_Wb) +
            s->found.residual_pu + s->found.lambda_Wb + s->found.i_s_A + s->found.excess_pu +
            s->omega_s_rad_s + ab_sum(s->emf_sum_V) + ab_sum(s->d_Wb) + s->flux_error_bound_pu +
-           s->omega_bound_rad_s + st->guard.plausibility.omega_before_rad_s;
+           s->omega_bound_rad_s + st->guard.plausibility.omega_before_rad_s +
+           ab_sum(st->guard.current_fit.psi_Wb) + st->guard.current_fit.b_Wb +
+           ab_sum(st->guard.current_fit.emf_V);
 }
 
 /* What the search for a turning motor gathers is not here: its result goes into the estimate. */

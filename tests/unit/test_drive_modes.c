@@ -183,19 +183,21 @@ static void test_a_standing_motor_is_magnetised_as_ever(void)
     ASSERT_SAME_FLOAT(0.0f, st.estimator.estimate.omega_e_rad_s);
 }
 
-/* No phase conducts: no current, no speed. */
+/* No phase conducts: no current, no speed, noise of one count. The voltage without a current is
+ * told first. */
 static void test_no_current_is_a_fault(void)
 {
     p.modes.flying.enable = true;
     start();
     const measurement_in_t none = plant_words(&plant, &p);
     uint32_t faults = 0u;
-    for (int k = 0; (k < 3000) && (faults == 0u); k++) {
+    for (int k = 0; (k < 3000) && ((faults & FAULT_FLYING_START) == 0u); k++) {
         sample = none;
+        sample.i_u_counts ^= (uint16_t)(k % 2);
         drive_step(&cfg, &st, &sample, &in, &out);
         faults |= out.faults;
     }
-    TEST_ASSERT_EQUAL_HEX32(FAULT_FLYING_START, faults);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_CURRENT_SENSOR | FAULT_FLYING_START, faults);
 }
 
 /* Magnetised and turning; the reference goes to zero: the current stands, at least for its time. */

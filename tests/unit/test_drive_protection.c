@@ -63,6 +63,7 @@ static uint32_t faults_in(int periods)
 {
     uint32_t faults = 0u;
     for (int k = 0; k < periods; k++) {
+        sample.i_w_counts ^= 1u; /* as words flicker */
         drive_step(&cfg, &st, &sample, &in, &out);
         faults |= out.faults;
     }
@@ -159,6 +160,7 @@ static uint32_t faults_with_mirrored_current(drive_mode_t mode)
     uint32_t faults = 0u;
     for (int k = 0; k < 6; k++) {
         st.estimator.observer.i_s_hat_A = (ab_t){8.0f, 19.5f};
+        sample.i_u_counts ^= 1u; /* as words flicker */
         drive_step(&cfg, &st, &sample, &in, &out);
         faults |= out.faults;
     }
@@ -294,6 +296,7 @@ static float i_q_at(double u_dc_V, float omega_rad_s, float ref_rad_s)
         st.estimator.adaptation.x_rad_s = omega_rad_s;
         st.modes.vector.speed.omega_filtered_rad_s = omega_rad_s;
         st.modes.vector.speed.omega_ref_rad_s = ref_rad_s;
+        sample.i_w_counts ^= 1u; /* as words flicker */
         drive_step(&cfg, &st, &sample, &in, &out);
     }
     return out.i_ref_A.q;

@@ -31,7 +31,8 @@ static void test_the_numbers_of_the_first_and_last_are_what_they_were(void)
     TEST_ASSERT_EQUAL_STRING("OVER_CURRENT", fault_info(0u)->name);
     TEST_ASSERT_EQUAL_STRING("ORIENTATION_LOST", fault_info(13u)->name);
     TEST_ASSERT_EQUAL_STRING("UNDERLOAD", fault_info(29u)->name);
-    TEST_ASSERT_EQUAL_STRING("SPEED_DEVIATION", fault_info(fault_count() - 1u)->name);
+    TEST_ASSERT_EQUAL_STRING("ADC_FROZEN", fault_info(30u)->name);
+    TEST_ASSERT_EQUAL_STRING("SPEED_DEVIATION", fault_info(31u)->name);
 }
 
 static void test_names_are_unique_and_every_fault_has_its_words(void)
@@ -73,7 +74,7 @@ static void test_what_a_ramp_cannot_survive_opens_the_gates(void)
                           FAULT_ADC_RANGE | FAULT_CURRENT_SUM | FAULT_CURRENT_SENSOR |
                           FAULT_VOLTAGE_SENSOR | FAULT_OPEN_PHASE | FAULT_EARTH_FAULT |
                           FAULT_OBSERVER | FAULT_BRAKE_INPUT | FAULT_PERIOD_OVERRUN |
-                          FAULT_TABLE_CRC | FAULT_CONFIG;
+                          FAULT_TABLE_CRC | FAULT_CONFIG | FAULT_ADC_FROZEN;
     TEST_ASSERT_EQUAL_HEX32(hard, fault_opening(hard));
 }
 

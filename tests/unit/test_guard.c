@@ -17,11 +17,12 @@ static measured_t meas;
 static estimate_t estimate;
 static monitor_config_t monitor;
 static plausibility_params_t plausibility;
+static guard_sensor_params_t sensors;
 
 static void configure(void)
 {
     cfg = (guard_config_t){.i_q_max2_A2 = 144.0f, .i_max2_A2 = 225.0f, .kr = 0.9f};
-    TEST_ASSERT_TRUE(guard_init(&cfg, &monitor, &plausibility, 3.2e-3f));
+    TEST_ASSERT_TRUE(guard_init(&cfg, &monitor, &plausibility, &sensors));
     st = (guard_state_t){0};
 }
 
@@ -39,6 +40,11 @@ void setUp(void)
                                            .rate_rad_s2 = 1e4f,
                                            .power_W = 150.0f,
                                            .stall_s = 0.032f};
+    sensors = (guard_sensor_params_t){.period_s = 2e-4f,
+                                      .Rs_ohm = 1.5f,
+                                      .sigma_Ls_H = 0.015f,
+                                      .flux_Wb = 0.4f,
+                                      .A_per_count = 0.003f};
     configure();
     meas = (measured_t){.i_A = {3.266f, -1.633f, -1.633f}, .i_s_A = {4.0f, 0.0f}, .u_dc_V = 540.0f};
     estimate = (estimate_t){.lambda_r_hat_Wb = {0.4f, 0.0f}, .lambda_Wb = 0.4f};
@@ -107,12 +113,19 @@ static void assert_never_comes(void)
 static void test_init_refuses_what_a_part_refuses(void)
 {
     monitor.i_trip_A = 0.0f;
-    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, 3.2e-3f));
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
     setUp();
     plausibility.e1_A = NAN;
-    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, 3.2e-3f));
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
     setUp();
-    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, 0.0f));
+    sensors.A_per_count = 0.0f;
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
+    setUp();
+    sensors.flux_Wb = 0.0f;
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
+    setUp();
+    sensors.period_s = 0.0f;
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
 }
 
 static void test_nothing_is_said_of_a_healthy_drive(void)
@@ -306,11 +319,39 @@ static void test_at_rest_the_limits_go_on_counting(void)
     uint32_t slots;
     (void)turns(1, &slots);
     TEST_ASSERT_TRUE(st.plausibility.voltage > 0u);
-    const guard_state_t rested = guard_at_rest(&st);
+    const guard_state_t rested = guard_at_rest(&cfg, &st, &meas);
     const plausibility_state_t none = {0};
     TEST_ASSERT_EQUAL_MEMORY(&st.monitor, &rested.monitor, sizeof rested.monitor);
     TEST_ASSERT_TRUE(rested.monitor.sum_periods > 0u);
     TEST_ASSERT_EQUAL_MEMORY(&none, &rested.plausibility, sizeof none);
+}
+
+/* Turns of the sensors' judgement: 4 A along alpha and this voltage. */
+static uint32_t sensor_turns(int count, ab_t u_V, bool frozen)
+{
+    guard_sensors_t sample = {.meas = &meas, .u_V = u_V, .motor_known = true};
+    uint32_t faults = 0u;
+    for (int k = 0; k < count * (int)SLOT_COUNT; k++) {
+        sample.slot = (uint32_t)k % SLOT_COUNT;
+        meas.i_A.u += (!frozen && ((k % 2) == 0)) ? 0.01f : 0.0f;
+        faults |= guard_sensors(&cfg, &st, &sample);
+    }
+    return faults;
+}
+
+static void test_sensors_are_judged_whatever_the_mode(void)
+{
+    st.current_fit.i_A = meas.i_s_A;
+    TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(100, (ab_t){6.0f, 0.0f}, false));
+    TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(100, (ab_t){6.0f, 0.0f}, true));
+    TEST_ASSERT_EQUAL_HEX32(FAULT_ADC_FROZEN, sensor_turns(1, (ab_t){200.0f, 0.0f}, true));
+}
+
+/* 100 V too much for 4 A: 2 mWb in excess of the inverter's 16 V in every tenth of a period. */
+static void test_a_voltage_that_the_currents_do_not_explain(void)
+{
+    st.current_fit.i_A = meas.i_s_A;
+    TEST_ASSERT_EQUAL_HEX32(FAULT_CURRENT_SENSOR, sensor_turns(20, (ab_t){106.0f, 0.0f}, false));
 }
 
 int main(void)
@@ -330,5 +371,7 @@ int main(void)
     RUN_TEST(test_exchanged_sensors_are_told_in_every_period_while_it_stands);
     RUN_TEST(test_only_its_slots_are_due);
     RUN_TEST(test_at_rest_the_limits_go_on_counting);
+    RUN_TEST(test_sensors_are_judged_whatever_the_mode);
+    RUN_TEST(test_a_voltage_that_the_currents_do_not_explain);
     return UNITY_END();
 }

@@ -20,8 +20,9 @@ void tearDown(void)
 static void run(host_port_t *port, uint32_t command, int n, hal_output_t *out)
 {
     const unit_command_t c = {.command = command};
-    const hal_sample_t sample = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
+    hal_sample_t sample = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
     for (int k = 0; k < n; k++) {
+        sample.i_u_counts ^= 1u; /* as words flicker */
         host_port_period(port, &c, &sample, out);
     }
 }

@@ -15,6 +15,7 @@ static params_t params;
 static unit_t unit;
 static uint32_t served;
 static float steer_share; /* of the torque, found with one pole pair */
+static int flicker;
 
 static void serve(void *context)
 {
@@ -43,18 +44,29 @@ void tearDown(void)
 {
 }
 
-/* At rest: mid-scale currents and voltages, 283 V. */
+/* 283 V, no voltages; with the gates on the magnetising current along u. The last bit of a word
+ * flickers, as words do. */
 static hal_sample_t rest(void)
 {
-    return (hal_sample_t){8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
+    const bool on = unit.asked.mode != DRIVE_OFF;
+    const int i_u_counts = on ? (int)lrintf(NUM_SQRT_2_3 * params.i_d_A / 25.0f * 8192.0f) : 0;
+    flicker ^= 1;
+    return (hal_sample_t){(uint16_t)(8192 + i_u_counts + flicker),
+                          (uint16_t)(8192 - i_u_counts / 2),
+                          (uint16_t)(8192 - i_u_counts / 2),
+                          8192u,
+                          8192u,
+                          11592u,
+                          0u,
+                          0u};
 }
 
 static hal_output_t periods(uint32_t command, float omega_m_rad_s, int n)
 {
     hal_output_t out = {0};
-    const hal_sample_t sample = rest();
     const unit_command_t c = {.command = command, .omega_m_ref_rad_s = omega_m_rad_s};
     for (int k = 0; k < n; k++) {
+        const hal_sample_t sample = rest();
         unit_post_command(&unit, &c);
         unit_control_period(&unit, &sample, &out);
     }
@@ -170,8 +182,8 @@ static void test_a_command_that_counts_keeps_the_drive_running(void)
     params.command_timeout_s = 0.1f;
     run_up(0.0f);
     hal_output_t out = {0};
-    const hal_sample_t sample = rest();
     for (uint32_t k = 0u; k < 3000u; k++) {
+        const hal_sample_t sample = rest();
         const unit_command_t c = {.command = SEQUENCE_CMD_RUN, .count = 1u + k / 400u};
         unit_post_command(&unit, &c);
         unit_control_period(&unit, &sample, &out);
@@ -213,9 +225,9 @@ static void test_torque_mode_asks_for_its_current(void)
     (void)periods(0u, 0.0f, 60);
     const unit_command_t c = {.command = SEQUENCE_CMD_RUN | SEQUENCE_CMD_TORQUE_MODE,
                               .torque_ref_Nm = 1.0f};
-    const hal_sample_t sample = rest();
     hal_output_t out;
     for (int k = 0; k < 120; k++) {
+        const hal_sample_t sample = rest();
         unit_post_command(&unit, &c);
         unit_control_period(&unit, &sample, &out);
     }

@@ -23,6 +23,7 @@ static params_t params;
 static uint32_t trace_memory[TRACE_WORDS];
 static fault_memory_t fault_memory;
 static uint8_t sequence;
+static int flicker;
 static uint8_t answer_byte[4096];
 static command_frame_t answer;
 static command_parser_t answer_parser;
@@ -54,10 +55,21 @@ static unit_t *unit(void)
     return &port.unit;
 }
 
-/* One control period and one slice of the background, at rest, as a port's main loop has it. */
+/* One control period and one slice of the background, as a port's main loop has it. No voltages;
+ * with the gates on 4.5 A along u, the magnetising current. The last bit of a word flickers, as
+ * words do. */
 static hal_output_t round_of_the_port(void)
 {
-    const hal_sample_t rest = {8192u, 8192u, 8192u, 8192u, 8192u, 11592u, 0u, 0u};
+    const int i_u_counts = (unit()->asked.mode != DRIVE_OFF) ? 1204 : 0;
+    flicker ^= 1;
+    const hal_sample_t rest = {(uint16_t)(8192 + i_u_counts + flicker),
+                               (uint16_t)(8192 - i_u_counts / 2),
+                               (uint16_t)(8192 - i_u_counts / 2),
+                               8192u,
+                               8192u,
+                               11592u,
+                               0u,
+                               0u};
     hal_output_t out;
     const unit_command_t command = unit_link_command(unit());
     host_port_period(&port, &command, &rest, &out);

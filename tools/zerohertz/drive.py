@@ -84,6 +84,7 @@ class Fault(IntFlag):
     COMMISSIONING = 1 << 27
     FLYING_START = 1 << 28
     UNDERLOAD = 1 << 29
+    ADC_FROZEN = 1 << 30
     SPEED_DEVIATION = 1 << 31
 
 

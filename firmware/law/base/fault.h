@@ -36,6 +36,7 @@
 #define FAULT_COMMISSIONING     (1u << 27)
 #define FAULT_FLYING_START      (1u << 28)
 #define FAULT_UNDERLOAD         (1u << 29) /* reserved */
+#define FAULT_ADC_FROZEN        (1u << 30) /* current words that stand still and must not */
 #define FAULT_SPEED_DEVIATION   (1u << 31)
 
 #endif

@@ -30,6 +30,7 @@
 #define SLOT_GUARD_VOLTAGE      3u
 #define SLOT_STATE_MODES        4u
 #define SLOT_HEAT               4u
+#define SLOT_GUARD_CURRENT      5u
 #define SLOT_FLUX_REFERENCE     6u
 #define SLOT_GUARD_PHASES       7u
 #define SLOT_STATE_PROTECTION   8u

@@ -1,0 +1,54 @@
+/* Is the voltage that acted explained by the current that is seen? Without an estimate and in every
+ * mode.
+ *
+ * Over a window of 16 periods u - Rs i - d(sigma Ls i)/dt leaves the EMF; its integral is the
+ * rotor's flux in the stator. That flux is limited at any speed, so the integral is, for ever:
+ *   |psi| <= 2 Lambda + b,   psi, b: forget with .1 s
+ * b adds up what nobody knows: Rs up to twice its value or none, sigma Ls +-30 %, 3 % of the dc
+ * link lost in the inverter. Lambda is 1.25 times the nominal flux; twice, because a flux may be
+ * anywhere when the gates close. A motor that is being commissioned is known within a factor alone.
+ * Stationary frame.
+ */
+#ifndef CURRENT_FIT_H
+#define CURRENT_FIT_H
+
+#include "frames.h"
+
+typedef struct {
+    float period_s;
+    float Rs_ohm;
+    float sigma_Ls_H;
+    float flux_Wb; /* nominal, as the stator sees it */
+} current_fit_params_t;
+
+typedef struct {
+    current_fit_params_t p;
+    float per_window_s; /* 1 over the window's time */
+    float keep;         /* of the integral, from window to window */
+    float limit_Wb;
+} current_fit_config_t;
+
+typedef struct {
+    ab_t u_sum_V; /* of this window */
+    ab_t i_sum_A;
+    ab_t i_A;   /* where it began */
+    ab_t emf_V; /* of the last one */
+    ab_t psi_Wb;
+    float b_Wb;
+} current_fit_state_t;
+
+/* False unless all are finite and positive and the window is shorter than what is remembered. */
+CHECKED bool current_fit_init(current_fit_config_t *cfg, const current_fit_params_t *params);
+
+/* In every period with the gates on. */
+static inline void current_fit_add(current_fit_state_t *st, ab_t u_V, ab_t i_A)
+{
+    st->u_sum_V = ab_add(st->u_sum_V, u_V);
+    st->i_sum_A = ab_add(st->i_sum_A, i_A);
+}
+
+/* At the end of a window: false when the current does not explain the voltage. */
+COLD bool current_fit_holds(const current_fit_config_t *cfg, current_fit_state_t *st, ab_t i_A,
+                            float u_dc_V, bool motor_known);
+
+#endif

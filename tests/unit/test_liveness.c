@@ -1,0 +1,213 @@
+/* Current words that stand still: when that is a fault, and when it is right. */
+#include "liveness.h"
+
+#include <math.h>
+
+#include "exact.h"
+
+/* .125 of 20 A may stay unseen: in 10 mH that is 25 mWb. A period of 50 V asks for 10 mWb. */
+static const liveness_params_t params = {.period_s = 2e-4f,
+                                         .Rs_ohm = 1.5f,
+                                         .sigma_Ls_H = 0.01f,
+                                         .i_trip_A = 20.0f,
+                                         .A_per_count = 0.01f};
+static liveness_config_t cfg;
+static liveness_state_t st;
+static liveness_in_t in;
+
+/* 4 A of direct current along u; the voltage is what 1.5 ohm take. */
+void setUp(void)
+{
+    TEST_ASSERT_TRUE(liveness_init(&cfg, &params));
+    st = (liveness_state_t){0};
+    in = (liveness_in_t){
+        .i_A = {3.266f, -1.633f, -1.633f}, .i_s_A = {4.0f, 0.0f}, .u_V = {6.0f, 0.0f}};
+    TEST_ASSERT_FALSE(liveness_step(&cfg, &st, &in));
+}
+
+void tearDown(void)
+{
+}
+
+/* Periods until it is told; 0: not within `most`. */
+static int told_after(int most)
+{
+    for (int k = 1; k <= most; k++) {
+        if (liveness_step(&cfg, &st, &in)) {
+            return k;
+        }
+    }
+    return 0;
+}
+
+/* With the gates off: noise of the given size about zero, in each phase that `phases` names. */
+static void rest(int looks, float noise_A, unsigned phases)
+{
+    for (int k = 0; k < looks; k++) {
+        const float i_A = ((k % 2) == 0) ? noise_A : 0.0f;
+        st = liveness_at_rest(&cfg, &st,
+                              (uvw_t){((phases & 1u) != 0u) ? i_A : 0.0f,
+                                      ((phases & 2u) != 0u) ? i_A : 0.0f,
+                                      ((phases & 4u) != 0u) ? i_A : 0.0f});
+    }
+    TEST_ASSERT_FALSE(liveness_step(&cfg, &st, &in));
+}
+
+static void test_init_refuses_what_is_no_positive_number(void)
+{
+    for (int k = 0; k < 5; k++) {
+        liveness_params_t p = params;
+        float *const number[] = {&p.period_s, &p.Rs_ohm, &p.sigma_Ls_H, &p.i_trip_A,
+                                 &p.A_per_count};
+        *number[k] = 0.0f;
+        TEST_ASSERT_FALSE(liveness_init(&cfg, &p));
+        *number[k] = NAN;
+        TEST_ASSERT_FALSE(liveness_init(&cfg, &p));
+    }
+}
+
+static void test_direct_current_of_a_quiet_converter_may_stand_still(void)
+{
+    TEST_ASSERT_EQUAL_INT(0, told_after(100000));
+    TEST_ASSERT_EQUAL_UINT32(100000u, st.repeats);
+}
+
+/* 56 V in place of 6 V: 30 mWb in the third period. */
+static void test_a_voltage_that_asks_for_a_change_that_does_not_come_is_told(void)
+{
+    in.u_V.alpha = 56.0f;
+    TEST_ASSERT_EQUAL_INT(3, told_after(100));
+    setUp();
+    in.u_V.beta = -50.0f;
+    TEST_ASSERT_EQUAL_INT(3, told_after(100));
+}
+
+/* 24 mWb and back: nothing was unseen. */
+static void test_a_change_that_is_taken_back_is_no_demand(void)
+{
+    in.u_V.alpha = 66.0f;
+    TEST_ASSERT_EQUAL_INT(0, told_after(2));
+    in.u_V.alpha = -54.0f;
+    TEST_ASSERT_EQUAL_INT(0, told_after(2));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, st.demand_Wb.alpha);
+}
+
+static void test_each_of_the_words_that_moves_ends_a_spell(void)
+{
+    float *const word[] = {&in.i_A.u, &in.i_A.v, &in.i_A.w};
+    in.u_V.alpha = 56.0f;
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL_INT(0, told_after(2));
+        *word[k] += 0.01f;
+        TEST_ASSERT_FALSE(liveness_step(&cfg, &st, &in));
+        TEST_ASSERT_EQUAL_UINT32(0u, st.repeats);
+    }
+    TEST_ASSERT_EQUAL_INT(3, told_after(100));
+}
+
+/* What the EMF was before the spell explains the voltage: 20 V of it. It may change by half, 10 V,
+ * for 60 V in excess 50 V are left; beside 40 V that would be 20 V. */
+static void test_the_emf_of_before_explains_and_may_change_by_half(void)
+{
+    in.emf_V = (ab_t){0.0f, 20.0f};
+    in.u_V.beta = 20.0f;
+    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    setUp();
+    in.emf_V = (ab_t){0.0f, 20.0f};
+    in.u_V.beta = 29.0f;
+    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    setUp();
+    in.emf_V = (ab_t){0.0f, 20.0f};
+    in.u_V.beta = 80.0f;
+    TEST_ASSERT_EQUAL_INT(3, told_after(1000));
+}
+
+static void test_a_spell_keeps_the_emf_of_its_beginning(void)
+{
+    in.u_V.beta = 50.0f;
+    TEST_ASSERT_EQUAL_INT(0, told_after(1));
+    in.emf_V = (ab_t){0.0f, 50.0f};
+    TEST_ASSERT_EQUAL_INT(2, told_after(1000));
+}
+
+/* Below 1 A the field may have any direction: the EMF may have turned round. */
+static void test_a_small_current_says_nothing_of_the_field(void)
+{
+    in.i_s_A.alpha = 0.9f;
+    in.emf_V = (ab_t){0.0f, 100.0f};
+    in.u_V = (ab_t){1.35f, -99.0f};
+    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    setUp();
+    in.i_s_A.alpha = 1.1f;
+    in.emf_V = (ab_t){0.0f, 100.0f};
+    in.u_V = (ab_t){1.65f, -100.0f};
+    TEST_ASSERT_EQUAL_INT(1, told_after(1000));
+}
+
+static void test_words_that_flickered_may_not_stand_still(void)
+{
+    rest(20, 0.02f, 7u);
+    TEST_ASSERT_EQUAL_INT(40, told_after(1000));
+    TEST_ASSERT_TRUE(liveness_step(&cfg, &st, &in));
+}
+
+static void test_all_three_words_have_to_flicker(void)
+{
+    const unsigned phases[] = {3u, 5u, 6u, 0u};
+    for (int k = 0; k < 4; k++) {
+        setUp();
+        rest(20, 0.02f, phases[k]);
+        TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    }
+}
+
+/* One count, as at the edge of a code, is no noise. Four looks make it known, forty forget it. */
+static void test_noise_is_learnt_from_jumps_of_two_counts(void)
+{
+    rest(1000, 0.01f, 7u);
+    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    setUp();
+    rest(4, 0.02f, 7u); /* the first sees none of its own: 3.27 A were there before */
+    TEST_ASSERT_EQUAL_INT(40, told_after(1000));
+    setUp();
+    rest(20, 0.02f, 7u);
+    rest(40, 0.0f, 7u);
+    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+}
+
+static void test_gates_off_end_a_spell(void)
+{
+    in.u_V.alpha = 56.0f;
+    TEST_ASSERT_EQUAL_INT(0, told_after(2));
+    st = liveness_at_rest(&cfg, &st, in.i_A);
+    TEST_ASSERT_EQUAL_INT(3, told_after(100));
+}
+
+static void test_no_number_is_beyond_every_limit(void)
+{
+    in.u_V.alpha = NAN;
+    TEST_ASSERT_EQUAL_INT(1, told_after(10));
+    setUp();
+    TEST_ASSERT_EQUAL_INT(0, told_after(1));
+    st.demand_Wb.beta = INFINITY;
+    TEST_ASSERT_EQUAL_INT(1, told_after(10));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_what_is_no_positive_number);
+    RUN_TEST(test_direct_current_of_a_quiet_converter_may_stand_still);
+    RUN_TEST(test_a_voltage_that_asks_for_a_change_that_does_not_come_is_told);
+    RUN_TEST(test_a_change_that_is_taken_back_is_no_demand);
+    RUN_TEST(test_each_of_the_words_that_moves_ends_a_spell);
+    RUN_TEST(test_the_emf_of_before_explains_and_may_change_by_half);
+    RUN_TEST(test_a_spell_keeps_the_emf_of_its_beginning);
+    RUN_TEST(test_a_small_current_says_nothing_of_the_field);
+    RUN_TEST(test_words_that_flickered_may_not_stand_still);
+    RUN_TEST(test_all_three_words_have_to_flicker);
+    RUN_TEST(test_noise_is_learnt_from_jumps_of_two_counts);
+    RUN_TEST(test_gates_off_end_a_spell);
+    RUN_TEST(test_no_number_is_beyond_every_limit);
+    return UNITY_END();
+}
