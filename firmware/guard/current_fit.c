@@ -6,7 +6,7 @@
 #define CURRENT_FIT_FLUX        2.5f /* nominal: twice 1.25 */
 #define CURRENT_FIT_RS_PU       1.0f /* off by */
 #define CURRENT_FIT_SIGMA_LS_PU 0.3f
-#define CURRENT_FIT_INVERTER_PU 0.03f /* of the dc link */
+#define CURRENT_FIT_INVERTER_PU 0.05f /* of the dc link */
 /* A motor of which the nameplate is known: the factors that commissioning accepts for Rs and that a
  * flux may be off by. */
 #define CURRENT_FIT_UNKNOWN_RS   10.0f
@@ -14,7 +14,8 @@
 
 bool current_fit_init(current_fit_config_t *cfg, const current_fit_params_t *params)
 {
-    if (!ALL_POSITIVE(params->period_s, params->Rs_ohm, params->sigma_Ls_H, params->flux_Wb)) {
+    if (!ALL_POSITIVE(params->period_s, params->Rs_ohm, params->sigma_Ls_H, params->flux_Wb,
+                      params->M_H)) {
         return false;
     }
     const float window_s = (float)SLOT_COUNT * params->period_s;
@@ -34,7 +35,8 @@ bool current_fit_holds(const current_fit_config_t *cfg, current_fit_state_t *st,
     const ab_t u_Wb = ab_scale(st->u_sum_V, p->period_s);
     const ab_t change_Wb = ab_sub(u_Wb, ab_add(rs_Wb, leakage_Wb));
     const float rs_pu = motor_known ? CURRENT_FIT_RS_PU : CURRENT_FIT_UNKNOWN_RS;
-    const float limit_Wb = cfg->limit_Wb * (motor_known ? 1.0f : CURRENT_FIT_UNKNOWN_FLUX);
+    const float most_Wb = cfg->limit_Wb + p->M_H * sqrtf(ab_norm2(i_A));
+    const float limit_Wb = most_Wb * (motor_known ? 1.0f : CURRENT_FIT_UNKNOWN_FLUX);
     const float unknown_Wb = rs_pu * sqrtf(ab_norm2(rs_Wb)) +
                              CURRENT_FIT_SIGMA_LS_PU * sqrtf(ab_norm2(leakage_Wb)) +
                              CURRENT_FIT_INVERTER_PU * u_dc_V / cfg->per_window_s;

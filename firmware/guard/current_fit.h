@@ -3,7 +3,7 @@
  *
  * Over a window of 16 periods u - Rs i - d(sigma Ls i)/dt leaves the EMF; its integral is the
  * rotor's flux in the stator. That flux is limited at any speed, so the integral is, for ever:
- *   |psi| <= 2 Lambda + b,   psi, b: forget with .1 s
+ *   |psi| <= 2 Lambda + M^2/Lr |i| + b,   psi, b: forget with .1 s
  * b adds up what nobody knows: Rs up to twice its value or none, sigma Ls +-30 %, 3 % of the dc
  * link lost in the inverter. Lambda is 1.25 times the nominal flux; twice, because a flux may be
  * anywhere when the gates close. A motor that is being commissioned is known within a factor alone.
@@ -19,6 +19,7 @@ typedef struct {
     float Rs_ohm;
     float sigma_Ls_H;
     float flux_Wb; /* nominal, as the stator sees it */
+    float M_H;     /* and what a current makes of it: M^2/Lr */
 } current_fit_params_t;
 
 typedef struct {

@@ -15,7 +15,8 @@ bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
     const current_fit_params_t current_fit = {.period_s = sensors->period_s,
                                               .Rs_ohm = sensors->Rs_ohm,
                                               .sigma_Ls_H = sensors->sigma_Ls_H,
-                                              .flux_Wb = sensors->flux_Wb};
+                                              .flux_Wb = sensors->flux_Wb,
+                                              .M_H = sensors->M_H};
     cfg->monitor = *monitor;
     return monitor_init(monitor) &&
            plausibility_init(&cfg->plausibility, plausibility, schedule_s) &&

@@ -74,6 +74,7 @@ typedef struct {
     float Rs_ohm;
     float sigma_Ls_H;
     float flux_Wb; /* nominal, as the stator sees it */
+    float M_H;     /* and what a current makes of it: M^2/Lr */
     float A_per_count;
 } guard_sensor_params_t;
 

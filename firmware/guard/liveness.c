@@ -1,13 +1,21 @@
 #include "liveness.h"
 
-#define LIVENESS_REPEATS   40u    /* of words that flicker: 8 ms at 200 us */
-#define LIVENESS_UNSEEN_PU 0.125f /* of the trip: what may flow before it is noticed */
-#define LIVENESS_SMALL_PU  0.05f  /* of the trip */
-#define LIVENESS_JUMP      1.5f   /* counts */
-#define LIVENESS_TURNED    0.5f   /* share of the EMF that a slow field may change in a spell */
-#define LIVENESS_ANY_WAY   2.0f   /* likewise when its direction is not known */
-#define LIVENESS_LOOKS     8u     /* with a jump, on end, or from one in eight on */
-#define LIVENESS_LIVELY    4u     /* of them */
+#define LIVENESS_REPEATS 40u /* of words that flicker: 8 ms at 200 us */
+/* A current that turns back stands still for a moment: at this bend, in A/s^2, within one count. */
+#define LIVENESS_BEND_A_PER_S2 5e4f
+#define LIVENESS_SHORTEST      2.0f /* repeats that say nothing in any case */
+#define LIVENESS_UNSEEN_PU     0.1f /* of the trip: what may flow before it is noticed */
+#define LIVENESS_UNSEEN_COUNTS 8.0f
+#define LIVENESS_SMALL_PU      0.05f /* of the trip */
+#define LIVENESS_SMALL_COUNTS  16.0f
+#define LIVENESS_JUMP          1.5f /* counts */
+/* What the EMF may change by in a spell: of itself, when it turns slowly or is anywhere, and of
+ * Rs i, when direct current magnetises a rotor that slows down. */
+#define LIVENESS_TURNED   0.25f
+#define LIVENESS_ANYWHERE 3.0f
+#define LIVENESS_ROTOR    0.25f
+#define LIVENESS_LOOKS    8u /* with a jump, on end, or from one in eight on */
+#define LIVENESS_LIVELY   2u /* of them */
 
 bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params)
 {
@@ -15,14 +23,18 @@ bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params)
                       params->A_per_count)) {
         return false;
     }
-    const float small_A = LIVENESS_SMALL_PU * params->i_trip_A;
-    *cfg =
-        (liveness_config_t){.period_s = params->period_s,
-                            .Rs_ohm = params->Rs_ohm,
-                            .unseen_Wb = LIVENESS_UNSEEN_PU * params->i_trip_A * params->sigma_Ls_H,
-                            .small_A2 = small_A * small_A,
-                            .jump_A = LIVENESS_JUMP * params->A_per_count};
-    return true;
+    const float count_A = params->A_per_count;
+    const float trip_A = params->i_trip_A;
+    const float small_A = maxf(LIVENESS_SMALL_PU * trip_A, LIVENESS_SMALL_COUNTS * count_A);
+    const float bend_s = 2.0f * sqrtf(count_A / LIVENESS_BEND_A_PER_S2);
+    *cfg = (liveness_config_t){.Rs_ohm = params->Rs_ohm,
+                               .A_per_V = params->period_s / params->sigma_Ls_H,
+                               .spell = LIVENESS_SHORTEST + bend_s / params->period_s,
+                               .unseen_A =
+                                   LIVENESS_UNSEEN_PU * trip_A + LIVENESS_UNSEEN_COUNTS * count_A,
+                               .small_A2 = small_A * small_A,
+                               .jump_A = LIVENESS_JUMP * count_A};
+    return cfg->A_per_V * cfg->Rs_ohm < 1.0f;
 }
 
 static bool flickers(const liveness_state_t *st)
@@ -35,19 +47,25 @@ static bool flickers(const liveness_state_t *st)
 bool liveness_repeated(const liveness_config_t *cfg, liveness_state_t *st, const liveness_in_t *in)
 {
     if (st->repeats == 0u) {
-        st->demand_Wb = (ab_t){0.0f, 0.0f};
+        st->demand_A = (ab_t){0.0f, 0.0f};
+        st->allowed_A = 0.0f;
         st->emf_V = in->emf_V;
     }
     st->repeats++; /* wraps round after ten days: a new spell */
-    const ab_t explained_V = ab_add(ab_scale(in->i_s_A, cfg->Rs_ohm), st->emf_V);
-    const ab_t unexplained_V = ab_sub(in->u_V, explained_V);
-    st->demand_Wb = ab_add(st->demand_Wb, ab_scale(unexplained_V, cfg->period_s));
-    const float share = (ab_norm2(in->i_s_A) < cfg->small_A2) ? LIVENESS_ANY_WAY : LIVENESS_TURNED;
-    const float spell_s = (float)st->repeats * cfg->period_s;
-    const float allowed_Wb = cfg->unseen_Wb + share * spell_s * sqrtf(ab_norm2(st->emf_V));
+    const float Rs_ohm = cfg->Rs_ohm;
+    const float i_A2 = ab_norm2(in->i_s_A);
+    const float share = (i_A2 < cfg->small_A2) ? LIVENESS_ANYWHERE : LIVENESS_TURNED;
+    const float allowed_V =
+        share * sqrtf(ab_norm2(st->emf_V)) + LIVENESS_ROTOR * Rs_ohm * sqrtf(i_A2);
+    const ab_t drop_V = ab_scale(ab_add(in->i_s_A, st->demand_A), Rs_ohm);
+    const ab_t unexplained_V = ab_sub(in->u_V, ab_add(drop_V, st->emf_V));
+    st->demand_A = ab_add(st->demand_A, ab_scale(unexplained_V, cfg->A_per_V));
+    st->allowed_A += cfg->A_per_V * (allowed_V - Rs_ohm * st->allowed_A);
+    const float limit_A = cfg->unseen_A + st->allowed_A;
     /* A NaN is beyond. */
-    const bool demanded = !(ab_norm2(st->demand_Wb) <= (allowed_Wb * allowed_Wb));
-    return demanded || ((st->repeats >= LIVENESS_REPEATS) && flickers(st));
+    const bool demanded = !(ab_norm2(st->demand_A) <= (limit_A * limit_A));
+    return (demanded && ((float)st->repeats > cfg->spell)) ||
+           ((st->repeats >= LIVENESS_REPEATS) && flickers(st));
 }
 
 liveness_state_t liveness_at_rest(const liveness_config_t *cfg, const liveness_state_t *st,

@@ -1,13 +1,14 @@
 /* Do the current words still move? Without an estimate and in every mode.
  *
  * A spell begins when a sample repeats all three currents exactly. It is judged in two ways:
- *   demand   the voltage that acted must not ask for a change while none is seen:
- *            |sum T (u - Rs i - e)| <= sigma Ls i_unseen + share |e| t
- *            e: mean EMF of the window before the spell (current_fit.h). The share allows for what
- *            it does since. A current that turns with the field and yet repeats turns slowly; one
- *            of almost nothing says nothing of the field, so e may have any direction.
+ *   demand   the voltage that acted must not ask for a change while none is seen. Asked for:
+ *            sigma Ls dx/dt = u - Rs (i + x) - e, e: mean EMF of the window before the spell
+ *            (current_fit.h). |x| <= i_unseen + b; b allows for what e does since. A current that
+ *            turns with the field and yet repeats turns slowly; one of almost nothing says nothing
+ *            of the field, so e may have any direction. A current that turns back stands still for
+ *            a moment: the shortest spells do not count.
  *   flicker  with the gates off a word of this ADC was seen to jump by two counts, often: then
- *            40 repeats of three such words are no chance (noise from .65 counts on).
+ *            40 repeats of three such words are no chance: of noise of .4 counts less than 1e-12.
  * At standstill with a quiet ADC neither speaks until the voltage changes: constant words are then
  * right. Before they do harm the voltage has to change.
  */
@@ -18,17 +19,19 @@
 #include "frames.h"
 
 typedef struct {
-    float period_s;
     float Rs_ohm;
-    float unseen_Wb; /* sigma Ls times the change of current that may stay unseen */
-    float small_A2;  /* square of the current that says nothing of the field */
-    float jump_A;    /* between one count and two */
+    float A_per_V;  /* of a period */
+    float spell;    /* repeats from which on a demand counts */
+    float unseen_A; /* change of current that may stay unseen */
+    float small_A2; /* square of the current that says nothing of the field */
+    float jump_A;   /* between one count and two */
 } liveness_config_t;
 
 typedef struct {
     uvw_t i_A;           /* of the sample before */
     uint32_t repeats;    /* of this spell */
-    ab_t demand_Wb;      /* of this spell */
+    ab_t demand_A;       /* of this spell */
+    float allowed_A;     /* likewise */
     ab_t emf_V;          /* before it */
     uint32_t flicker[3]; /* counts of debounce.h, per phase, with the gates off */
 } liveness_state_t;
@@ -48,7 +51,7 @@ typedef struct {
     float A_per_count;
 } liveness_params_t;
 
-/* False unless all are finite and positive. */
+/* False unless all are finite and positive, and sigma Ls/Rs is longer than a period. */
 CHECKED bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params);
 
 /* A sample that repeats the one before: true when it must not. */

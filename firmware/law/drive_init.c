@@ -79,11 +79,12 @@ static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
     cfg->guard.kr = cfg->motor.kr;
     const torque_limits_params_t limits = {
         .link = p->link, .overload = p->overload, .i_q_max_A = p->speed.i_q_max_A};
+    const float M_H = cfg->motor.kr * cfg->motor.M_H;
     const guard_sensor_params_t sensors = {.period_s = p->period_s,
                                            .Rs_ohm = cfg->motor.Rs_ohm,
                                            .sigma_Ls_H = cfg->motor.sigma_Ls_H,
-                                           .flux_Wb =
-                                               cfg->motor.kr * cfg->motor.M_H * p->flux.i_d_A,
+                                           .flux_Wb = M_H * p->flux.i_d_A,
+                                           .M_H = M_H,
                                            .A_per_count = cfg->measurement.A_per_count};
     return torque_limits_init(&cfg->limits, &limits, schedule_s) &&
            guard_init(&cfg->guard, &p->monitor, &p->plausibility, &sensors) &&

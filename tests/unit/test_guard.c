@@ -44,6 +44,7 @@ void setUp(void)
                                       .Rs_ohm = 1.5f,
                                       .sigma_Ls_H = 0.015f,
                                       .flux_Wb = 0.4f,
+                                      .M_H = 0.09f,
                                       .A_per_count = 0.003f};
     configure();
     meas = (measured_t){.i_A = {3.266f, -1.633f, -1.633f}, .i_s_A = {4.0f, 0.0f}, .u_dc_V = 540.0f};
@@ -347,7 +348,7 @@ static void test_sensors_are_judged_whatever_the_mode(void)
     TEST_ASSERT_EQUAL_HEX32(FAULT_ADC_FROZEN, sensor_turns(1, (ab_t){200.0f, 0.0f}, true));
 }
 
-/* 100 V too much for 4 A: 2 mWb in excess of the inverter's 16 V in every tenth of a period. */
+/* 100 V too much for 4 A. */
 static void test_a_voltage_that_the_currents_do_not_explain(void)
 {
     st.current_fit.i_A = meas.i_s_A;
