@@ -90,21 +90,32 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
     return monitor_step(&cfg->monitor, &st->monitor, in);
 }
 
-/* In every period with the gates on, whatever the mode: current words that stand still, currents
- * that do not explain the voltage. */
+/* Current words that stand still: a fault, or not. */
+COLD uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st,
+                             const guard_sensors_t *in);
+
+/* A window of voltage and current has ended. */
+COLD uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
+                                    const guard_sensors_t *in);
+
+/* With the gates off, in the slot of the window: how noisy the current words are. */
+static inline void guard_look_at_noise(const guard_config_t *cfg, guard_state_t *st,
+                                       const measured_t *meas)
+{
+    liveness_look(&cfg->liveness, &st->liveness.noise, meas->i_A);
+}
+
+/* In every period with the gates on, whatever the mode. */
 static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *st,
                                      const guard_sensors_t *in)
 {
-    const liveness_in_t live = {.i_A = in->meas->i_A,
-                                .i_s_A = in->meas->i_s_A,
-                                .u_V = in->u_V,
-                                .emf_V = st->current_fit.emf_V};
-    uint32_t faults = liveness_step(&cfg->liveness, &st->liveness, &live) ? FAULT_ADC_FROZEN : 0u;
+    uint32_t faults = 0u;
+    if (liveness_repeats(&st->liveness, &in->meas->i_A)) {
+        faults = guard_repeated(cfg, st, in);
+    }
     current_fit_add(&st->current_fit, in->u_V, in->meas->i_s_A);
-    if ((in->slot == SLOT_GUARD_CURRENT) &&
-        !current_fit_holds(&cfg->current_fit, &st->current_fit, in->meas->i_s_A, in->meas->u_dc_V,
-                           in->motor_known)) {
-        faults |= FAULT_CURRENT_SENSOR;
+    if (in->slot == SLOT_GUARD_CURRENT) {
+        faults |= guard_look_at_current(cfg, st, in);
     }
     return faults;
 }
@@ -117,9 +128,23 @@ COLD uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t 
 /* Fault bits of the slow judgements. */
 COLD uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
 
-/* Gates off, once in 16 periods: the limits go on counting, the words are watched for noise, what
- * needs a running motor starts again. */
-guard_state_t guard_at_rest(const guard_config_t *cfg, const guard_state_t *st,
-                            const measured_t *meas);
+/* What stays when the gates go off: the limits go on counting, and noise is noise. What needs a
+ * running motor starts again. */
+typedef struct {
+    monitor_state_t monitor;
+    liveness_noise_t noise;
+} guard_kept_t;
+
+static inline guard_kept_t guard_kept(const guard_state_t *st)
+{
+    return (guard_kept_t){.monitor = st->monitor, .noise = st->liveness.noise};
+}
+
+/* Into a state that was cleared. */
+static inline void guard_restore(guard_state_t *st, const guard_kept_t *kept)
+{
+    st->monitor = kept->monitor;
+    st->liveness.noise = kept->noise;
+}
 
 #endif

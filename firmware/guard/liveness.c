@@ -37,14 +37,14 @@ bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params)
     return cfg->A_per_V * cfg->Rs_ohm < 1.0f;
 }
 
-static bool flickers(const liveness_state_t *st)
+static bool flickers(const liveness_noise_t *noise)
 {
-    return debounce_elapsed(st->flicker[0], LIVENESS_LIVELY) &&
-           debounce_elapsed(st->flicker[1], LIVENESS_LIVELY) &&
-           debounce_elapsed(st->flicker[2], LIVENESS_LIVELY);
+    return debounce_elapsed(noise->flicker[0], LIVENESS_LIVELY) &&
+           debounce_elapsed(noise->flicker[1], LIVENESS_LIVELY) &&
+           debounce_elapsed(noise->flicker[2], LIVENESS_LIVELY);
 }
 
-bool liveness_repeated(const liveness_config_t *cfg, liveness_state_t *st, const liveness_in_t *in)
+bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st, const liveness_in_t *in)
 {
     if (st->repeats == 0u) {
         st->demand_A = (ab_t){0.0f, 0.0f};
@@ -65,17 +65,15 @@ bool liveness_repeated(const liveness_config_t *cfg, liveness_state_t *st, const
     /* A NaN is beyond. */
     const bool demanded = !(ab_norm2(st->demand_A) <= (limit_A * limit_A));
     return (demanded && ((float)st->repeats > cfg->spell)) ||
-           ((st->repeats >= LIVENESS_REPEATS) && flickers(st));
+           ((st->repeats >= LIVENESS_REPEATS) && flickers(&st->noise));
 }
 
-liveness_state_t liveness_at_rest(const liveness_config_t *cfg, const liveness_state_t *st,
-                                  uvw_t i_A)
+void liveness_look(const liveness_config_t *cfg, liveness_noise_t *noise, uvw_t i_A)
 {
-    const float change_A[3] = {i_A.u - st->i_A.u, i_A.v - st->i_A.v, i_A.w - st->i_A.w};
-    liveness_state_t next = {.i_A = i_A};
+    const float change_A[3] = {i_A.u - noise->i_A.u, i_A.v - noise->i_A.v, i_A.w - noise->i_A.w};
     for (int x = 0; x < 3; x++) {
-        next.flicker[x] =
-            debounce_count(st->flicker[x], absf(change_A[x]) > cfg->jump_A, LIVENESS_LOOKS);
+        const bool jump = absf(change_A[x]) > cfg->jump_A;
+        noise->flicker[x] = debounce_count(noise->flicker[x], jump, LIVENESS_LOOKS);
     }
-    return next;
+    noise->i_A = i_A;
 }

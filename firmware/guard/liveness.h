@@ -27,17 +27,22 @@ typedef struct {
     float jump_A;   /* between one count and two */
 } liveness_config_t;
 
+/* With the gates off: what is known of each word's noise. */
 typedef struct {
-    uvw_t i_A;           /* of the sample before */
-    uint32_t repeats;    /* of this spell */
-    ab_t demand_A;       /* of this spell */
-    float allowed_A;     /* likewise */
-    ab_t emf_V;          /* before it */
-    uint32_t flicker[3]; /* counts of debounce.h, per phase, with the gates off */
+    uvw_t i_A;           /* of the look before */
+    uint32_t flicker[3]; /* counts of debounce.h, per phase */
+} liveness_noise_t;
+
+typedef struct {
+    liveness_noise_t noise;
+    uvw_t i_A;        /* of the sample before */
+    uint32_t repeats; /* of this spell */
+    ab_t demand_A;    /* of this spell */
+    float allowed_A;  /* likewise */
+    ab_t emf_V;       /* before it */
 } liveness_state_t;
 
 typedef struct {
-    uvw_t i_A;
     ab_t i_s_A;
     ab_t u_V;   /* of the interval that ended, by the duties */
     ab_t emf_V; /* of the last whole window */
@@ -54,29 +59,25 @@ typedef struct {
 /* False unless all are finite and positive, and sigma Ls/Rs is longer than a period. */
 CHECKED bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params);
 
-/* A sample that repeats the one before: true when it must not. */
-COLD bool liveness_repeated(const liveness_config_t *cfg, liveness_state_t *st,
-                            const liveness_in_t *in);
-
-/* In every period with the gates on: true when the words stand still. Compared as bits: one word,
- * one value. */
-static inline bool liveness_step(const liveness_config_t *cfg, liveness_state_t *st,
-                                 const liveness_in_t *in)
+/* In every period with the gates on: does this sample repeat the one before? Compared as bits: one
+ * word, one value. */
+static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
 {
-    const bool repeated = (float_bits(in->i_A.u) == float_bits(st->i_A.u)) &&
-                          (float_bits(in->i_A.v) == float_bits(st->i_A.v)) &&
-                          (float_bits(in->i_A.w) == float_bits(st->i_A.w));
-    if (repeated) {
-        return liveness_repeated(cfg, st, in);
+    if ((float_bits(i_A->u) == float_bits(st->i_A.u)) &&
+        (float_bits(i_A->v) == float_bits(st->i_A.v)) &&
+        (float_bits(i_A->w) == float_bits(st->i_A.w))) {
+        return true;
     }
-    st->i_A = in->i_A;
+    st->i_A = *i_A;
     st->repeats = 0u;
     return false;
 }
 
-/* Once in sixteen periods with the gates off: learns whether these words flicker. Anything but what
- * was learnt starts again. */
-COLD liveness_state_t liveness_at_rest(const liveness_config_t *cfg, const liveness_state_t *st,
-                                       uvw_t i_A);
+/* A sample that repeats: true when it must not. */
+COLD bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st,
+                          const liveness_in_t *in);
+
+/* Once in sixteen periods with the gates off: learns whether these words flicker. */
+COLD void liveness_look(const liveness_config_t *cfg, liveness_noise_t *noise, uvw_t i_A);
 
 #endif

@@ -86,14 +86,14 @@ static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive
 }
 
 /* Gates off: nothing to estimate or control; limits and guard go on. */
-COLD static void rest(const drive_config_t *cfg, drive_state_t *st, drive_out_t *out)
+COLD static void rest(drive_state_t *st, drive_out_t *out)
 {
     const torque_limits_state_t limits = st->limits;
-    const guard_state_t guard = guard_at_rest(&cfg->guard, &st->guard, &out->meas);
+    const guard_kept_t guard = guard_kept(&st->guard);
     const uint32_t slot = st->slot;
     drive_reset(st);
     st->limits = limits;
-    st->guard = guard;
+    guard_restore(&st->guard, &guard);
     st->slot = slot;
     const measured_t meas = out->meas;
     *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = meas};
@@ -113,6 +113,10 @@ static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
                                          .slot = st->slot,
                                          .motor_known = asked->mode != DRIVE_COMMISSION};
         faults |= guard_sensors(&cfg->guard, &st->guard, &sensors);
+    } else if (st->slot == SLOT_GUARD_CURRENT) {
+        guard_look_at_noise(&cfg->guard, &st->guard, &out->meas);
+    } else {
+        /* nothing to judge the currents by */
     }
     if (guard_look_is_due(st->slot)) {
         faults |= stage_guard_look(cfg, st, asked, out);
@@ -135,7 +139,7 @@ HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurem
     if (in->mode != DRIVE_OFF) {
         act(cfg, st, in, out);
     } else if ((st->asked != DRIVE_OFF) || (st->slot == SLOT_REST)) {
-        rest(cfg, st, out);
+        rest(st, out);
     } else {
         /* at rest already */
     }
