@@ -175,6 +175,39 @@ static void test_exchanged_current_sensors_are_told_wherever_direct_current_flow
     TEST_ASSERT_EQUAL_UINT32(0u, faults_with_mirrored_current(DRIVE_RUN));
 }
 
+/* 2 A of the 4 that are asked for, to the last bit, in any mode with the gates on; gates off, no
+ * word has to move. */
+static void test_words_that_stand_still_are_told_in_every_mode(void)
+{
+    const drive_mode_t modes[] = {DRIVE_OFF, DRIVE_PREMAGNETISE, DRIVE_RUN, DRIVE_COMMISSION};
+    for (int k = 0; k < 4; k++) {
+        configure();
+        in.mode = modes[k];
+        in.i_d_ref_A = 4.0f;
+        sample = sampled(2.0, 0.0, 540.0);
+        uint32_t faults = 0u;
+        for (int n = 0; n < 10 * TURN; n++) {
+            drive_step(&cfg, &st, &sample, &in, &out);
+            faults |= out.faults;
+        }
+        TEST_ASSERT_EQUAL_UINT32((k == 0) ? 0u : FAULT_ADC_FROZEN, faults & FAULT_ADC_FROZEN);
+    }
+}
+
+/* Words that flicker about zero: no current comes for a voltage that grows. */
+static void test_a_voltage_without_current_is_told_in_every_mode(void)
+{
+    const drive_mode_t modes[] = {DRIVE_PREMAGNETISE, DRIVE_RUN, DRIVE_COMMISSION};
+    for (int k = 0; k < 3; k++) {
+        configure();
+        in.mode = modes[k];
+        in.i_d_ref_A = 4.0f;
+        sample = sampled(0.0, 0.0, 540.0);
+        TEST_ASSERT_EQUAL_UINT32(FAULT_CURRENT_SENSOR,
+                                 faults_in(100 * TURN) & (FAULT_CURRENT_SENSOR | FAULT_ADC_FROZEN));
+    }
+}
+
 /* The estimate is held where it is by an observer that sees 4 A of current too much. */
 static void test_an_estimate_far_from_the_current_is_told(void)
 {
@@ -380,6 +413,8 @@ int main(void)
     RUN_TEST(test_an_open_phase_is_told);
     RUN_TEST(test_phases_are_judged_in_run_only);
     RUN_TEST(test_exchanged_current_sensors_are_told_wherever_direct_current_flows);
+    RUN_TEST(test_words_that_stand_still_are_told_in_every_mode);
+    RUN_TEST(test_a_voltage_without_current_is_told_in_every_mode);
     RUN_TEST(test_an_estimate_far_from_the_current_is_told);
     RUN_TEST(test_power_that_no_torque_explains_is_told);
     RUN_TEST(test_a_lowered_flux_is_compared_with_its_own_reference);

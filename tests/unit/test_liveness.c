@@ -191,7 +191,7 @@ static void test_a_small_current_says_nothing_of_the_field(void)
 
 static void test_words_that_flickered_may_not_stand_still(void)
 {
-    rest(20, 0.02f, 7u);
+    rest(40, 0.02f, 7u);
     TEST_ASSERT_EQUAL_INT(40, told_after(1000));
     TEST_ASSERT_TRUE(step());
 }
@@ -207,7 +207,7 @@ static void test_all_three_words_have_to_flicker(void)
 }
 
 /* One count, as at the edge of a code, is no noise. Two jumps on end make it known, without them it
- * is forgotten after 49 looks. */
+ * is forgotten after 113 looks. */
 static void test_noise_is_learnt_from_jumps_of_two_counts(void)
 {
     rest(1000, 0.01f, 7u);
@@ -219,8 +219,8 @@ static void test_noise_is_learnt_from_jumps_of_two_counts(void)
     rest(1, 0.02f, 7u);
     TEST_ASSERT_EQUAL_INT(0, told_after(1000));
     setUp();
-    rest(20, 0.02f, 7u);
-    rest(49, 0.0f, 7u);
+    rest(40, 0.02f, 7u);
+    rest(113, 0.0f, 7u);
     TEST_ASSERT_EQUAL_INT(0, told_after(1000));
 }
 
