@@ -98,7 +98,7 @@ COLD uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st,
 COLD uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
                                     const guard_sensors_t *in);
 
-/* With the gates off, in the slot of the window: how noisy the current words are. */
+/* In every period with the gates off: how noisy the current words are. */
 static inline void guard_look_at_noise(const guard_config_t *cfg, guard_state_t *st,
                                        const measured_t *meas)
 {

@@ -15,7 +15,7 @@
 #define LIVENESS_ANYWHERE 3.0f
 #define LIVENESS_ROTOR    0.25f
 #define LIVENESS_LOOKS    16u /* with a jump, on end, or from one in eight on */
-#define LIVENESS_LIVELY   2u /* of them */
+#define LIVENESS_LIVELY   2u  /* of them */
 
 bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params)
 {

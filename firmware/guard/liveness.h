@@ -29,7 +29,7 @@ typedef struct {
 
 /* With the gates off: what is known of each word's noise. */
 typedef struct {
-    uvw_t i_A;           /* of the look before */
+    uvw_t i_A;           /* of the period before */
     uint32_t flicker[3]; /* counts of debounce.h, per phase */
 } liveness_noise_t;
 
@@ -77,7 +77,7 @@ static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
 COLD bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st,
                           const liveness_in_t *in);
 
-/* Once in sixteen periods with the gates off: learns whether these words flicker. */
+/* In every period with the gates off: learns whether these words flicker. */
 COLD void liveness_look(const liveness_config_t *cfg, liveness_noise_t *noise, uvw_t i_A);
 
 #endif

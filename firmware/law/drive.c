@@ -113,10 +113,8 @@ static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
                                          .slot = st->slot,
                                          .motor_known = asked->mode != DRIVE_COMMISSION};
         faults |= guard_sensors(&cfg->guard, &st->guard, &sensors);
-    } else if (st->slot == SLOT_GUARD_CURRENT) {
-        guard_look_at_noise(&cfg->guard, &st->guard, &out->meas);
     } else {
-        /* nothing to judge the currents by */
+        guard_look_at_noise(&cfg->guard, &st->guard, &out->meas);
     }
     if (guard_look_is_due(st->slot)) {
         faults |= stage_guard_look(cfg, st, asked, out);
