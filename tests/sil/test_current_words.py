@@ -31,7 +31,7 @@ SENSORS: Mapping[str, Mapping[str, Any]] = {
     "none, 10 bit": {**NO_NOISE, "adc.bits": 10},
 }
 NOISY, QUIET, COARSE = SENSORS
-FROZEN = {"faults.sensor": "i_u", "faults.kind": "frozen", "faults.severity": 3}
+FROZEN = {"faults.sensor": "currents", "faults.kind": "stuck"}
 POINTS = ((0.0, 0.0), (0.0, 1.0), (9.0, 0.5), (60.0, -1.0), (300.0, -1.0), (300.0, 0.5))
 POINTS = (*POINTS, (450.0, -1.0), (900.0, 1.0), (1500.0, 0.9))
 
@@ -104,7 +104,7 @@ def test_three_frozen_current_words_open_the_gates(lost_action, speed_rpm, senso
 @pytest.mark.parametrize(("speed_rpm", "load_pu"), POINTS)
 def test_a_noisy_word_that_stands_still_is_told_within_10_ms(speed_rpm, load_pu):
     for seed in (1, 2, 3):
-        seen = outcome(FROZEN | {"faults.severity": 6}, speed_rpm, load_pu, seed)
+        seen = outcome(FROZEN | {"faults.sensor": "all"}, speed_rpm, load_pu, seed)
         assert seen.faults == Fault.ADC_FROZEN
         assert seen.gates_off_s <= 0.01
         assert not seen.harm
