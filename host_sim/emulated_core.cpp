@@ -105,6 +105,7 @@ void EmulatedCore::introduce(const zh_pil_job &job, const params_t &params, cons
     injecting_ = job.inject != PIL_INJECT_NONE;
     start.inject = job.inject;
     start.inject_at = job.inject_at;
+    start.inject_address = job.inject_address;
     start.params = params;
     std::uint32_t refused = 0;
     if (!write(&start, sizeof start) || !read(&refused, sizeof refused)) {
@@ -184,8 +185,8 @@ bool EmulatedCore::answer(const unit_t &unit, hal_output_t &output)
     result_.faults = out.signal[PIL_SIGNAL_faults];
     result_.warned |= result_.faults;
     result_.worst_latency_ticks = std::max(result_.worst_latency_ticks, out.latency_ticks);
-    periods_.push_back(
-        {out.begin_ticks, out.end_ticks, out.signal[PIL_SIGNAL_state], out.signal[slot_signal]});
+    periods_.push_back({out.begin_ticks, out.end_ticks, out.signal[PIL_SIGNAL_state],
+                        out.signal[slot_signal], out.signal[PIL_SIGNAL_faults]});
     if (std::memcmp(host, out.signal, sizeof host) != 0) {
         name_difference(host, out.signal);
         result_.end = ZH_PIL_DIFFERS;

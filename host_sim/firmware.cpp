@@ -1,6 +1,7 @@
 #include "firmware.hpp"
 
 #include <limits>
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -52,6 +53,17 @@ void Firmware::serve_link(const unit_memory_t &memory, const host_port_store_t &
     host_port_record(&port_, &memory);
     port_.background_every = 1;
     port_.until_background = 1;
+}
+
+bool Firmware::flip(std::uint32_t byte, std::uint32_t bit)
+{
+    if (byte >= sizeof(unit_t) || bit > 7U) {
+        return false;
+    }
+    reinterpret_cast<unsigned char *>(&port_.unit)[byte] ^= static_cast<unsigned char>(1U << bit);
+    port_.background_every = background_beside_flips;
+    port_.until_background = std::min(port_.until_background, background_beside_flips);
+    return true;
 }
 
 bool Firmware::reconfigure(const params_t &params)

@@ -17,6 +17,9 @@ namespace zh {
 // period; every thousandth (200 ms) still meets every word within 6 s.
 inline constexpr std::uint32_t background_every = 1000;
 
+// On a board it comes in every period; every 25th is 5 ms.
+inline constexpr std::uint32_t background_beside_flips = 25;
+
 // Reference at the edge: mechanical min^-1 to rad/s.
 constexpr float rad_s_from_rpm(float speed_rpm)
 {
@@ -80,6 +83,9 @@ public:
     {
         return params_;
     }
+    // A bit of the drive's RAM flips, by radiation or a supply that is none; false: it owns no such
+    // byte. From here on the background comes as often as its checks of memory need.
+    bool flip(std::uint32_t byte, std::uint32_t bit);
     bool gates_on() const
     {
         return port_.unit.asked.mode != DRIVE_OFF;

@@ -94,6 +94,7 @@ void Loop::control(const Words &words, PlantCommand &command)
     }
     watch(t_s);
     timer_.exchange(output.duty_u, output.duty_v, output.duty_w, command.duty);
+    gates_on_ = output.gates_on;
     command.gates_on = output.gates_on;
     command.brake_on = output.brake_on;
 }

@@ -112,6 +112,24 @@ public:
     void control(const Words &words, PlantCommand &command);
     // After the plant has advanced.
     void follow();
+    // Of the drive's RAM, before its next period; false: no such bit.
+    bool flip(std::uint32_t byte, std::uint32_t bit)
+    {
+        return firmware_.flip(byte, bit);
+    }
+    const unit_t &drive() const
+    {
+        return firmware_.unit();
+    }
+    // As the last period put them out.
+    bool gates_on() const
+    {
+        return gates_on_;
+    }
+    std::uint64_t steps() const
+    {
+        return out_.steps;
+    }
     // Once, at the end; the loop is empty afterwards.
     Outcome take();
 
@@ -130,6 +148,7 @@ private:
     Outcome out_;
     std::uint32_t until_row_ = 1;
     bool ended_ = false;
+    bool gates_on_ = false;
 };
 
 } // namespace zh

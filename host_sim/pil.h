@@ -23,19 +23,23 @@ enum {
 };
 
 typedef struct {
-    uint32_t struct_size; /* sizeof(zh_pil_job), set by the caller */
-    uint32_t inject;      /* defect for the image (hal/qemu_mps2/pil_protocol.h), 0: none */
-    uint32_t inject_at;   /* control period */
-    uint32_t own_params;  /* 1: the image's own parameters must be the run's, nothing is sent */
-    const char *folder;   /* with the FIFOs, where the emulator runs */
+    uint32_t struct_size;    /* sizeof(zh_pil_job), set by the caller */
+    uint32_t inject;         /* defect for the image (hal/qemu_mps2/pil_protocol.h), 0: none */
+    uint32_t inject_at;      /* control period */
+    uint32_t own_params;     /* 1: the image's own parameters must be the run's, nothing is sent */
+    const char *folder;      /* with the FIFOs, where the emulator runs */
+    uint32_t inject_address; /* of the instruction that a PIL_INJECT_SKIP leaves out */
+    zh_sim_result *record;   /* NULL, or where to leave the record (zh_sim_free): what the plant did
+                              * and gates_on are the image's, all else is the SIL's */
 } zh_pil_job;
 
 /* One control period: its end minus its begin is what the interrupt took, entry to exit. */
 typedef struct {
     uint32_t begin_ticks; /* since the image's start, at clock_Hz, modulo 2^32 */
     uint32_t end_ticks;
-    uint32_t state; /* of the state machine, behind the period */
-    uint32_t slot;  /* of the schedule for what runs slower than a period */
+    uint32_t state;  /* of the state machine, behind the period */
+    uint32_t slot;   /* of the schedule for what runs slower than a period */
+    uint32_t faults; /* latched behind the period */
 } zh_pil_period;
 
 typedef struct {

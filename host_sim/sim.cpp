@@ -18,7 +18,10 @@
 
 namespace {
 
+using zh::empty_result;
 using zh::fail;
+using zh::hand_over;
+using zh::sized;
 
 // A path, or the text itself when it has more than one line.
 zh::TomlDocument document(const char *source, const char *what)
@@ -96,20 +99,22 @@ zh_commissioning found(const zh::Outcome &out)
     return c;
 }
 
-bool sized(const zh_sim_job *job, const zh_sim_result *result)
+} // namespace
+
+bool zh::sized(const zh_sim_job *job, const zh_sim_result *result)
 {
     return job != nullptr && job->struct_size >= sizeof(zh_sim_job) && result != nullptr &&
            result->struct_size >= sizeof(zh_sim_result);
 }
 
-zh_sim_result empty_result()
+zh_sim_result zh::empty_result()
 {
     zh_sim_result result{};
     result.struct_size = sizeof(zh_sim_result);
     return result;
 }
 
-void hand_over(zh::Outcome &&outcome, std::uint32_t flags, zh_sim_result &result)
+void zh::hand_over(zh::Outcome &&outcome, std::uint32_t flags, zh_sim_result &result)
 {
     auto out = std::make_unique<zh::Outcome>(std::move(outcome));
     result.columns = static_cast<std::uint32_t>(zh::column_count());
@@ -130,8 +135,6 @@ void hand_over(zh::Outcome &&outcome, std::uint32_t flags, zh_sim_result &result
     result.signal_hashes = hashed ? out->signal_hashes.data() : nullptr;
     result.owner = out.release();
 }
-
-} // namespace
 
 zh::Run zh::run_of(const zh_sim_job &job)
 {
@@ -175,11 +178,15 @@ int zh_pil_run(const zh_sim_job *job, const zh_pil_job *pil, zh_pil_result *resu
         const zh::Run run = zh::run_of(*job);
         zh::EmulatedCore core(*pil, run.params, *run.gain, *result);
         const auto start = std::chrono::steady_clock::now();
-        (void)zh::simulate(run, &core);
+        zh::Outcome outcome = zh::simulate(run, &core);
         result->loop_s =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         if (result->end == ZH_PIL_EQUAL || pil->inject != 0) {
             core.finish();
+        }
+        if (pil->record != nullptr) {
+            *pil->record = empty_result();
+            hand_over(std::move(outcome), job->flags, *pil->record);
         }
         auto counted = std::make_unique<std::vector<zh_pil_period>>(core.take_periods());
         result->answered = counted->size();

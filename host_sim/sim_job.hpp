@@ -10,6 +10,14 @@ namespace zh {
 // Throws ConfigError.
 Run run_of(const zh_sim_job &job);
 
+// Large enough, both of them, for what this library reads and writes.
+bool sized(const zh_sim_job *job, const zh_sim_result *result);
+
+zh_sim_result empty_result();
+
+// The result owns the outcome from here on. flags: of the job.
+void hand_over(Outcome &&outcome, std::uint32_t flags, zh_sim_result &result);
+
 } // namespace zh
 
 #endif

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -91,15 +92,7 @@ void time_split(const Run &run, Outcome &out)
 
 void run_to_end(Loop &loop)
 {
-    PlantCommand command;
-    while (loop.goes_on()) {
-        loop.control(loop.plant().sample(), command);
-        if (loop.ended()) {
-            break;
-        }
-        loop.plant().advance(command);
-        loop.follow();
-    }
+    run_until(loop, std::numeric_limits<std::uint64_t>::max());
 }
 
 // Many runs, one per lane; when one ends the next takes its lane.
@@ -178,6 +171,19 @@ private:
 };
 
 } // namespace
+
+void run_until(Loop &loop, std::uint64_t steps)
+{
+    PlantCommand command;
+    while (loop.steps() < steps && loop.goes_on()) {
+        loop.control(loop.plant().sample(), command);
+        if (loop.ended()) {
+            break;
+        }
+        loop.plant().advance(command);
+        loop.follow();
+    }
+}
 
 Outcome simulate(const Run &run, LockstepPeer *peer)
 {

@@ -79,6 +79,10 @@ struct Outcome {
 // gets the peer's duties.
 Outcome simulate(const Run &run, LockstepPeer *peer = nullptr);
 
+// Period by period until so many are done in all, or the loop ends.
+class Loop;
+void run_until(Loop &loop, std::uint64_t steps);
+
 // The same for many runs, several at once in this thread: every outcome to the bit that of
 // simulate(). Their loop_ns_per_step is the mean of all.
 std::vector<Outcome> simulate_together(std::span<const Run> runs);

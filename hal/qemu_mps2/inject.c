@@ -6,6 +6,7 @@
 #include "mps2_registers.h"
 
 #define FLOAT_MAX_BITS 0x7F7FFFFFu
+#define THUMB_WIDE_MIN 0xE800u     /* from here on the first of two halfwords */
 #define WILD_ADDRESS   0x30000000u /* no memory, no device */
 
 static void write_word(uint32_t address, uint32_t value)
@@ -63,6 +64,34 @@ static void corrupt_flash(uint32_t what, const unit_t *unit)
     } else if (what == PIL_INJECT_IMAGE_BIT) {
         flip_bit((uint32_t)(uintptr_t)&inject & ~3u);
     }
+}
+
+inject_patch_t inject_skip(uint32_t what, uint32_t address)
+{
+    if (what != PIL_INJECT_SKIP) {
+        return (inject_patch_t){0};
+    }
+    const uint16_t first = *(const volatile uint16_t *)(uintptr_t)address;
+    if (first >= THUMB_WIDE_MIN) {
+        return (inject_patch_t){address, 2u, {0xF3AFu, 0x8000u}};
+    }
+    return (inject_patch_t){address, 1u, {0xBF00u}};
+}
+
+void inject_exchange(inject_patch_t *patch)
+{
+    if (patch->halfwords == 0u) {
+        return;
+    }
+    volatile uint16_t *const at = (volatile uint16_t *)(uintptr_t)patch->address;
+    CM_MPU_CTRL = 0u;
+    cm_barrier();
+    for (uint32_t k = 0u; k < patch->halfwords; k++) {
+        const uint16_t was = at[k];
+        at[k] = patch->code[k];
+        patch->code[k] = was;
+    }
+    cm_mpu_enable();
 }
 
 void inject(uint32_t what, unit_t *unit)

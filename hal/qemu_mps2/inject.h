@@ -8,6 +8,20 @@
 #include "unit.h"
 #include "pil_protocol.h"
 
+/* Code that takes the place of other code. */
+typedef struct {
+    uint32_t address;
+    uint32_t halfwords; /* 0: nothing to do */
+    uint16_t code[2];
+} inject_patch_t;
+
+/* A no-operation as long as the instruction at that address; an if-then block counts it as it
+ * counts that instruction. Nothing unless a skip is asked for. */
+inject_patch_t inject_skip(uint32_t what, uint32_t address);
+
+/* Puts it in; called again, takes it out. */
+void inject_exchange(inject_patch_t *patch);
+
 /* Inside the control interrupt, at the period asked for; most do not return. */
 void inject(uint32_t what, unit_t *unit);
 

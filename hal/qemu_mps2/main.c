@@ -42,6 +42,7 @@ static uint32_t late_periods;
 static uint32_t background_calls;
 static uint32_t inject_what;
 static uint32_t inject_at;
+static inject_patch_t patch;
 static volatile uint32_t periods;
 static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
 static volatile bool hung; /* the gates went off, as it did not come back, so many ticks later: */
@@ -221,10 +222,14 @@ void control_interrupt(void)
     take_sample(&sample);
     if (periods == inject_at) {
         inject(inject_what, &unit);
+        inject_exchange(&patch);
     }
     hal_output_t output;
     out.begin_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
     counted_interrupt(&sample, entry, &output);
+    if (periods - 1u == inject_at) {
+        inject_exchange(&patch);
+    }
     out.end_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
     out.late_periods = late_periods;
     if (!plant_answer(&plant, &unit, &output, &out)) {
@@ -241,6 +246,7 @@ static bool connect(void)
     }
     inject_what = asked.inject;
     inject_at = asked.inject_at;
+    patch = inject_skip(inject_what, asked.inject_address);
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);

@@ -43,6 +43,7 @@ typedef struct {
     uint32_t use_params; /* 0: the image's own */
     uint32_t inject;     /* PIL_INJECT_*, at period inject_at */
     uint32_t inject_at;
+    uint32_t inject_address; /* PIL_INJECT_SKIP: of the instruction */
     params_t params;
 } pil_start_t;
 
@@ -68,6 +69,7 @@ typedef enum {
      */
     PIL_INJECT_LIVE_CHANGE = 16,
     PIL_INJECT_TRACE = 17, /* nor this: from then on eight signals are recorded in every period */
+    PIL_INJECT_SKIP = 18,  /* in one period nothing is executed in place of one instruction */
     PIL_INJECT_COUNT
 } pil_inject_t;
 

@@ -13,7 +13,9 @@ import typer
 from zerohertz.campaign import mcdc as coverage
 from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.faults.command import faults
+from zerohertz.campaign.flips.command import flips
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
+from zerohertz.campaign.skips.command import skips
 from zerohertz.commission.command import register_campaign
 from zerohertz.console import progress_bar, tell
 from zerohertz.errors import UserError
@@ -36,6 +38,8 @@ def register(app: typer.Typer) -> None:
     campaign.command("fuzz")(fuzz)
     campaign.command("monitor")(monitor)
     campaign.command("faults")(faults)
+    campaign.command("flips")(flips)
+    campaign.command("skips")(skips)
 
 
 def mutation(

@@ -57,12 +57,25 @@ class Histogram:
         return sum(row.cycles for row in self.rows) / self.instructions
 
 
+def executed(job: sim.Job, preset: str, period: int) -> dict[int, int]:
+    """Address -> how often the control interrupt executes it in that period."""
+    _, counted = _counted(job, build_image(preset), period, period)
+    return {address: times for address, (times, _) in counted[period % SLOTS].items()}
+
+
 def count(job: sim.Job, preset: str, first: int, last: int) -> Histogram:
     """Run `job` on the image of a preset and count in its periods first..last."""
     elf = build_image(preset)
+    ran, counted = _counted(job, elf, first, last)
+    rows = _rows(elf, stack.disassembly(elf), counted, _phases(ran, first, last))
+    return Histogram(ran, first, last, rows)
+
+
+def _counted(
+    job: sim.Job, elf: Path, first: int, last: int
+) -> tuple[PilRun, dict[int, dict[int, tuple[int, int]]]]:
     library = ensure_built(_PLUGIN).folder / "host_sim" / f"lib{_PLUGIN}.so"
-    text = stack.disassembly(elf)
-    call = _CALL.search(text)
+    call = _CALL.search(stack.disassembly(elf))
     if call is None:
         raise UserError(f"{elf}: no call of {_COUNTED}; the interrupt of main.c has to make it")
     with tempfile.TemporaryDirectory(prefix="zh-count-") as folder:
@@ -73,8 +86,7 @@ def count(job: sim.Job, preset: str, first: int, last: int) -> Histogram:
         ran = run(dataclasses.replace(job, max_steps=last + 1), elf, plugin=plugin)
         if not out.is_file():
             raise UserError(f"emulator: counted nothing; it said: {ran.text}")
-        counted = _read(out)
-    return Histogram(ran, first, last, _rows(elf, text, counted, _phases(ran, first, last)))
+        return ran, _read(out)
 
 
 def _read(file: Path) -> dict[int, dict[int, tuple[int, int]]]:

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import os
 import threading
 from collections.abc import Callable
-from ctypes import Structure, byref, c_char, c_char_p, c_double, c_int, c_uint32, c_uint64, c_void_p
+from ctypes import (
+    POINTER,
+    Structure,
+    byref,
+    c_char,
+    c_char_p,
+    c_double,
+    c_int,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 from dataclasses import dataclass, field
 from enum import IntEnum
 from fractions import Fraction
@@ -18,6 +30,7 @@ from numpy.typing import NDArray
 from zerohertz import sim
 from zerohertz.drive import State, check, library
 from zerohertz.image.emulator import LINK, NS_PER_INSTRUCTION, emulator
+from zerohertz.sim_structs import RawResult
 
 
 class End(IntEnum):
@@ -50,6 +63,7 @@ class Inject(IntEnum):
     HANG = 15
     LIVE_CHANGE = 16  # no defect: a live change of the parameters in every round of the background
     TRACE = 17  # nor this: a trace of eight signals runs
+    SKIP = 18  # one instruction of one period is not executed
 
 
 @dataclass(frozen=True)
@@ -59,6 +73,7 @@ class Periods:
     instructions: NDArray[np.int64]  # of the interrupt, entry to exit
     state: NDArray[np.uint32]  # State behind the period
     slot: NDArray[np.uint32]  # of the schedule for what runs slower than a period
+    faults: NDArray[np.uint32]  # latched behind the period
 
     @property
     def running(self) -> NDArray[np.int64]:
@@ -88,6 +103,7 @@ class PilRun:
     loop_s: float
     difference: str  # period, signal and both words; empty when none
     each: Periods = field(repr=False, compare=False)
+    record: sim.Record | None = field(default=None, repr=False, compare=False)
 
     @property
     def periods_per_s(self) -> float:
@@ -101,6 +117,8 @@ class _Job(Structure):
         ("inject_at", c_uint32),
         ("own_params", c_uint32),
         ("folder", c_char_p),
+        ("inject_address", c_uint32),
+        ("record", POINTER(RawResult)),
     )
 
 
@@ -131,6 +149,7 @@ def run(
     *,
     inject: Inject = Inject.NONE,
     inject_at: int = 0,
+    inject_address: int | None = None,
     own_params: bool = False,
     machine: str = "mps2-an386",
     beside: Callable[[Path], None] | None = None,
@@ -142,12 +161,14 @@ def run(
 
     `beside` runs in a thread of its own meanwhile, given the socket of the image's host link;
     `link_frames` is what that link hears first, `kept` what RAM holds from before, `plugin` an
-    argument of the emulator (emulator.py).
+    argument of the emulator (emulator.py). With `inject_address` (Inject.SKIP) the run also leaves
+    its record; `state` and `faults` in it are the image's as well.
     """
     lib = library()
     lib.zh_pil_run.restype = c_int
     raw, keep = sim._raw_job(job)
     result = _Result(struct_size=ctypes.sizeof(_Result))
+    record = RawResult(struct_size=ctypes.sizeof(RawResult))
     with emulator(elf, machine, link_frames, kept, plugin) as image:
         pil = _Job(
             struct_size=ctypes.sizeof(_Job),
@@ -155,7 +176,10 @@ def run(
             inject_at=inject_at,
             own_params=own_params,
             folder=os.fsencode(image.folder),
+            inject_address=inject_address or 0,
         )
+        if inject_address is not None:
+            pil.record = ctypes.pointer(record)
         talker = threading.Thread(target=beside, args=(image.folder / LINK,)) if beside else None
         if talker is not None:
             talker.start()
@@ -167,7 +191,20 @@ def run(
         if talker is not None:
             talker.join()
     del keep
-    return _ended(result, _periods(lib, result), exit_code, text)
+    each = _periods(lib, result)
+    ended = _ended(result, each, exit_code, text)
+    if inject_address is None:
+        return ended
+    return dataclasses.replace(ended, record=_record(record, each))
+
+
+def _record(raw: RawResult, each: Periods) -> sim.Record:
+    """The plant's record with the words of the image."""
+    found = sim._record(sim._library(), raw)
+    n = min(len(found.t_s), len(each.state))
+    columns = {name: column[:n] for name, column in found.columns.items()}
+    said = {name: getattr(each, name)[:n].astype(np.float32) for name in ("state", "faults")}
+    return dataclasses.replace(found, columns=columns | said)
 
 
 def _ended(result: _Result, each: Periods, exit_code: int, text: str) -> PilRun:
@@ -200,14 +237,14 @@ def _periods(lib: ctypes.CDLL, result: _Result) -> Periods:
     """The library's array, as ours. Exact: an instruction takes longer than a tick, so the tick at
     which one reads the timer says which one it was."""
     lib.zh_pil_free.restype = None
-    words = np.zeros((0, 4), np.uint32)
+    words = np.zeros((0, 5), np.uint32)
     if result.answered:
         kind = ctypes.POINTER(c_uint32)
-        raw = np.ctypeslib.as_array(ctypes.cast(result.period, kind), shape=(result.answered, 4))
+        raw = np.ctypeslib.as_array(ctypes.cast(result.period, kind), shape=(result.answered, 5))
         words = raw.copy()
     lib.zh_pil_free(byref(result))
     ticks = words[:, :2].astype(np.int64)
     ticks[:, 1] += (ticks[:, 1] < ticks[:, 0]) * 2**32
     per = Fraction(result.clock_Hz * NS_PER_INSTRUCTION, 10**9)  # ticks of an instruction
     number = -(-ticks * per.denominator // per.numerator)
-    return Periods(number[:, 1] - number[:, 0], words[:, 2], words[:, 3])
+    return Periods(number[:, 1] - number[:, 0], *(words[:, k] for k in (2, 3, 4)))

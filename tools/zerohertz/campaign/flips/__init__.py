@@ -1,0 +1,1 @@
+"""`zh campaign flips`: one bit of a drive's RAM flips."""

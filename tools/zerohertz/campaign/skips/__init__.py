@@ -1,0 +1,1 @@
+"""`zh campaign skips`: one instruction of a control period is not executed."""

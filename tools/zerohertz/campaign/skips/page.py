@@ -1,0 +1,66 @@
+"""The page of the campaign: tools/docs/skips.md."""
+
+from __future__ import annotations
+
+from zerohertz.campaign.flips.campaign import Asked, Result, Row, summary
+from zerohertz.campaign.flips.page import grouped, table
+from zerohertz.campaign.skips.cases import ANSWER_S, PLAIN, SKIPS
+from zerohertz.paths import ROOT
+
+PAGE = ROOT / "tools" / "docs" / "skips.md"
+
+
+def command_of(asked: Asked) -> str:
+    runs = f" --runs {asked.runs} --seed {asked.seed}" if asked.runs else ""
+    modes = "" if asked.modes == tuple(SKIPS) else "".join(f" --mode {m}" for m in asked.modes)
+    return f"tools/zh campaign skips{runs}{modes} --write"
+
+
+def page_text(result: Result, command: str) -> str:
+    """The committed result."""
+    total = summary(result.every)
+    groups = "\n".join(grouped(result.bad)) or "None."
+    return f"""\
+# A skipped instruction
+
+Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with undeclared harm**,
+**{total["protections_lost"]} with a protection silently lost**; {total["declared"]} declared,
+{total["stopped_without_reason"]} stopped without a reason.
+
+{how_to_read()}
+
+{table(result)}
+
+## By function, the worst first
+
+{groups}
+"""
+
+
+def how_to_read() -> str:
+    """What the columns mean."""
+    modes = "\n".join(f"| `{skip.name}` | `{skip.mode.condition}` |" for skip in SKIPS.values())
+    return f"""\
+A run is one instruction of the control interrupt that is not executed in one control period, on the
+emulated core; the image puts a no-operation there and takes it away again (hal/qemu_mps2/inject.c).
+The plant is driven by the image. Of each mode every instruction that one period executes is
+skipped: one phase of the schedule of 16 periods. Rig, judge and classes are those of
+`zh campaign flips` (flips.md).
+
+| mode | condition of `zh campaign faults` |
+|---|---|
+{modes}
+
+- `+fault`: the word of `i_u` goes to its end in the period before or in the period itself
+  (`{PLAIN}`); the instruction is skipped in the period in which the drive trips. It has to trip
+  within {1e3 * ANSWER_S:g} ms all the same; a run that does not is a protection lost.
+- `ready`: a skip before the run command; then the drive starts.
+- The image ended by itself (fault handler, watchdog): declared, counted as an exception as well.
+- One case again: `tools/zh campaign skips --case 'NAME'`."""
+
+
+def row_text(row: Row) -> str:
+    """One line about a run."""
+    from zerohertz.campaign.flips import page
+
+    return f"{row['owner']}: {page.row_text(row)}"
