@@ -107,7 +107,9 @@ void Loop::follow()
         watch(plant_.time_s());
         ended_ = true;
     }
-    if (firmware_.unit().commissioned.status != COMMISSIONING_BUSY) {
+    // Elsewhere the word is nobody's, and may be a flipped one.
+    const bool commissions = run_.scenario.commission_s < never_s;
+    if (commissions && firmware_.unit().commissioned.status != COMMISSIONING_BUSY) {
         ended_ = true;
     }
 }

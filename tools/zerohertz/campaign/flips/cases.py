@@ -8,7 +8,6 @@ The moment of the flip is drawn from the name as well.
 from __future__ import annotations
 
 import dataclasses
-import random
 import zlib
 from collections.abc import Iterator
 
@@ -66,14 +65,15 @@ def _every(mode: str, member: str) -> Iterator[Case]:
 def cases(mode: str, count: int, seed: int, member: str = "") -> list[Case]:
     """A seeded sample of a mode in the order of the whole; 0: every bit.
 
-    member: of those whose path begins like this.
+    member: of those whose path begins like this. Chosen by name: a member that comes or goes
+    changes no other choice.
     """
     every = list(_every(mode, member))
     if not every:
         raise UserError(f"--member: {member}: no member of unit_t begins like this; see --list")
     if 0 < count < len(every):
-        chosen = sorted(random.Random(f"{seed}/{mode}").sample(range(len(every)), count))
-        every = [every[k] for k in chosen]
+        drawn = sorted(every, key=lambda case: zlib.crc32(f"{seed}/{case.name}".encode()))
+        every = sorted(drawn[:count], key=lambda case: case.index)
     return every
 
 

@@ -126,9 +126,10 @@ def class_of(
     if row["verdict"] in (judge.BEFORE, judge.AFTER) or _refused(record) != 0:
         return DECLARED, ""
     n = min(len(on), len(usually_on))
-    if len(on) < len(usually_on) or (usually_on[since:n] & ~on[since:n]).any():
-        return STOPPED, ""
-    return HEALED, ""
+    early = len(on) < len(usually_on) or (usually_on[since:n] & ~on[since:n]).any()
+    # A commissioning that comes to its end may do so at another moment.
+    finished = record.commissioned is not None and record.commissioned.done
+    return (STOPPED if early and not finished else HEALED), ""
 
 
 def as_usual(record: sim.Record, base: sim.Record, since: int) -> bool:
@@ -156,7 +157,13 @@ def _main(bench: Bench, run: Steps, case: Case, at_s: float) -> dict[str, Any]:
     row = judge.judge(record, mode.limits(bench), at_s)
     run_on = steps_at(float(mode.scenario.get("scenario.run_on_s", 0.0)))
     found, harms = class_of(record, base, row, since, run_on)
-    return {"class": found, "harms": harms, **{key: row[key] for key in NUMBERS}}
+    fallen = bool((record["confidence"][since:] == IN_I_F).any())
+    return {
+        "class": found,
+        "harms": harms,
+        "fallen": fallen,
+        **{key: row[key] for key in NUMBERS},
+    }
 
 
 def _protected(run: Steps, case: Case, trip: Trip) -> dict[str, Any]:
@@ -169,11 +176,13 @@ def _protected(run: Steps, case: Case, trip: Trip) -> dict[str, Any]:
     return {"answered": False}
 
 
+IN_I_F = 2  # of the column confidence: operation without an estimate
 NUMBERS = ("harm_s", "word_ms", "bits", "peak_A", "off_rpm", "top_rpm")
 NOTHING: dict[str, Any] = {
     **dict.fromkeys(("class", "harms"), ""),
     **dict.fromkeys(("harm_s", "word_ms")),
     "bits": 0,
+    "fallen": False,
     **dict.fromkeys(("peak_A", "off_rpm", "top_rpm"), 0.0),
 }
 

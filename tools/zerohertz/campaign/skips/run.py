@@ -81,7 +81,7 @@ def row_of(ran: PilRun, skip: Skip) -> dict[str, Any]:
     run_on = round(float(skip.mode.scenario.get("scenario.run_on_s", 0.0)) / PERIOD_S)
     found, harms = class_of(ran.record, base, row, at, run_on)
     kept = {key: row[key] for key in NUMBERS}
-    return {"class": found, "harms": harms, "lost": "", "died": "", **kept}
+    return {**NOTHING, "class": found, "harms": harms, "lost": "", "died": "", **kept}
 
 
 def _answer(record: sim.Record) -> dict[str, Any]:
