@@ -66,23 +66,9 @@ static void corrupt_flash(uint32_t what, const unit_t *unit)
     }
 }
 
-inject_patch_t inject_skip(uint32_t what, uint32_t address)
+/* The code there for the patch's; the same again undoes it. */
+static void exchange(inject_patch_t *patch)
 {
-    if (what != PIL_INJECT_SKIP) {
-        return (inject_patch_t){0};
-    }
-    const uint16_t first = *(const volatile uint16_t *)(uintptr_t)address;
-    if (first >= THUMB_WIDE_MIN) {
-        return (inject_patch_t){address, 2u, {0xF3AFu, 0x8000u}};
-    }
-    return (inject_patch_t){address, 1u, {0xBF00u}};
-}
-
-void inject_exchange(inject_patch_t *patch)
-{
-    if (patch->halfwords == 0u) {
-        return;
-    }
     volatile uint16_t *const at = (volatile uint16_t *)(uintptr_t)patch->address;
     CM_MPU_CTRL = 0u;
     cm_barrier();
@@ -94,8 +80,27 @@ void inject_exchange(inject_patch_t *patch)
     cm_mpu_enable();
 }
 
-void inject(uint32_t what, unit_t *unit)
+/* A no-operation of the same length: an if-then block counts it as it counts the instruction. */
+static void skip(uint32_t address, inject_patch_t *patch)
 {
+    const bool wide = *(const volatile uint16_t *)(uintptr_t)address >= THUMB_WIDE_MIN;
+    *patch = (inject_patch_t){.address = address,
+                              .halfwords = wide ? 2u : 1u,
+                              .code = {wide ? 0xF3AFu : 0xBF00u, 0x8000u}};
+    exchange(patch);
+}
+
+void inject_take_out(inject_patch_t *patch)
+{
+    if (patch->halfwords > 0u) {
+        exchange(patch);
+        patch->halfwords = 0u;
+    }
+}
+
+void inject(const pil_start_t *asked, unit_t *unit, inject_patch_t *patch)
+{
+    const uint32_t what = asked->inject;
     volatile uint32_t seed = 0u;
     write_forbidden(what);
     corrupt_flash(what, unit);
@@ -117,6 +122,9 @@ void inject(uint32_t what, unit_t *unit)
         break;
     case PIL_INJECT_EXECUTE_RAM:
         execute_ram();
+        break;
+    case PIL_INJECT_SKIP:
+        skip(asked->inject_address, patch);
         break;
     default:
         break;

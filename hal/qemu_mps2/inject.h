@@ -8,22 +8,19 @@
 #include "unit.h"
 #include "pil_protocol.h"
 
-/* Code that takes the place of other code. */
+/* A no-operation that takes the place of an instruction, or what it has taken the place of. */
 typedef struct {
     uint32_t address;
     uint32_t halfwords; /* 0: nothing to do */
     uint16_t code[2];
 } inject_patch_t;
 
-/* A no-operation as long as the instruction at that address; an if-then block counts it as it
- * counts that instruction. Nothing unless a skip is asked for. */
-inject_patch_t inject_skip(uint32_t what, uint32_t address);
+/* Inside the control interrupt, at the period asked for, before its work; most defects do not
+ * return. An instruction that is to be skipped is in *patch then. */
+void inject(const pil_start_t *asked, unit_t *unit, inject_patch_t *patch);
 
-/* Puts it in; called again, takes it out. */
-void inject_exchange(inject_patch_t *patch);
-
-/* Inside the control interrupt, at the period asked for; most do not return. */
-void inject(uint32_t what, unit_t *unit);
+/* Behind the work of the period: everything is as it was. */
+void inject_take_out(inject_patch_t *patch);
 
 /* At the end of the control interrupt that began at `entry` (MPS2_TIMER1), `age` periods after the
  * one asked for: it is made to last a period, or three. */

@@ -221,17 +221,14 @@ void control_interrupt(void)
     hal_sample_t sample;
     take_sample(&sample);
     if (periods == inject_at) {
-        inject(inject_what, &unit);
-        inject_exchange(&patch);
+        inject(&asked, &unit, &patch);
     }
     hal_output_t output;
     out.begin_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
     counted_interrupt(&sample, entry, &output);
-    if (periods - 1u == inject_at) {
-        inject_exchange(&patch);
-    }
     out.end_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
     out.late_periods = late_periods;
+    inject_take_out(&patch);
     if (!plant_answer(&plant, &unit, &output, &out)) {
         no_plant();
     }
@@ -246,7 +243,6 @@ static bool connect(void)
     }
     inject_what = asked.inject;
     inject_at = asked.inject_at;
-    patch = inject_skip(inject_what, asked.inject_address);
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);

@@ -132,7 +132,8 @@ def test_classes_of_made_up_runs() -> None:
     assert found([0, 0, 1, 1, 1, 1], undeclared="deviation") == (run.HEALED, "")
     harmed = found([0, 0, 1, 1, 1, 1], undeclared="deviation current", verdict=judge.UNDECLARED)
     assert harmed == (run.UNDECLARED, "current")
-    assert found([0, 1, 1, 1, 1, 1], run_on=2) == (run.UNDECLARED, run.GATES)
+    assert found([0, 1, 1, 1, 1, 1], run_on=2) == (run.HEALED, "")
+    assert found([0, 1, 1, 1, 1, 1], run_on=3) == (run.UNDECLARED, run.GATES)
 
 
 def test_a_latched_bit_is_declared_and_a_dead_word_is_harmless() -> None:

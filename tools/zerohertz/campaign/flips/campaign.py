@@ -77,7 +77,8 @@ def summary(rows: Iterable[Row]) -> dict[str, Any]:
         "protections_lost": sum(bool(row["lost"]) for row in every),
         "lost": dict(lost.most_common()),
         "lost_in_i_f": sum(bool(row["lost"]) and row["fallen"] for row in every),
-        "exceptions": sum(row["died"] not in ("", "hang") for row in every),
+        "exceptions": sum(row["died"] not in ("", "hang", "lock-up") for row in every),
+        "lock_ups": sum(row["died"] == "lock-up" for row in every),
         "hangs": sum(row["died"] == "hang" for row in every),
     }
 

@@ -76,7 +76,8 @@ faults` (harm.md). Nobody talks on the host link meanwhile, and nothing is trace
   memory access that the host refuses (exception) and a loop without end (hang) count here: on a
   board the fault handler or the watchdog opens the gates.
 - **stopped without a reason**: the gates go off, no fault says why.
-- **undeclared harm**: harm without a word; `gates`: on before the run command.
+- **undeclared harm**: harm without a word; `gates`: on in two periods on end before the run
+  command.
 - **protections lost**: in a run of its own each plain fault follows the flip by 60 ms or more:
   {", ".join(PLAIN)}. It counts as lost when the drive trips on it without the flip, and with the
   flip neither trips nor stops within twice the time and {1e3 * judge.GRACE_S:g} ms.

@@ -39,7 +39,7 @@ SOURCES = (
 UNDECLARED, STOPPED, DECLARED = "undeclared", "stopped", "declared"
 HEALED, HARMLESS = "healed", "harmless"
 CLASSES = (HARMLESS, HEALED, DECLARED, STOPPED, UNDECLARED)
-GATES = "gates"  # the harm that only this campaign knows: on before the run command
+GATES = "gates"  # the harm that only this campaign knows: on in two periods before the run command
 LATER = 2.0  # a protection has so many times as long as without a flip, and the grace
 PERIOD_S = 200e-6  # of the campaign's board; a test compares
 _OUTPUT = ("duty_u", "duty_v", "duty_w", "gates_on", "brake_on", "faults")
@@ -119,7 +119,8 @@ def class_of(
     """
     harms = set(row["undeclared"].split()) - base.undeclared
     on, usually_on = record["gates_on"] > 0, base.record["gates_on"] > 0
-    if on[since:run_on].any():
+    before = on[since:run_on]
+    if (before[1:] & before[:-1]).any():
         harms.add(GATES)
     if harms:
         return UNDECLARED, " ".join(sorted(harms))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from zerohertz.campaign.flips.campaign import Asked, Result, Row, summary
 from zerohertz.campaign.flips.page import grouped, table
 from zerohertz.campaign.skips.cases import ANSWER_S, PLAIN, SKIPS
@@ -27,7 +30,7 @@ Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with und
 **{total["protections_lost"]} with a protection silently lost**; {total["declared"]} declared,
 {total["stopped_without_reason"]} stopped without a reason.
 
-{how_to_read()}
+{how_to_read(total)}
 
 {table(result)}
 
@@ -37,7 +40,7 @@ Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with und
 """
 
 
-def how_to_read() -> str:
+def how_to_read(total: Mapping[str, Any]) -> str:
     """What the columns mean."""
     modes = "\n".join(f"| `{skip.name}` | `{skip.mode.condition}` |" for skip in SKIPS.values())
     return f"""\
@@ -56,6 +59,8 @@ skipped: one phase of the schedule of 16 periods. Rig, judge and classes are tho
   within {1e3 * ANSWER_S:g} ms all the same; a run that does not is a protection lost.
 - `ready`: a skip before the run command; then the drive starts.
 - The image ended by itself (fault handler, watchdog): declared, counted as an exception as well.
+  {total["lock_ups"]} runs ended in a lock-up of the core: counted as declared, for on a board the
+  watchdog ends it; the emulator cannot say what the motor does until then.
 - One case again: `tools/zh campaign skips --case 'NAME'`."""
 
 

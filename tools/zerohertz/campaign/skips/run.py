@@ -39,7 +39,8 @@ SOURCES = (
     *(_HERE.parent / "faults" / f"{name}.py" for name in ("judge", "kinds", "run")),
     _HERE.parent / "rig.py",
 )
-HANG = "hang"
+HANG, LOCK_UP = "hang", "lock-up"
+_ABORTED = -6  # so the emulator ends when the core locks up
 
 
 @functools.cache
@@ -57,11 +58,13 @@ def _bench() -> Bench:
 
 
 def died_of(ran: PilRun) -> str:
-    """Why the image ended by itself: the exit code of its fault handler (hal/cortex_m/cm_fault.h);
-    empty when it did not."""
+    """Why the image ended by itself: the exit code of its fault handler (hal/cortex_m/cm_fault.h)
+    or a core that locked up; empty when it did not."""
     if ran.end == End.SILENT:
         return HANG
-    return f"exit {ran.exit_code}" if ran.end == End.LEFT and ran.exit_code != EXIT_DONE else ""
+    if ran.end != End.LEFT or ran.exit_code == EXIT_DONE:
+        return ""
+    return LOCK_UP if ran.exit_code == _ABORTED else f"exit {ran.exit_code}"
 
 
 def row_of(ran: PilRun, skip: Skip) -> dict[str, Any]:
