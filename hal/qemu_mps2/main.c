@@ -42,13 +42,13 @@ static uint32_t late_periods;
 static uint32_t background_calls;
 static uint32_t inject_what;
 static uint32_t inject_at;
-static inject_patch_t patch;
 static volatile uint32_t periods;
 static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
 static volatile bool hung; /* the gates went off, as it did not come back, so many ticks later: */
 static volatile uint32_t hung_ticks;
 static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
+static inject_patch_t patch;
 
 __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
 __attribute__((section(".device"))) static ram_flash_t flash_memory;
