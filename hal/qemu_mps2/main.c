@@ -38,10 +38,8 @@ static plant_t plant;
 static host_link_t link;
 static int32_t random_file;
 static pil_start_t asked; /* its parameters stand for the image's */
-static uint32_t late_periods;
-static uint32_t background_calls;
-static uint32_t inject_what;
-static uint32_t inject_at;
+static uint32_t late_periods, background_calls;
+static uint32_t inject_what, inject_at;
 static volatile uint32_t periods;
 static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
 static volatile bool hung; /* the gates went off, as it did not come back, so many ticks later: */
