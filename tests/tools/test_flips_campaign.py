@@ -24,7 +24,7 @@ from zerohertz.errors import UserError
 from zerohertz.sim_steps import Steps, unit_bytes
 
 KNOWN = Path(__file__).parent / "data" / "flips_known.txt"
-RUNS = 140
+RUNS = 98
 
 
 def test_every_member_of_a_drive_has_bytes_of_its_own() -> None:
