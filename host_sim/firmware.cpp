@@ -1,7 +1,7 @@
 #include "firmware.hpp"
 
-#include <limits>
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <utility>
 
