@@ -55,6 +55,7 @@ bool unit_adopt(unit_t *unit, const gain_table_id_t *made_for)
     unit->mailbox.faults = built ? table_faults(unit, made_for) : FAULT_CONFIG;
     unit->configured = unit->mailbox.faults == 0u;
     remember(unit, unit->in_force);
+    unit->decided = unit_decisions(unit);
     return unit->configured;
 }
 

@@ -139,14 +139,6 @@ static inline uint32_t run_law(unit_t *unit, const unit_config_t *cfg, const hal
     return faults;
 }
 
-/* What decides about gates and law, in one word: any bit that flips in one of them shows. */
-static inline uint32_t decisions(const unit_t *unit)
-{
-    const uint32_t aim = (uint32_t)unit->asked.aim;
-    const uint32_t law = (uint32_t)unit->drive.mode;
-    return (uint32_t)unit->asked.mode ^ ((aim << 8) | (aim >> 24)) ^ ((law << 16) | (law >> 16));
-}
-
 /* What has come from the background since the last period; the configuration to use. */
 static inline const unit_config_t *take_news(unit_t *unit)
 {
@@ -164,13 +156,14 @@ static inline const unit_config_t *take_news(unit_t *unit)
 
 void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t *output)
 {
+    const bool changed = unit->decided != unit_decisions(unit);
     const unit_config_t *cfg = take_news(unit);
     uint32_t faults = unit->mailbox.faults | late_faults(unit, sample->late_periods);
     if ((sample->inputs & HAL_INPUT_BREAK) != 0u) {
         faults |= FAULT_BRAKE_INPUT;
     }
-    if (unit->decided != decisions(unit)) {
-        faults |= FAULT_CONFIG; /* changed between two periods: nobody asked for that */
+    if (changed) {
+        faults |= FAULT_CONFIG; /* between two periods: nobody asked for that */
     }
     if (unit->configured) {
         faults |= run_law(unit, cfg, sample);
@@ -184,7 +177,7 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
     if (!sequence_goes_on(&unit->machine, command, faults)) {
         step_state(unit, cfg, command, faults);
     }
-    unit->decided = decisions(unit);
+    unit->decided = unit_decisions(unit);
     write_output(unit, valid, output);
     unit->period_count++;
 }

@@ -69,7 +69,7 @@ typedef struct {
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
     drive_in_t asked;           /* of the law, by command, mode and aim */
-    uint32_t decided;           /* check word of mode and aim at the end of the last period */
+    uint32_t decided;           /* unit_decisions at the end of the last period */
     unit_command_t command;     /* as it came last */
     uint32_t taken;             /* mailbox.published then */
     uint32_t command_faults;    /* a number of it is none */
@@ -123,6 +123,14 @@ typedef struct {
     float omega_m_bound_rad_s;   /* of the speed error, as far as the drive can tell */
     uint32_t speed_unknown;      /* 1: a mode imposes the frequency and nothing shows the rotor */
 } unit_telemetry_t;
+
+/* What decides about gates and law, in one word: a bit that flips in any of them shows. */
+static inline uint32_t unit_decisions(const unit_t *unit)
+{
+    return (uint32_t)unit->asked.mode ^ (uint32_t)unit->asked.aim ^ (uint32_t)unit->drive.mode ^
+           (uint32_t)unit->configured ^ (uint32_t)unit->machine.run_blocked ^
+           unit->command.command ^ float_bits(unit->asked.omega_e_ref_rad_s);
+}
 
 /* The configuration in force. */
 static inline const unit_config_t *unit_config(const unit_t *unit)

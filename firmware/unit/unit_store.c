@@ -41,6 +41,7 @@ static bool refuse(unit_t *unit)
 {
     unit->mailbox.faults |= FAULT_STORE;
     unit->configured = false;
+    unit->decided = unit_decisions(unit);
     return false;
 }
 

@@ -720,6 +720,27 @@ static void test_a_flipped_bit_of_mode_aim_or_state_is_healed_or_declared(void)
     TEST_ASSERT_TRUE(healed > 0u);
 }
 
+/* What the operator asked for, whether a start has to wait, and whether there is a configuration at
+ * all: a change that nobody made opens the gates at once. */
+static void test_a_flipped_bit_of_what_is_asked_opens_the_gates(void)
+{
+    uint32_t *const reference = (void *)&unit.asked.omega_e_ref_rad_s;
+    for (uint32_t bit = 0u; bit < 66u; bit++) {
+        run_up(10.0f);
+        if (bit < 32u) {
+            unit.command.command ^= 1u << bit;
+        } else if (bit < 64u) {
+            flip(reference, bit - 32u);
+        } else if (bit == 64u) {
+            unit.configured = false;
+        } else {
+            unit.machine.run_blocked = true;
+        }
+        TEST_ASSERT_FALSE(periods(SEQUENCE_CMD_RUN, 10.0f, 1).gates_on);
+        TEST_ASSERT_BITS_HIGH(FAULT_CONFIG, telemetry().faults);
+    }
+}
+
 /* In the configuration in force, padding included; one bit of each byte. */
 static void test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms(void)
 {
@@ -797,6 +818,7 @@ int main(void)
     RUN_TEST(test_eps1_units_reach_the_law_converted);
     RUN_TEST(test_telemetry_says_what_the_period_did);
     RUN_TEST(test_a_flipped_bit_of_mode_aim_or_state_is_healed_or_declared);
+    RUN_TEST(test_a_flipped_bit_of_what_is_asked_opens_the_gates);
     RUN_TEST(test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms);
     RUN_TEST(test_a_reference_is_bounded_and_one_that_is_no_number_is_none);
     RUN_TEST(test_signals_of_the_estimator_show_its_state);
