@@ -45,7 +45,7 @@ Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with und
 
 {table(result)}
 
-Plain faults that went unanswered: {total["lost"] or "none"}. In {total["lost_in_i_f"]} of these
+Plain faults that went unanswered: {_counts(Counter(total["lost"])) or "none"}. In {total["lost_in_i_f"]} of these
 runs the flip had made the drive leave its estimate for I-f operation, which does not look for every
 one of them.
 
@@ -62,7 +62,8 @@ def how_to_read() -> str:
     return f"""\
 A run is one flip: one bit of one member of `unit_t` (firmware/unit/unit.h: {bits} bits as the host
 lays them out), in one mode, at a random moment. Rig, judge and harms are those of `zh campaign
-faults` (harm.md). Nobody talks on the host link meanwhile, and nothing is traced.
+faults` (harm.md). Nobody talks on the host link meanwhile, and nothing is traced. Without `--runs`
+every bit is flipped in every mode.
 
 | mode | condition of `zh campaign faults` |
 |---|---|

@@ -46,8 +46,8 @@ def how_to_read(total: Mapping[str, Any]) -> str:
     return f"""\
 A run is one instruction of the control interrupt that is not executed in one control period, on the
 emulated core; the image puts a no-operation there and takes it away again (hal/qemu_mps2/inject.c).
-The plant is driven by the image. Of each mode every instruction that one period executes is
-skipped: one phase of the schedule of 16 periods. Rig, judge and classes are those of
+The plant is driven by the image. Without `--runs` every instruction that one period of each mode
+executes is skipped: one phase of the schedule of 16 periods. Rig, judge and classes are those of
 `zh campaign flips` (flips.md).
 
 | mode | condition of `zh campaign faults` |
