@@ -122,13 +122,19 @@ def _library() -> ctypes.CDLL:
     return lib
 
 
-def column_texts() -> dict[str, str]:
-    """The columns of every record and what they mean; the unit ends the name."""
+@functools.cache
+def _row() -> dict[str, str]:
+    """Columns of a row as the library has them, and what they mean."""
     lib = _library()
     return {
         lib.zh_sim_column_name(k).decode(): lib.zh_sim_column_text(k).decode()
         for k in range(lib.zh_sim_column_count())
     }
+
+
+def column_texts() -> dict[str, str]:
+    """The columns of every record and what they mean; the unit ends the name."""
+    return {name: text for name, text in _row().items() if name != "faults_high"}
 
 
 @functools.cache
@@ -199,8 +205,11 @@ def _record(lib: ctypes.CDLL, result: RawResult) -> Record:
         names = signal_names()
         _hashes.append(dict(zip(names, result.signal_hashes[: len(names)], strict=True)))
     data = np.asarray(_Memory(lib, result))[:, : result.rows]
+    columns = {name: data[k] for k, name in enumerate(_row())}
+    # All 32 bits in one number again: a float32 holds 24.
+    columns["faults"] = columns["faults"] + columns.pop("faults_high").astype(float) * 2.0**24
     return Record(
-        columns={name: data[k] for k, name in enumerate(column_texts())},
+        columns=columns,
         steps=result.steps,
         period_s=result.period_s,
         trip=Trip(result.trip),
