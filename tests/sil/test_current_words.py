@@ -113,10 +113,12 @@ def test_a_noisy_word_that_stands_still_is_told_within_10_ms(speed_rpm, load_pu)
 @pytest.mark.parametrize("sensors", [QUIET, COARSE])
 @pytest.mark.parametrize(("speed_rpm", "load_pu"), POINTS)
 def test_words_without_noise_do_no_harm_before_they_are_told(speed_rpm, load_pu, sensors):
-    # Ideal sensors of 10 bits make the drive swing by 100 min^-1 on the way to 1500 with -90 %: that
-    # is a speed deviation, and not the question here.
-    seen = outcome(FROZEN, speed_rpm, load_pu, 1, sensors, speed_deviation_rad_s=1e4)
+    seen = outcome(FROZEN, speed_rpm, load_pu, 1, sensors)
     assert not seen.harm
+    if (speed_rpm, load_pu, sensors) == (1500.0, -0.9, COARSE):
+        # Ideal sensors of 10 bits make the drive swing on the way there: told before the freeze.
+        assert seen.faults == Fault.SPEED_DEVIATION
+        return
     assert speed_rpm < 1.0 or (seen.faults == Fault.ADC_FROZEN and seen.gates_off_s <= 0.03)
 
 
