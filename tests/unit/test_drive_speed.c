@@ -148,7 +148,8 @@ static void test_a_start_on_a_turning_shaft_is_refused(void)
     TEST_ASSERT_BITS_HIGH(FAULT_FLYING_START, run(0.3));
     setUp();
     plant = plant_of(p.motor, 125.0, 0.0);
-    p.modes.flying.enable = true; /* then it is caught, and with torque or without its speed known */
+    p.modes.flying.enable =
+        true; /* then it is caught, and with torque or without its speed known */
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.0));
     TEST_ASSERT_EQUAL(MODE_REMAGNETISE, st.mode);

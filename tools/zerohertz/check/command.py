@@ -44,10 +44,7 @@ def certify_tables(
     answer = Console(stderr=as_json)
     reports = []
     for given in motor_dirs or _default_motor_dirs():
-        # The folder may be named by its motor.toml.
-        folder = given.parent if given.name == "motor.toml" else given
-        if given.exists() and not folder.is_dir():
-            raise UserError(f"{given}: is no folder of a motor; name the one that has l_gain.json")
+        folder = _folder(given)
         reports.append(_certified(read_stored_table(folder)))
         _say(reports[-1], answer)
         if plot:
@@ -59,6 +56,14 @@ def certify_tables(
         tell(f"error: {report.name}: {_why(report)}")
     if failed:
         raise typer.Exit(1)
+
+
+def _folder(given: Path) -> Path:
+    """Of a motor; it may be named by its motor.toml."""
+    folder = given.parent if given.name == "motor.toml" else given
+    if given.exists() and not folder.is_dir():
+        raise UserError(f"{given}: is no folder of a motor; name the one that has l_gain.json")
+    return folder
 
 
 def _why(report: Report) -> str:

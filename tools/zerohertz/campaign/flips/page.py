@@ -45,9 +45,9 @@ Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with und
 
 {table(result)}
 
-Plain faults that went unanswered: {_counts(Counter(total["lost"])) or "none"}. In {total["lost_in_i_f"]} of these
-runs the flip had made the drive leave its estimate for I-f operation, which does not look for every
-one of them.
+Plain faults that went unanswered: {_counts(Counter(total["lost"])) or "none"}.
+In {total["lost_in_i_f"]} of these runs the flip had made the drive leave its estimate for I-f
+operation, which does not look for every one of them.
 
 ## By the C object, the worst first
 
