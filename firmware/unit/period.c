@@ -48,7 +48,7 @@ COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
 
 /* Electrical and within the largest; none against the direction that is allowed, none in a stop.
  */
-static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
+COLD static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 {
     const float omega_m_ref_rad_s = unit->command.omega_m_ref_rad_s;
     const bool against = cfg->one_way && (cfg->direction * omega_m_ref_rad_s < 0.0f);
@@ -58,7 +58,7 @@ static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
     return limitf(cfg->drive.motor.pole_pairs * omega_m_ref_rad_s, cfg->speed_max_rad_s);
 }
 
-/* A new command, aim or configuration: what follows for the law. */
+/* A new command or aim: what follows for the law. */
 COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 {
     unit->taken = unit->mailbox.published;
@@ -145,7 +145,7 @@ static inline const unit_config_t *take_news(unit_t *unit)
     if (unit->change_ready) {
         unit->in_force = 1u - unit->in_force;
         unit->change_ready = false;
-        ask(unit, unit_config(unit));
+        unit->asked.omega_e_ref_rad_s = speed_reference(unit_config(unit), unit);
     }
     const unit_config_t *cfg = unit_config(unit);
     if (unit->mailbox.published != unit->taken) {
