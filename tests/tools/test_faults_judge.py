@@ -126,6 +126,14 @@ def test_a_warning_of_before_is_about_something_else() -> None:
     assert judge.judge(made, LIMITS, FAULT_S, since_s=0.4)["verdict"] == judge.BEFORE
 
 
+def test_a_warning_in_the_second_before_the_harm_is_about_it() -> None:
+    """Of a harm that begins before anything broke: away from -.4 s on, harm at .6 s."""
+    away = {"speed_rpm": from_(-0.4, 500.0, 300.0)}
+    for said_s, found in ((-0.3, judge.BEFORE), (-0.45, judge.UNDECLARED)):
+        made = record(**away, faults=from_(said_s, float(Fault.DERATED)))
+        assert judge.judge(made, LIMITS, FAULT_S)["verdict"] == found
+
+
 def test_a_drive_without_the_flag_never_says_unknown() -> None:
     made = record(speed_rpm=from_(0.5, 500.0, 300.0))
     del made.columns["speed_unknown"]

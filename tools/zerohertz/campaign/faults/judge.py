@@ -11,7 +11,9 @@ What was asked and what the torque limit allows are two speeds: the reference be
 and an ideal drive of the same torque on the true shaft. In between nothing is wrong.
 
 A word is a fault bit; for the speed also a warning that the torque is limited (DERATED,
-REGENERATION), or "speed unknown" at that time. It counts until 100 ms after the harm began.
+REGENERATION), or "speed unknown" at that time. It counts until 100 ms after the harm began. A warning
+counts when it is given after the fault, or in the second before the harm: it stays latched, and an
+older one is about something else.
 """
 
 from __future__ import annotations
@@ -64,11 +66,12 @@ class Limits:
 
 @dataclasses.dataclass(frozen=True)
 class Words:
-    """When the drive spoke; inf: never. first: the bits of its first fault."""
+    """When the drive spoke; inf: never."""
 
     fault_s: float
-    bits: int
-    warning_s: float
+    bits: int  # of its first fault
+    warning_s: float  # the first after the fault of the case
+    warnings_s: Array  # each, in the whole run
     unknown: npt.NDArray[np.bool_]
 
 
@@ -126,10 +129,12 @@ def words_of(record: sim.Record, t_s: Array, since_s: float) -> Words:
     before = int(np.searchsorted(t_s, since_s - 0.5 * record.period_s))
     known = int(bits[before - 1]) if before > 0 else 0
     warned = np.flatnonzero((bits & NAMES_SPEED & ~known != 0) & (t_s >= since_s))
+    given = np.flatnonzero(np.diff(bits & NAMES_SPEED, prepend=0) > 0)
     return Words(
         fault_s=float(t_s[faults[0]]) if len(faults) else math.inf,
         bits=int(bits[faults[0]] & ~WARNINGS) if len(faults) else 0,
         warning_s=float(t_s[warned[0]]) if len(warned) else math.inf,
+        warnings_s=t_s[given].astype(np.float64),
         unknown=speed_unknown(record),
     )
 
@@ -138,8 +143,10 @@ def _late_s(harm: str, harm_s: float, words: Words, t_s: Array) -> float:
     """From the beginning of the harm to the first word that counts; negative: before it."""
     spoken_s = words.fault_s
     if harm != CURRENT:
-        spoken_s = min(spoken_s, words.warning_s)
-        near = (t_s >= harm_s - DEVIATION_S) & (t_s <= harm_s + GRACE_S) & words.unknown
+        first_s, last_s = harm_s - DEVIATION_S, harm_s + GRACE_S
+        about = words.warnings_s[(words.warnings_s >= first_s) & (words.warnings_s <= last_s)]
+        spoken_s = min(spoken_s, words.warning_s, *about)
+        near = (t_s >= first_s) & (t_s <= last_s) & words.unknown
         if near.any():
             spoken_s = min(spoken_s, float(t_s[np.argmax(near)]))
     return spoken_s - harm_s
