@@ -96,7 +96,8 @@ def test_a_healthy_drive_does_no_harm(bench: Bench, mode: str) -> None:
 
 def test_without_its_detectors_the_same_drive_is_undeclared(bench: Bench) -> None:
     """The negative control: the judge sees what the firmware does not look for."""
-    off = {"voltage_check_V": 0.0, "open_phase_A": 0.0, "current_sum_max_A": 25.0, "stall_s": 0.0}
+    off = {"voltage_check_V": 0.0, "open_phase_A": 0.0, "current_sum_max_A": 6.0, "stall_s": 0.0}
+    off |= {"speed_deviation_rad_s": 100.0, "speed_deviation_s": 10.0}
     off |= dict.fromkeys(("observer_e1_A", "observer_rate_rad_s2", "observer_power_W"), 0.0)
     blind = dataclasses.replace(bench, firmware={**bench.firmware, **off})
     case = cases.case_of("u_vw.gain_0.5@running,300,+1,la0,averaged,sensors")
