@@ -13,6 +13,9 @@
 /* Over the EMF kr lambda Rr/Lr with which flux begins to build up; looks of either sign. */
 #define ROTOR_START_PU    0.1f
 #define ROTOR_START_LOOKS 3u
+/* Direct current brakes the flux with the rotor's time constant: what moves later is a load's work.
+ */
+#define ROTOR_START_S 0.5f
 
 void rotor_check_init(rotor_check_config_t *cfg, const motor_model_t *motor, float lambda_Wb,
                       float step_s)
@@ -24,6 +27,7 @@ void rotor_check_init(rotor_check_config_t *cfg, const motor_model_t *motor, flo
                                .kr_lambda_Wb = motor->kr * lambda_Wb,
                                .current_rad_s = ROTOR_CURRENT_PU * even_rad_s,
                                .voltage_rad_s = ROTOR_VOLTAGE_PU * even_rad_s,
+                               .start_looks = (uint32_t)(ROTOR_START_S / step_s),
                                .start_V = ROTOR_START_PU * motor->kr * lambda_Wb * motor->tau_per_s,
                                .share = step_s / (step_s + ROTOR_MEAN_S)};
 }
@@ -63,8 +67,15 @@ rotor_check_t rotor_check_step(const rotor_check_config_t *cfg, rotor_check_stat
 bool rotor_turns(const rotor_check_config_t *cfg, rotor_check_state_t *st,
                  const rotor_check_in_t *in)
 {
+    if (st->looks >= cfg->start_looks) {
+        return false;
+    }
+    st->looks++;
     const float e_V = in->u_V.beta - in->Rs_ohm * in->i_A.beta;
-    st->positive += (e_V > cfg->start_V) ? 1u : 0u;
-    st->negative += (e_V < -cfg->start_V) ? 1u : 0u;
+    /* Twice in a row: the steps of a coarse ADC change their sign from look to look. */
+    const float before_V = st->e_V;
+    st->e_V = e_V;
+    st->positive += (minf(e_V, before_V) > cfg->start_V) ? 1u : 0u;
+    st->negative += (maxf(e_V, before_V) < -cfg->start_V) ? 1u : 0u;
     return (st->positive >= ROTOR_START_LOOKS) && (st->negative >= ROTOR_START_LOOKS);
 }

@@ -29,18 +29,21 @@ typedef enum {
 
 typedef struct {
     float sigma_Ls_H;
-    float kr_M_H;        /* EMF of a current vector whose rotor follows, per rad/s and A */
-    float kr_lambda_Wb;  /* likewise of a voltage vector, per rad/s */
-    float current_rad_s; /* frequency from which the EMF of a current vector tells */
-    float voltage_rad_s; /* likewise of a voltage vector */
-    float start_V;       /* EMF of a turning shaft at a start */
-    float share;         /* of the mean, per step */
+    float kr_M_H;         /* EMF of a current vector whose rotor follows, per rad/s and A */
+    float kr_lambda_Wb;   /* likewise of a voltage vector, per rad/s */
+    float current_rad_s;  /* frequency from which the EMF of a current vector tells */
+    float voltage_rad_s;  /* likewise of a voltage vector */
+    float start_V;        /* EMF of a turning shaft at a start */
+    uint32_t start_looks; /* of which there are so many */
+    float share;          /* of the mean, per step */
 } rotor_check_config_t;
 
 typedef struct {
     ab_t power_VA;     /* mean of e conj(i) */
     float i2_A2;       /* mean of |i|^2 */
-    uint32_t positive; /* looks at a start that saw an EMF of this sign */
+    uint32_t looks;    /* at a start */
+    float e_V;         /* in the last of them */
+    uint32_t positive; /* those that saw an EMF of this sign, twice in a row */
     uint32_t negative;
 } rotor_check_state_t;
 

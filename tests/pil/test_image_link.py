@@ -26,7 +26,7 @@ from zerohertz.scenario.setup import load_setup
 FRAMES, PERIODS = 3000, 40_000
 
 
-def long_job(**scenario: float) -> sim.Job:
+def long_job(**scenario: float | str) -> sim.Job:
     """Long enough to be asked everything."""
     setup = load_setup("recommended")
     return sim.Job(
@@ -129,7 +129,8 @@ def test_the_fault_record_survives_a_reset() -> None:
         with Client(UnixLine(socket), timeout_s=300.0) as drive:
             found["second"] = drive.fault_record()
 
-    job = dataclasses.replace(long_job(**{"scenario.duration_s": 10.0}), firmware={"i_trip_A": 2.0})
+    broken = {"faults.sensor": "i_u", "faults.kind": "fixed", "faults.severity": 1.0}
+    job = long_job(**broken, **{"faults.start_s": 1.0, "scenario.duration_s": 10.0})
     run = loop.run(job, elf, beside=trip)
     assert (run.end, run.faults & Fault.OVER_CURRENT) == (End.EQUAL, Fault.OVER_CURRENT)
     quiet = long_job(**{"scenario.duration_s": 10.0, "scenario.run_on_s": 9.0})

@@ -17,7 +17,6 @@ from zerohertz.cli import make_app
 from zerohertz.commission import board_run, campaign, finding
 from zerohertz.commission.folder import rig_file
 from zerohertz.commission.plate import read_plate
-from zerohertz.commission.run import REFUSALS
 from zerohertz.errors import UserError
 from zerohertz.link import client as link
 from zerohertz.link.client import Client, RefusedError
@@ -87,16 +86,15 @@ def test_a_drive_finds_its_motor_keeps_it_and_runs_it_after_a_power_cycle(tmp_pa
         assert drive.state.speed_rpm == pytest.approx(half_rpm, abs=0.01 * PLATE.speed_rpm)
 
 
-def test_a_refusal_comes_over_the_line_and_everything_is_put_back() -> None:
+def test_what_the_guard_finds_comes_over_the_line_and_everything_is_put_back() -> None:
     with served(open_phase='"v"', open_s=0.0) as drive:
         client = unlocked(drive)
         before = client.get(list(client.parameters))
-        found = finding.of_drive(client, RIG, PLATE, silent, pause=pause_of(drive))
-        assert found.refusal == REFUSALS[2]
-        assert found.motor is None
+        with pytest.raises(UserError, match="CURRENT_SENSOR"):
+            finding.of_drive(client, RIG, PLATE, silent, pause=pause_of(drive))
         assert client.get(list(client.parameters)) == before
         assert not drive.state.gates_on
-        with pytest.raises(UserError, match=r"FAULT COMMISSIONING.*--reset"):
+        with pytest.raises(UserError, match=r"FAULT CURRENT_SENSOR.*--reset"):
             finding.of_drive(client, RIG, PLATE, silent, pause=pause_of(drive))
 
 
@@ -147,11 +145,11 @@ def test_values_that_only_fit_together_are_set_whatever_their_order() -> None:
     with served() as drive:
         client = unlocked(drive)
         # M first would be more than Ls Lr allow.
-        larger = {"M_H": 0.5, "Ls_H": 0.52, "Lr_H": 0.52}
+        larger = {"M_H": 0.25, "Ls_H": 0.27, "Lr_H": 0.27}
         board_run.put(client, larger)
         assert client.get(list(larger)) == pytest.approx(larger)
-        with pytest.raises(RefusedError, match=r"has to be below 0\.52 H with Ls_H"):
-            board_run.put(client, {"M_H": 0.6})
+        with pytest.raises(RefusedError, match=r"has to be below 0\.27 H with Ls_H"):
+            board_run.put(client, {"M_H": 0.28})
 
 
 def test_a_drive_turns_its_motor_too_and_is_then_as_it_was() -> None:

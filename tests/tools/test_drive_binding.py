@@ -104,7 +104,7 @@ def test_a_reference_that_is_no_number_is_an_error_and_trips(drive):
     out = steps(drive, 1, run=True)
     assert out.state == State.FAULT
     assert out.gates_on is False
-    assert Fault(out.faults) == Fault.NON_FINITE
+    assert Fault.NON_FINITE in Fault(out.faults)  # words that stand still are one as well
 
 
 def test_words_beyond_sixteen_bit_are_refused(drive):

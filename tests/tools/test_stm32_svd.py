@@ -30,8 +30,13 @@ BLOCKS = {
     "rng": ("RNG",),
     "dbg": ("DBG",),
 }
-# TIM5 lacks what only TIM1 has; the rest of the block is the same.
-TIM5_LACKS = {"RCR", "BDTR"}
+# These lack what only TIM1 has; the rest of the block is the same.
+TIM_LACKS = {
+    "TIM1": set(),
+    "TIM5": {"RCR", "BDTR"},
+    "TIM7": {"RCR", "BDTR", "SMCR", "CCMR1_Output", "CCMR2_Output", "CCER"}
+    | {f"CCR{channel}" for channel in range(1, 5)},
+}
 # The common block of the ADCs shares the prefix ADC with them.
 COMMON_REGISTERS = {"CCR"}
 # Names that differ from the SVD's.
@@ -102,10 +107,10 @@ def read(text: dict[str, str], folder: Path) -> Header:
 def wrong_offsets(header: Header, svd: dict[str, Any]) -> list[str]:
     found = []
     for block, names in header.members.items():
-        for peripheral in (*BLOCKS[block], *(("TIM5",) if block == "tim" else ())):
+        for peripheral in TIM_LACKS if block == "tim" else BLOCKS[block]:
             offsets = {r.name: r.address_offset for r in svd[peripheral].registers}
             for name in names:
-                if peripheral == "TIM5" and name in TIM5_LACKS:
+                if name in TIM_LACKS.get(peripheral, set()):
                     continue
                 if offsets.get(name) != header.values[f"{block}.{name}"]:
                     found.append(f"{peripheral}.{name}")
@@ -155,7 +160,7 @@ def test_every_bit_is_what_st_says(header: Header, svd: dict[str, Any]) -> None:
 
 
 def test_every_block_and_interrupt_is_where_st_says(header: Header, svd: dict[str, Any]) -> None:
-    used = {name for names in BLOCKS.values() for name in names} | {"TIM5"}
+    used = {name for names in BLOCKS.values() for name in names} | set(TIM_LACKS)
     assert {BASES.get(name, name) for name in header.bases} == used
     assert wrong_bases(header, svd) == []
     numbers = {i.name: i.value for p in svd.values() for i in p.interrupts or ()}

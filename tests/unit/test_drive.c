@@ -991,6 +991,7 @@ static void test_init_refuses_one_bad_value_anywhere(void)
     REFUSE_WITH(svpwm.min_pulse_s, -1.0f);
     REFUSE_WITH(dead_time.i_threshold_A, 0.0f);
     REFUSE_WITH(monitor.i_trip_A, 0.0f);
+    REFUSE_WITH(speed_guard.deviation_s, 0.0f);
     REFUSE_WITH(supervisor.corner_rad_s, 0.0f);
     REFUSE_WITH(rs_measurement.enable, true); /* and no levels */
     REFUSE_WITH(rs_tracking.gain_ohm_per_rad, -1.0f);

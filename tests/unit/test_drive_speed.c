@@ -4,6 +4,7 @@
 #include "exact.h"
 #include "fault.h"
 #include "plant_fixture.h"
+#include "stages.h"
 #include "unity.h"
 
 #define PERIOD_S 200e-6
@@ -156,9 +157,20 @@ static void test_a_start_on_a_turning_shaft_is_refused(void)
     TEST_ASSERT_EQUAL(SPEED_BASIS_ESTIMATE, st.guard.speed.basis);
 }
 
+/* A mode that a lost bit made: nobody knows what it imposes. */
+static void test_in_no_mode_there_is_the_speed_is_unknown(void)
+{
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    st.mode = (mode_id_t)(MODE_DC_BRAKE + 1);
+    st.slot = SLOT_GUARD_SPEED;
+    TEST_ASSERT_EQUAL_HEX32(0u, stage_guard_look(&cfg, &st, &in, &out));
+    TEST_ASSERT_TRUE(st.guard.speed.speed_unknown);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_in_no_mode_there_is_the_speed_is_unknown);
     RUN_TEST(test_vector_control_is_compared_with_its_ramped_reference);
     RUN_TEST(test_torque_mode_is_compared_with_its_speeds);
     RUN_TEST(test_v_f_and_i_f_are_known_while_the_rotor_follows);

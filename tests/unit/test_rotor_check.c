@@ -147,7 +147,7 @@ static bool turns_after(double omega_rad_s, double amplitude_V, int looks)
         rotor_check_in_t in = {.u_V = {8.0f, (float)e_V + 0.2f * motor.Rs_ohm},
                                .i_A = {8.0f, 0.2f},
                                .Rs_ohm = motor.Rs_ohm};
-        turns = rotor_turns(&cfg, &st, &in);
+        turns = rotor_turns(&cfg, &st, &in) || turns;
     }
     return turns;
 }
@@ -166,6 +166,14 @@ static void test_a_shaft_that_turns_at_a_start_is_seen_and_one_at_rest_is_not(vo
     TEST_ASSERT_FALSE(turns_after(0.0, built_V, 500));
     setUp();
     TEST_ASSERT_FALSE(turns_after(100.0, 0.9 * (double)cfg.start_V, 500)); /* noise */
+}
+
+/* What moves the shaft half a second later is the load. */
+static void test_a_start_is_looked_at_for_half_a_second(void)
+{
+    TEST_ASSERT_FALSE(turns_after(0.0, 0.0, (int)cfg.start_looks));
+    TEST_ASSERT_FLOAT_WITHIN(STEP_S, 0.5f, (float)cfg.start_looks * STEP_S);
+    TEST_ASSERT_FALSE(turns_after(50.0, 10.0 * (double)cfg.start_V, 200));
 }
 
 static void test_residual_flux_of_a_rotor_at_rest_is_no_turning_one(void)
@@ -190,6 +198,7 @@ int main(void)
     RUN_TEST(test_no_number_is_lost);
     RUN_TEST(test_one_look_against_complex_arithmetic);
     RUN_TEST(test_a_shaft_that_turns_at_a_start_is_seen_and_one_at_rest_is_not);
+    RUN_TEST(test_a_start_is_looked_at_for_half_a_second);
     RUN_TEST(test_residual_flux_of_a_rotor_at_rest_is_no_turning_one);
     return UNITY_END();
 }
