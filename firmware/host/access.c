@@ -121,7 +121,7 @@ void access_session_key(const uint8_t key[SIPHASH_KEY_BYTES], uint64_t nonce,
     put_little_endian(&message[WORD_BYTES], nonce);
     for (uint32_t half = 0u; half < 2u; half++) {
         put_little_endian(&message[COUNT_AT], half);
-        put_little_endian(&session_key[half * WORD_BYTES],
+        put_little_endian(&session_key[(size_t)half * WORD_BYTES],
                           siphash_2_4(key, message, sizeof message));
     }
 }

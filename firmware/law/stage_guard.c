@@ -5,16 +5,17 @@
 
 static speed_basis_t speed_basis(mode_id_t mode)
 {
-    static const speed_basis_t of_mode[] = {[MODE_OFF] = SPEED_BASIS_NONE,
-                                            [MODE_PREMAGNETISE] = SPEED_BASIS_STANDING,
-                                            [MODE_COMMISSIONING] = SPEED_BASIS_STANDING,
-                                            [MODE_FLYING_START] = SPEED_BASIS_NOBODY,
-                                            [MODE_REMAGNETISE] = SPEED_BASIS_ESTIMATE,
-                                            [MODE_VECTOR] = SPEED_BASIS_ESTIMATE,
-                                            [MODE_TAKE_OVER] = SPEED_BASIS_CURRENT,
-                                            [MODE_I_F] = SPEED_BASIS_CURRENT,
-                                            [MODE_VOLTS_PER_HERTZ] = SPEED_BASIS_VOLTAGE,
-                                            [MODE_DC_BRAKE] = SPEED_BASIS_NOBODY};
+    static const speed_basis_t of_mode[(uint32_t)MODE_DC_BRAKE + 1u] = {
+        [MODE_OFF] = SPEED_BASIS_NONE,
+        [MODE_PREMAGNETISE] = SPEED_BASIS_STANDING,
+        [MODE_COMMISSIONING] = SPEED_BASIS_STANDING,
+        [MODE_FLYING_START] = SPEED_BASIS_NOBODY,
+        [MODE_REMAGNETISE] = SPEED_BASIS_ESTIMATE,
+        [MODE_VECTOR] = SPEED_BASIS_ESTIMATE,
+        [MODE_TAKE_OVER] = SPEED_BASIS_CURRENT,
+        [MODE_I_F] = SPEED_BASIS_CURRENT,
+        [MODE_VOLTS_PER_HERTZ] = SPEED_BASIS_VOLTAGE,
+        [MODE_DC_BRAKE] = SPEED_BASIS_NOBODY};
     return ((uint32_t)mode <= (uint32_t)MODE_DC_BRAKE) ? of_mode[mode] : SPEED_BASIS_NOBODY;
 }
 

@@ -53,18 +53,20 @@ static float limit_of(const params_t *p, const rule_t *rule)
     const float second = params_get(p, rule->second);
     const float scaled = rule->factor * second;
     const float emf = (p->weaken_share > 0.0f) ? PARAMS_NO_LIMIT : (scaled / (p->M_H * p->i_d_A));
-    const float limits[] = {[LIMIT_NUMBER] = rule->factor,
-                            [LIMIT_SCALED] = scaled,
-                            [LIMIT_PER_PERIOD] = rule->factor / p->period_s,
-                            [LIMIT_RATE] = scaled / p->period_s,
-                            [LIMIT_LEAKAGE] = sqrtf(p->Ls_H * p->Lr_H),
-                            [LIMIT_TRANSIENT] = transient_s(p),
-                            [LIMIT_STANDING] = rule->factor * p->Rr_ohm / p->Lr_H,
-                            [LIMIT_INVERSE] = rule->factor / second,
-                            [LIMIT_FLUX] = rule->factor * p->M_H * second,
-                            [LIMIT_RESISTIVE] = rule->factor * p->Rs_ohm * second,
-                            [LIMIT_EMF] = emf};
-    return limits[rule->limit];
+    const float limits[(uint32_t)LIMIT_EMF + 1u] = {
+        [LIMIT_NUMBER] = rule->factor,
+        [LIMIT_SCALED] = scaled,
+        [LIMIT_PER_PERIOD] = rule->factor / p->period_s,
+        [LIMIT_RATE] = scaled / p->period_s,
+        [LIMIT_LEAKAGE] = sqrtf(p->Ls_H * p->Lr_H),
+        [LIMIT_TRANSIENT] = transient_s(p),
+        [LIMIT_STANDING] = rule->factor * p->Rr_ohm / p->Lr_H,
+        [LIMIT_INVERSE] = rule->factor / second,
+        [LIMIT_FLUX] = rule->factor * p->M_H * second,
+        [LIMIT_RESISTIVE] = rule->factor * p->Rs_ohm * second,
+        [LIMIT_EMF] = emf};
+    const limit_t limit = (limit_t)rule->limit;
+    return limits[limit];
 }
 
 static bool kept(float value, params_relation_t relation, float limit)

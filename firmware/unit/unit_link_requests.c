@@ -105,8 +105,8 @@ typedef enum {
 
 /* What a request needs, and the length of its body: least, least + step .. most. */
 typedef struct {
-    uint8_t op;
     link_right_t right;
+    uint8_t op;
     uint8_t least;
     uint8_t most;
     uint8_t step;
@@ -114,23 +114,23 @@ typedef struct {
 
 /* Requests with a body; any other has none and only reads. */
 static const link_request_t requests[] = {
-    {UNIT_LINK_PARAM_INFO, TELLS, 2u, 2u, 1u},
-    {UNIT_LINK_SIGNAL_INFO, TELLS, 1u, 1u, 1u},
-    {UNIT_LINK_GET, TELLS, 0u, COMMAND_BODY_MAX, 2u},
-    {UNIT_LINK_SET, SEALED, 10u, 10u, 1u},
-    {UNIT_LINK_SAVE, SEALED, 4u, 4u, 1u},
-    {UNIT_LINK_CHALLENGE, ACTS, 4u, 4u, 1u},
-    {UNIT_LINK_UNLOCK, ACTS, 12u, 12u, 1u},
-    {UNIT_LINK_STORE_ENTRY, TELLS, 2u, 2u, 1u},
+    {TELLS, UNIT_LINK_PARAM_INFO, 2u, 2u, 1u},
+    {TELLS, UNIT_LINK_SIGNAL_INFO, 1u, 1u, 1u},
+    {TELLS, UNIT_LINK_GET, 0u, COMMAND_BODY_MAX, 2u},
+    {SEALED, UNIT_LINK_SET, 10u, 10u, 1u},
+    {SEALED, UNIT_LINK_SAVE, 4u, 4u, 1u},
+    {ACTS, UNIT_LINK_CHALLENGE, 4u, 4u, 1u},
+    {ACTS, UNIT_LINK_UNLOCK, 12u, 12u, 1u},
+    {TELLS, UNIT_LINK_STORE_ENTRY, 2u, 2u, 1u},
     /* A stop is everybody's who is in session: commands_power(). */
-    {UNIT_LINK_COMMAND, ACTS, 14u, 18u, 4u},
-    {UNIT_LINK_SAMPLE, TELLS, 0u, TRACE_SIGNALS_MAX, 1u},
+    {ACTS, UNIT_LINK_COMMAND, 14u, 18u, 4u},
+    {TELLS, UNIT_LINK_SAMPLE, 0u, TRACE_SIGNALS_MAX, 1u},
     /* Exact once its signals are counted. */
-    {UNIT_LINK_TRACE_ARM, ACTS, 4u, COMMAND_BODY_MAX, 1u},
-    {UNIT_LINK_TRACE_READ, TELLS, 4u, 4u, 1u},
-    {UNIT_LINK_TRACE_STOP, ACTS, 4u, 4u, 1u},
-    {UNIT_LINK_FAULT_READ, TELLS, 4u, 4u, 1u},
-    {UNIT_LINK_FAULT_CLEAR, SEALED, 4u, 4u, 1u},
+    {ACTS, UNIT_LINK_TRACE_ARM, 4u, COMMAND_BODY_MAX, 1u},
+    {TELLS, UNIT_LINK_TRACE_READ, 4u, 4u, 1u},
+    {ACTS, UNIT_LINK_TRACE_STOP, 4u, 4u, 1u},
+    {TELLS, UNIT_LINK_FAULT_READ, 4u, 4u, 1u},
+    {SEALED, UNIT_LINK_FAULT_CLEAR, 4u, 4u, 1u},
 };
 
 static link_request_t request_of(uint8_t op)

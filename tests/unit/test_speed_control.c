@@ -657,9 +657,33 @@ static void test_init_derives_and_refuses_torque_mode(void)
     }
 }
 
+static void test_at_the_limit_is_within_a_twentieth_of_it(void)
+{
+    const struct {
+        float i_q_A;
+        bool at_limit;
+    } cases[] = {{0.0f, false},  {9.4f, false}, {9.6f, true}, {12.0f, true},
+                 {-7.5f, false}, {-7.7f, true}, {-8.0f, true}};
+    for (size_t n = 0u; n < sizeof cases / sizeof cases[0]; n++) {
+        const speed_control_state_t st = {.i_q_A = cases[n].i_q_A, .low_A = -8.0f, .high_A = 10.0f};
+        TEST_ASSERT_EQUAL(cases[n].at_limit, speed_control_at_limit(&st));
+    }
+}
+
+static void test_one_that_is_tracked_follows_the_speed(void)
+{
+    speed_control_state_t st = {.omega_filtered_rad_s = 31.0f, .omega_ref_rad_s = 5.0f};
+    speed_control_track(&st, 2.5f);
+    TEST_ASSERT_EQUAL_FLOAT(31.0f, st.omega_ref_rad_s);
+    TEST_ASSERT_EQUAL_FLOAT(2.5f, st.pi.x);
+    TEST_ASSERT_EQUAL_FLOAT(2.5f, st.i_q_A);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_at_the_limit_is_within_a_twentieth_of_it);
+    RUN_TEST(test_one_that_is_tracked_follows_the_speed);
     RUN_TEST(test_init_derives_the_gains_of_both_machines);
     RUN_TEST(test_init_takes_the_square_of_the_pole_pairs);
     RUN_TEST(test_init_refuses_every_bad_number_and_leaves_the_config);

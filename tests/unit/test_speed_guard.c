@@ -240,9 +240,9 @@ static void test_a_start_on_a_turning_shaft_is_refused(void)
 {
     in = (speed_guard_in_t){.basis = SPEED_BASIS_STANDING, .premagnetising = true};
     uint32_t faults = 0u;
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; k < 12; k++) {
         TEST_ASSERT_EQUAL_HEX32(0u, faults);
-        in.rotor.u_V.beta = ((k % 2) == 0) ? 3.0f : -3.0f;
+        in.rotor.u_V.beta = (((k / 2) % 2) == 0) ? 3.0f : -3.0f;
         faults = speed_guard_look(&cfg, &st, &in);
     }
     TEST_ASSERT_EQUAL_HEX32(FAULT_FLYING_START, faults);

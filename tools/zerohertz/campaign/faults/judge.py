@@ -11,9 +11,9 @@ What was asked and what the torque limit allows are two speeds: the reference be
 and an ideal drive of the same torque on the true shaft. In between nothing is wrong.
 
 A word is a fault bit; for the speed also a warning that the torque is limited (DERATED,
-REGENERATION), or "speed unknown" at that time. It counts until 100 ms after the harm began. A warning
-counts when it is given after the fault, or in the second before the harm: it stays latched, and an
-older one is about something else.
+REGENERATION), or "speed unknown" at that time. It counts until 100 ms after the harm began. A
+warning counts when it is given after the fault, or in the second before the harm: it stays latched,
+and an older one is about something else.
 """
 
 from __future__ import annotations
