@@ -7,6 +7,7 @@
 #include "crc32c.h"
 #include "unit_config.h"
 #include "unit_signal.h"
+#include "unit_record.h"
 #include "unity.h"
 
 static observer_gain_t entries[100];
@@ -780,9 +781,59 @@ static void test_signals_of_the_estimator_show_its_state(void)
     TEST_ASSERT_EQUAL_HEX32(float_bits(3.0f), unit_signal(&unit, &out, UNIT_SIGNAL_x_rad_s));
 }
 
+static void test_every_flag_is_a_signal_of_0_and_1(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    vector_state_t *const v = &unit.drive.modes.vector;
+    const struct {
+        bool *flag;
+        uint32_t number;
+    } cases[] = {{&unit.output.gates_on, UNIT_SIGNAL_gates_on},
+                 {&unit.output.brake_on, UNIT_SIGNAL_brake_on},
+                 {&unit.drive.modes.premagnetise.leg_loss_found, UNIT_SIGNAL_dead_time_found},
+                 {&v->steering.steering, UNIT_SIGNAL_steering},
+                 {&v->steer.moving, UNIT_SIGNAL_steer_out_moving},
+                 {&v->mains.active, UNIT_SIGNAL_mains_active},
+                 {&unit.drive.supervisor.started, UNIT_SIGNAL_sup_started},
+                 {&unit.drive.supervisor.found.flux_high, UNIT_SIGNAL_sup_flux_high},
+                 {&unit.drive.modes.i_f.active, UNIT_SIGNAL_imp_active},
+                 {&unit.machine.run_blocked, UNIT_SIGNAL_run_blocked},
+                 {&unit.drive.guard.speed.speed_unknown, UNIT_SIGNAL_speed_unknown}};
+    for (size_t n = 0u; n < sizeof cases / sizeof cases[0]; n++) {
+        for (uint32_t value = 0u; value < 2u; value++) {
+            *cases[n].flag = value != 0u;
+            TEST_ASSERT_EQUAL_UINT32(value, unit_signal(&unit, &unit.output, cases[n].number));
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(UNIT_SIGNALS, unit_record_fault_signal(FAULT_RECORD_SIGNALS));
+}
+
+static void test_a_decimated_trace_leaves_periods_out(void)
+{
+    static uint32_t memory[64];
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    const unit_memory_t lent = {.trace_word = memory, .trace_words = 64u};
+    unit_record_init(&unit, &lent);
+    const trace_setup_t setup = {.signal = {UNIT_SIGNAL_state},
+                                 .signals = 1u,
+                                 .decimation = 2u,
+                                 .trigger = UNIT_SIGNAL_state,
+                                 .level = 1u << 30,
+                                 .edge = TRACE_RISING};
+    TEST_ASSERT_TRUE(trace_arm(&unit.trace, &setup));
+    const hal_output_t output = {0};
+    for (int k = 0; k < 10; k++) {
+        unit.period_count++;
+        unit_record_period(&unit, &output);
+    }
+    TEST_ASSERT_TRUE(trace_running(&unit.trace));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_every_flag_is_a_signal_of_0_and_1);
+    RUN_TEST(test_a_decimated_trace_leaves_periods_out);
     RUN_TEST(test_starts_from_boot_to_run_by_itself);
     RUN_TEST(test_speed_reference_is_mechanical);
     RUN_TEST(test_the_pole_pairs_are_those_of_the_parameters);
