@@ -55,7 +55,7 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     const float moved_rad_s = in->omega_rad_s - st->omega_slow_rad_s;
     st->omega_slow_rad_s = is_finite(moved_rad_s)
                                ? (st->omega_slow_rad_s + cfg->nearer_share * moved_rad_s)
-                               : in->omega_rad_s; /* forgotten with the next number */
+                               : in->omega_rad_s; /* a NaN; the next number replaces it */
     const float nearer_rad_s = (far_pu < 0.0f) ? -moved_rad_s : moved_rad_s;
     return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
@@ -87,7 +87,7 @@ static uint32_t look_at_frequency(const speed_guard_config_t *cfg, speed_guard_s
     return debounce_elapsed(st->frequency, SPEED_OVER_SCHEDULES) ? FAULT_OVER_SPEED : 0u;
 }
 
-/* The frequency is imposed: known is the speed while the rotor is seen to follow. */
+/* An imposed frequency is the speed only while the rotor is seen to follow it. */
 static uint32_t look_at_rotor(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                               const speed_guard_in_t *in)
 {
