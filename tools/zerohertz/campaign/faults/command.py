@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from zerohertz.campaign.options import Fresh, Json, Out, Scheduler, Workers
 from zerohertz.console import progress_bar, tell
 from zerohertz.errors import UserError
 
@@ -34,16 +35,10 @@ def faults(
         ),
     ] = Which.all,
     seed: Annotated[int, typer.Option(min=0, help="Of sample and triples.")] = 2005,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", "--parallel", min=1, help="Processes.")
-    ] = 2,
-    scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler instead of processes.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the rows.")] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
-    ] = False,
+    workers: Workers = 2,
+    scheduler: Scheduler = None,
+    out: Out = None,
+    fresh: Fresh = False,
     case: Annotated[
         str | None, typer.Option(help="One case by its name, as page and JSON give it.")
     ] = None,
@@ -51,7 +46,7 @@ def faults(
         bool, typer.Option("--list", help="Names of all faults and conditions, and stop.")
     ] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/harm.md.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Is there a harm, by the true current and speed, that the drive does not declare?
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from zerohertz.campaign.faults import judge
 from zerohertz.campaign.flips.campaign import Asked, Result, Row, by_owner, summary
@@ -24,10 +25,19 @@ _HEAD = (
 )
 
 
-def command_of(asked: Asked) -> str:
+def command_of(asked: Asked, name: str = "flips", every: Iterable[str] = MODES) -> str:
+    """What makes the page of a campaign whose modes are `every`."""
     runs = f" --runs {asked.runs} --seed {asked.seed}" if asked.runs else ""
-    modes = "" if asked.modes == tuple(MODES) else "".join(f" --mode {m}" for m in asked.modes)
-    return f"tools/zh campaign flips{runs}{modes} --write"
+    modes = "" if asked.modes == tuple(every) else "".join(f" --mode {m}" for m in asked.modes)
+    return f"tools/zh campaign {name}{runs}{modes} --write"
+
+
+def made_by(command: str, total: Mapping[str, Any]) -> str:
+    """The paragraph that a page begins with; total: of summary()."""
+    return f"""\
+Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with undeclared harm**,
+**{total["protections_lost"]} with a protection silently lost**; {total["declared"]} declared,
+{total["stopped_without_reason"]} stopped without a reason."""
 
 
 def page_text(result: Result, command: str) -> str:
@@ -37,9 +47,7 @@ def page_text(result: Result, command: str) -> str:
     return f"""\
 # A flipped bit of a drive's RAM
 
-Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with undeclared harm**,
-**{total["protections_lost"]} with a protection silently lost**; {total["declared"]} declared,
-{total["stopped_without_reason"]} stopped without a reason.
+{made_by(command, total)}
 
 {how_to_read()}
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zerohertz.campaign.options import Fresh, Json, Mode, Out, Scheduler, Seed, Workers
 from zerohertz.console import progress_bar, tell
 
 if TYPE_CHECKING:
@@ -18,22 +19,16 @@ def skips(
     runs: Annotated[
         int, typer.Option(min=0, help="Seeded sample, shared equally by the modes; 0: all.")
     ] = 0,
-    mode: Annotated[list[str] | None, typer.Option(help="This mode only; may be repeated.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 2005,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", "--parallel", min=1, help="Processes.")
-    ] = 2,
-    scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler instead of processes.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the rows.")] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
-    ] = False,
+    mode: Mode = None,
+    seed: Seed = 2005,
+    workers: Workers = 2,
+    scheduler: Scheduler = None,
+    out: Out = None,
+    fresh: Fresh = False,
     case: Annotated[str | None, typer.Option(help="One case by its name.")] = None,
     list_: Annotated[bool, typer.Option("--list", help="Names of all cases, and stop.")] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/skips.md.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Does a skipped instruction of the image do harm without a word, or cost a protection?
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from zerohertz.campaign.flips import page as flips
 from zerohertz.campaign.flips.campaign import Asked, Result, Row, summary
-from zerohertz.campaign.flips.page import grouped, table
 from zerohertz.campaign.skips.cases import ANSWER_S, PLAIN, SKIPS
 from zerohertz.paths import ROOT
 
@@ -14,25 +14,21 @@ PAGE = ROOT / "tools" / "docs" / "skips.md"
 
 
 def command_of(asked: Asked) -> str:
-    runs = f" --runs {asked.runs} --seed {asked.seed}" if asked.runs else ""
-    modes = "" if asked.modes == tuple(SKIPS) else "".join(f" --mode {m}" for m in asked.modes)
-    return f"tools/zh campaign skips{runs}{modes} --write"
+    return flips.command_of(asked, "skips", SKIPS)
 
 
 def page_text(result: Result, command: str) -> str:
     """The committed result."""
     total = summary(result.every)
-    groups = "\n".join(grouped(result.bad)) or "None."
+    groups = "\n".join(flips.grouped(result.bad)) or "None."
     return f"""\
 # A skipped instruction
 
-Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} with undeclared harm**,
-**{total["protections_lost"]} with a protection silently lost**; {total["declared"]} declared,
-{total["stopped_without_reason"]} stopped without a reason.
+{flips.made_by(command, total)}
 
 {how_to_read(total)}
 
-{table(result)}
+{flips.table(result)}
 
 ## By function, the worst first
 
@@ -66,6 +62,4 @@ executes is skipped: one phase of the schedule of 16 periods. Rig, judge and cla
 
 def row_text(row: Row) -> str:
     """One line about a run."""
-    from zerohertz.campaign.flips import page
-
-    return f"{row['owner']}: {page.row_text(row)}"
+    return f"{row['owner']}: {flips.row_text(row)}"
