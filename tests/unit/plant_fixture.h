@@ -78,4 +78,27 @@ static inline void plant_advance(plant_t *p, uvw_t next, double period_s)
     p->duty = next;
 }
 
+/* A drive for plant_t: the voltage of its duties, ideal legs, L = 0; every mode has its numbers. */
+static inline drive_params_t every_mode(void)
+{
+    drive_params_t p = both_machines(0);
+    p.voltage_source = ACTING_VOLTAGE_DUTY;
+    estimator_list.observer_method = 1u;
+    estimator_list.adapt_kp = 4.0f;
+    estimator_list.adapt_ki = 2000.0f;
+    estimator_list.eps1_mode = 0u;
+    estimator_list.observer_gain_enable = 0u;
+    p.dead_time.fraction = 0.0f;
+    p.modes = (modes_params_t){
+        .dc_bandwidth_rad_s = 400.0f,
+        .flying = {.current_A = 4.0f,
+                   .settle_s = 0.02f,
+                   .window_s = 0.1f,
+                   .stand_rad_s = 14.7f,
+                   .omega_max_rad_s = 600.0f},
+        .volts = {.psi_Wb = 0.44f, .boost_V = 4.0f, .slew_rad_s2 = 200.0f, .i_max_A = 15.0f},
+        .brake = {.from_rad_s = 1000.0f, .least_s = 0.3f, .slew_A_per_s = 100.0f}};
+    return p;
+}
+
 #endif
