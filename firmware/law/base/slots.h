@@ -15,10 +15,10 @@
 /* Every fourth period, by slot modulo 4. */
 #define SLOT_QUARTERS            4u
 #define SLOT_QUARTER_ANGLES      0u /* sines of the delay angles */
-#define SLOT_QUARTER_STATE_PARTS 0u /* a part each of the rest of the state is a number */
+#define SLOT_QUARTER_STATE_PARTS 0u /* one part of the rest of the state: is it a number? */
 #define SLOT_QUARTER_REFERENCES  1u /* ramp, flux reference, limits of the torque current */
 #define SLOT_QUARTER_SUPERVISOR  2u /* its flux is tied to the estimate */
-#define SLOT_QUARTER_STATE       3u /* what the estimate and the voltage rest on is a number */
+#define SLOT_QUARTER_STATE       3u /* what the voltage rests on: is it a number? */
 
 /* Once in sixteen periods. */
 #define SLOT_STATE_RESISTANCE   0u
