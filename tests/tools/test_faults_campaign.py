@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,12 @@ def test_a_healthy_drive_does_no_harm(bench: Bench, mode: str) -> None:
         name = f"{kinds.NOTHING}@{mode},300,{load},la2,switched,duty"
         found = run.run_case(bench, cases.case_of(name))
         assert (found["verdict"], found["started"]) == (judge.HARMLESS, True), name
+
+
+def test_the_largest_speed_is_the_shafts() -> None:
+    """The firmware bounds the reference in electrical rad/s (firmware/unit/period.c)."""
+    known = {"speed_max_rad_s": 500.0, "pole_pairs": 2.0}
+    assert run.maximum_rpm(known) == pytest.approx(250.0 * 30.0 / math.pi)
 
 
 def test_without_its_detectors_the_same_drive_is_undeclared(bench: Bench) -> None:

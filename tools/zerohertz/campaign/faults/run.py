@@ -165,9 +165,8 @@ def limits_of(bench: Bench, case: Case, made: sim.Job) -> Limits:
 
 
 def maximum_rpm(known: Mapping[str, float]) -> float:
-    """The parameter for it where there is one, else the largest speed the estimate can show."""
-    own = known.get("speed_max_rad_s")
-    return (own if own else known["omega_max_rad_s"] / known["pole_pairs"]) / RPM
+    """Of the shaft; the parameter is electrical."""
+    return known["speed_max_rad_s"] / known["pole_pairs"] / RPM
 
 
 def torque_limit_Nm(known: Mapping[str, float]) -> float:
