@@ -101,10 +101,10 @@ static void test_ramps_flux_and_adaptation(void)
     set("eps1_on_Hz", 5.0f);
     expect("eps1_off_Hz", PARAMS_AT_LEAST, 5.0f, "eps1_on_Hz");
     set("speed_slew_rad_s2", 100.0f);
-    set("speed_jerk_rad_s3", 6e5f);
-    expect("speed_jerk_rad_s3", PARAMS_AT_MOST, 5e5f, "speed_slew_rad_s2");
-    set("speed_jerk_rad_s3", 2e6f);
-    expect("speed_jerk_rad_s3", PARAMS_AT_MOST, 1e6f, "ramp_down_rad_s2");
+    set("speed_jerk_rad_s3", 1.5e5f);
+    expect("speed_jerk_rad_s3", PARAMS_AT_MOST, 1.25e5f, "speed_slew_rad_s2");
+    set("speed_jerk_rad_s3", 5e5f);
+    expect("speed_jerk_rad_s3", PARAMS_AT_MOST, 2.5e5f, "ramp_down_rad_s2");
     set("economy_flux_min", 0.05f);
     expect("economy_flux_min", PARAMS_AT_LEAST, 0.1f, "economy_flux_min");
 }
