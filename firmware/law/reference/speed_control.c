@@ -25,14 +25,25 @@ static bool init_torque(speed_control_config_t *cfg, const speed_control_params_
            positivef(cfg->torque_step_A);
 }
 
+/* The estimate takes the slip of a torque for its speed until it has settled: the torque that an
+ * error of speed asks for may have no more slip than so many times that error. */
+static float gain_max(const speed_control_params_t *params, const motor_model_t *motor)
+{
+    const float slip_rad_s_per_A = motor->tau_per_s * motor->M_H / params->lambda_Wb;
+    const float faster = maxf(params->fast_bandwidth_rad_s / params->bandwidth_rad_s, 1.0f);
+    return SPEED_CONTROL_SLIP_MAX / (slip_rad_s_per_A * faster);
+}
+
 bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                         const motor_model_t *motor, float period_s)
 {
     const float p = motor->pole_pairs;
     /* d w_e/dt = (p^2 kr lambda/J) i_q: one pole at the bandwidth. */
-    const float kp =
+    const float wanted =
         params->J_kg_m2 * params->bandwidth_rad_s / (p * p * motor->kr * params->lambda_Wb);
-    const float ki_per_s = params->ki_factor * params->bandwidth_rad_s * kp;
+    const float kp = minf(wanted, gain_max(params, motor));
+    const float bandwidth_rad_s = params->bandwidth_rad_s * (kp / wanted);
+    const float ki_per_s = params->ki_factor * bandwidth_rad_s * kp;
     speed_control_config_t c = {
         .i_q_max_A = params->i_q_max_A,
         .i_q_max2_A2 = params->i_q_max_A * params->i_q_max_A,
@@ -91,6 +102,16 @@ void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_
     }
 }
 
+/* The integrator holds the torque of the load: it waits while the limits cut what is asked, unless
+ * that leads back inside, and never asks for more than they allow. */
+static inline void integrate(const speed_control_config_t *cfg, speed_control_state_t *st,
+                             float error_rad_s, float cut_A)
+{
+    if (error_rad_s * cut_A >= 0.0f) {
+        st->pi.x = clampf(st->pi.x + cfg->pi.ki_T * error_rad_s, st->low_A, st->high_A);
+    }
+}
+
 /* Torque mode: the torque on its slew, unless the speed controller at the limit of this direction
  * wants less. That one waits at the current of now, so that it takes over where the error changes
  * its sign, and speed mode goes on from it. */
@@ -112,7 +133,7 @@ COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control
         return torque_A;
     }
     const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
-    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, i_q_A - asked_A);
+    integrate(cfg, st, faster * faster_err_rad_s, i_q_A - asked_A);
     return i_q_A;
 }
 
@@ -123,7 +144,7 @@ static inline float speed_mode_A(const speed_control_config_t *cfg, speed_contro
     const float faster_err_rad_s = faster * (st->omega_ref_rad_s - st->omega_filtered_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
     const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
-    pi_update(&cfg->pi, &st->pi, faster * faster_err_rad_s, i_q_A - asked_A);
+    integrate(cfg, st, faster * faster_err_rad_s, i_q_A - asked_A);
     return i_q_A;
 }
 
