@@ -3,7 +3,7 @@
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const gain_table_t *table)
 {
     return measurement_init(&cfg->measurement, &p->measurement) &&
-           acting_voltage_init(&cfg->acting, p->voltage_source, p->voltage_filter_comp_s) &&
+           acting_voltage_init(&cfg->acting, &p->acting) &&
            estimator_init(&cfg->estimator, p->list, &cfg->motor, table) &&
            supervisor_init(&cfg->supervisor, &p->supervisor, &cfg->motor, p->period_s) &&
            rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, (float)SLOT_COUNT * p->period_s);

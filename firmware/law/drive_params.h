@@ -19,9 +19,8 @@ struct drive_params {
     float period_s;
     motor_t motor;
     measurement_params_t measurement;
-    acting_voltage_source_t voltage_source;
-    float voltage_filter_comp_s; /* sensor voltage is turned ahead by w_s times this */
-    float delay_comp_periods;    /* reference voltage is turned ahead by w_s T times this */
+    acting_voltage_params_t acting;
+    float delay_comp_periods; /* reference voltage is turned ahead by w_s T times this */
     speed_control_params_t speed;
     speed_ramp_params_t ramp;
     flux_control_params_t flux;

@@ -7,14 +7,14 @@ static void track_rs(const drive_config_t *cfg, drive_state_t *st, const mode_in
     const estimate_t *e = in->estimate;
     const ab_t axis = mode_flux_axis(e, vector_lambda_min_Wb(&cfg->modes.vector, mode_running(in)));
     const float reference_rad_s = vector->speed.omega_ref_rad_s;
-    const float moved_rad_s = absf(reference_rad_s - st->omega_ref_before_rad_s);
     const rs_tracking_in_t tracking_in = {
         .Rs_start_ohm = cfg->motor.Rs_ohm + st->modes.premagnetise.Rs_delta_ohm,
         .e1_d_A = ab_dot(axis, e->i_residual_A),
         .i_q_A = ab_cross(axis, in->meas->i_s_A),
         .omega_s_hat_rad_s = e->omega_s_rad_s,
         .speed_err_rad_s = reference_rad_s - vector->speed.omega_filtered_rad_s,
-        .changing = vector->steer.moving || (moved_rad_s > 0.0f)};
+        .moved_rad_s = reference_rad_s - st->omega_ref_before_rad_s,
+        .changing = vector->steer.moving};
     rs_tracking_step(&cfg->rs_tracking, &st->rs_tracking, &tracking_in);
     st->omega_ref_before_rad_s = reference_rad_s;
 }

@@ -34,7 +34,8 @@
 #define CONFIG_RS_RATIO_MAX           2.0f
 
 /* Rs tracking: fades out below this torque current, over i_d; band of the stator frequency; bounds
- * over the start's Rs; frozen so long after a disturbance, which a speed error is as well. */
+ * over the start's Rs; frozen so long after a disturbance, which a speed error or a reference that
+ * moves faster is as well. */
 #define CONFIG_TRACK_I_0_PU    0.39215687f
 #define CONFIG_TRACK_MIN_HZ    0.3f
 #define CONFIG_TRACK_MAX_HZ    3.0f
@@ -42,6 +43,7 @@
 #define CONFIG_TRACK_HIGH_PU   1.5f
 #define CONFIG_TRACK_QUIET_S   0.5f
 #define CONFIG_TRACK_ERR_RAD_S 3.0f
+#define CONFIG_TRACK_SLEW_RAD_S2 20.0f
 
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
  * nominal flux. */
@@ -77,8 +79,10 @@ static void config_board(drive_params_t *d, const params_t *p)
 
 static void config_source(drive_params_t *d, const params_t *p)
 {
-    d->voltage_source = (acting_voltage_source_t)p->voltage_source;
-    d->voltage_filter_comp_s = p->voltage_filter_comp_s;
+    d->acting =
+        (acting_voltage_params_t){.source = (acting_voltage_source_t)p->voltage_source,
+                                  .filter_comp_s = p->voltage_filter_comp_s,
+                                  .blend_rad_s = NUM_TWO_PI * p->voltage_blend_Hz};
 }
 
 static void config_speed(drive_params_t *d, const params_t *p)
@@ -168,7 +172,8 @@ static void config_resistance(drive_params_t *d, const params_t *p)
                                             .low_pu = CONFIG_TRACK_LOW_PU,
                                             .high_pu = CONFIG_TRACK_HIGH_PU,
                                             .quiet_s = CONFIG_TRACK_QUIET_S,
-                                            .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S};
+                                            .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
+                                            .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2};
 }
 
 static void config_flux(drive_params_t *d, const params_t *p)

@@ -82,7 +82,7 @@ static inline void plant_advance(plant_t *p, uvw_t next, double period_s)
 static inline drive_params_t every_mode(void)
 {
     drive_params_t p = both_machines(0);
-    p.voltage_source = ACTING_VOLTAGE_DUTY;
+    p.acting.source = ACTING_VOLTAGE_DUTY;
     estimator_list.observer_method = 1u;
     estimator_list.adapt_kp = 4.0f;
     estimator_list.adapt_ki = 2000.0f;

@@ -8,14 +8,22 @@
 #include "exact.h"
 #include "trig.h"
 
-#define FILTER_S 380e-6f
+#define FILTER_S    380e-6f
+#define BLEND_RAD_S 30.0f
 
 static acting_voltage_config_t cfg;
 static acting_voltage_state_t st;
 
+static bool init(acting_voltage_source_t source, float filter_comp_s, float blend_rad_s)
+{
+    const acting_voltage_params_t params = {
+        .source = source, .filter_comp_s = filter_comp_s, .blend_rad_s = blend_rad_s};
+    return acting_voltage_init(&cfg, &params);
+}
+
 static void configure(acting_voltage_source_t source)
 {
-    TEST_ASSERT_TRUE(acting_voltage_init(&cfg, source, FILTER_S));
+    TEST_ASSERT_TRUE(init(source, FILTER_S, BLEND_RAD_S));
     st = (acting_voltage_state_t){0};
 }
 
@@ -36,12 +44,15 @@ static void assert_same_ab(ab_t expected, ab_t actual)
 
 static void test_init_refuses_an_unknown_source_and_a_senseless_delay(void)
 {
-    TEST_ASSERT_FALSE(acting_voltage_init(&cfg, (acting_voltage_source_t)2, FILTER_S));
-    TEST_ASSERT_FALSE(acting_voltage_init(&cfg, ACTING_VOLTAGE_SENSORS, -1e-6f));
+    TEST_ASSERT_FALSE(init((acting_voltage_source_t)3, FILTER_S, BLEND_RAD_S));
+    TEST_ASSERT_FALSE(init(ACTING_VOLTAGE_SENSORS, -1e-6f, BLEND_RAD_S));
+    TEST_ASSERT_FALSE(init(ACTING_VOLTAGE_BLEND, FILTER_S, 0.0f));
+    TEST_ASSERT_FALSE(init(ACTING_VOLTAGE_BLEND, FILTER_S, -1.0f));
     for (int k = 0; k < NOT_FINITE_COUNT; k++) {
-        TEST_ASSERT_FALSE(acting_voltage_init(&cfg, ACTING_VOLTAGE_DUTY, not_finite(k)));
+        TEST_ASSERT_FALSE(init(ACTING_VOLTAGE_DUTY, not_finite(k), BLEND_RAD_S));
+        TEST_ASSERT_FALSE(init(ACTING_VOLTAGE_BLEND, FILTER_S, not_finite(k)));
     }
-    TEST_ASSERT_TRUE(acting_voltage_init(&cfg, ACTING_VOLTAGE_DUTY, 0.0f));
+    TEST_ASSERT_TRUE(init(ACTING_VOLTAGE_DUTY, 0.0f, BLEND_RAD_S));
 }
 
 /* Duties of step k act from t_(k+1) on: they are the ended interval of step k + 2. */
@@ -127,6 +138,22 @@ static void test_the_angle_holds_from_one_setting_to_the_next(void)
     assert_same_ab((ab_t){40.0f, 50.0f}, st.ended_V);
 }
 
+/* Sensors up to the blend frequency, the duty from twice that on, a straight line between. */
+static void test_the_blend_goes_from_the_sensors_to_the_duty(void)
+{
+    const float speeds[] = {0.0f, 0.999f, 1.25f, -1.5f, 1.75f, 2.0f, -5.0f};
+    const float shares[] = {0.0f, 0.0f, 0.25f, 0.5f, 0.75f, 1.0f, 1.0f};
+    configure(ACTING_VOLTAGE_BLEND);
+    cfg.filter_comp_s = 0.0f;
+    for (int n = 0; n < 7; n++) {
+        acting_voltage_angle(&cfg, &st, speeds[n] * BLEND_RAD_S);
+        st.acting_V = (ab_t){20.0f, -40.0f};
+        const ab_t u_s_V = acting_voltage_step(&cfg, &st, (ab_t){100.0f, 0.0f});
+        ASSERT_NEAR(1e-4, 100.0f - 80.0f * shares[n], u_s_V.alpha);
+        ASSERT_NEAR(1e-4, -40.0f * shares[n], u_s_V.beta);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -137,5 +164,6 @@ int main(void)
     RUN_TEST(test_a_wild_speed_turns_by_an_eighth_of_a_turn_at_most);
     RUN_TEST(test_a_zeroed_state_turns_nothing);
     RUN_TEST(test_the_angle_holds_from_one_setting_to_the_next);
+    RUN_TEST(test_the_blend_goes_from_the_sensors_to_the_duty);
     return UNITY_END();
 }

@@ -49,7 +49,7 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const measurement_in
     const double vw = u_lsb * (in->u_vw_counts - 8192);
     /* Phase voltages of a floating star with zero sum. */
     cplx u = clarke((2.0 * uv + vw) / 3.0, (vw - uv) / 3.0, -(uv + 2.0 * vw) / 3.0) * s->lag;
-    if (p->voltage_source == ACTING_VOLTAGE_DUTY) {
+    if (p->acting.source == ACTING_VOLTAGE_DUTY) {
         u = s->u_acting;
     }
     s->u_acting = s->u_pending;
@@ -205,7 +205,7 @@ static void ref_step(ref_t *s, const drive_params_t *p, const measurement_in_t *
 {
     s->slot = (s->slot + 1) % SLOW;
     if (s->slot % 4 == 0) { /* by the frequency the period finds */
-        s->lag = cexp(I * s->ws * (double)p->voltage_filter_comp_s);
+        s->lag = cexp(I * s->ws * (double)p->acting.filter_comp_s);
         s->ahead =
             cexp(I * limit(s->ws * (double)p->period_s * (double)p->delay_comp_periods, 0.785));
     }
@@ -328,7 +328,7 @@ static void test_chain_with_duty_voltage_equals_the_double_chain(void)
 {
     for (int n = 0; n < 2; n++) {
         drive_params_t p = both_machines(n);
-        p.voltage_source = ACTING_VOLTAGE_DUTY;
+        p.acting.source = ACTING_VOLTAGE_DUTY;
         compare_chain(&p, 5.0, 30.0, 540.0, 25.0, 60, false);
     }
 }
@@ -413,7 +413,7 @@ static void test_delay_compensation_angle_is_limited(void)
 {
     drive_params_t p = both_machines(0);
     p.delay_comp_periods = 4.0f;
-    p.voltage_filter_comp_s = 0.0f;
+    p.acting.filter_comp_s = 0.0f;
     drive_config_t cfg;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -595,7 +595,7 @@ static void test_the_legs_loss_is_identified_when_wanted(void)
 static void test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them(void)
 {
     drive_params_t p = with_measurement(0);
-    p.voltage_source = ACTING_VOLTAGE_DUTY;
+    p.acting.source = ACTING_VOLTAGE_DUTY;
     p.rs_measurement.ratio_max = 10.0f; /* the samples do not answer to the duties */
     drive_config_t cfg;
     drive_state_t st = {0};
@@ -979,11 +979,11 @@ static void test_init_refuses_one_bad_value_anywhere(void)
     refuse(&p)
     REFUSE_WITH(period_s, 0.0f);
     REFUSE_WITH(period_s, NAN);
-    REFUSE_WITH(voltage_filter_comp_s, -1e-6f);
+    REFUSE_WITH(acting.filter_comp_s, -1e-6f);
     REFUSE_WITH(delay_comp_periods, -0.1f);
     REFUSE_WITH(motor.Rs_ohm, -1.0f);
     REFUSE_WITH(motor.M_H, 10.0f);
-    REFUSE_WITH(voltage_source, (acting_voltage_source_t)2);
+    REFUSE_WITH(acting.source, (acting_voltage_source_t)3);
     REFUSE_WITH(measurement.adc_bits, 0u);
     REFUSE_WITH(speed.J_kg_m2, 0.0f);
     REFUSE_WITH(flux.i_d_A, 0.0f);

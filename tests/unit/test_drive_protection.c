@@ -46,7 +46,7 @@ void setUp(void)
 {
     p = both_machines(0);
     estimator_list.observer_gain_enable = 0u;
-    p.voltage_source = ACTING_VOLTAGE_SENSORS;
+    p.acting.source = ACTING_VOLTAGE_SENSORS;
     estimator_list.adapt_kp = 0.0f;
     estimator_list.adapt_ki = 0.0f;
     estimator_list.eps1 = 0.0f;
@@ -121,7 +121,7 @@ static void test_a_loss_that_was_not_found_is_no_broken_sensor(void)
 static void test_a_drive_that_uses_no_voltage_sensors_judges_none(void)
 {
     p.plausibility.u_V = 30.0f;
-    p.voltage_source = ACTING_VOLTAGE_DUTY;
+    p.acting.source = ACTING_VOLTAGE_DUTY;
     configure();
     sample = sampled(4.0, 60.0, 540.0);
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_VOLTAGE_SENSOR);

@@ -19,7 +19,8 @@ static const rs_tracking_params_t good = {.gain_ohm_per_rad = 0.03f,
                                           .low_pu = 0.98f,
                                           .high_pu = 1.5f,
                                           .quiet_s = 0.5f,
-                                          .speed_err_rad_s = 3.0f};
+                                          .speed_err_rad_s = 3.0f,
+                                          .slew_rad_s2 = 20.0f};
 
 /* Coefficients of short binary fractions: expected results are exact. */
 static const rs_tracking_config_t simple = {.gain_T_ohm_s_per_rad = 0.0625f,
@@ -29,6 +30,7 @@ static const rs_tracking_config_t simple = {.gain_T_ohm_s_per_rad = 0.0625f,
                                             .low_pu = 0.5f,
                                             .high_pu = 2.0f,
                                             .speed_err_rad_s = 3.0f,
+                                            .moved_rad_s = 0.25f,
                                             .quiet_periods = 2u};
 
 /* 2/(4 + 4) per A: .0625 * .25 A * 8 rad/s * .25 per A = 1/32 ohm a step. */
@@ -71,6 +73,7 @@ static void test_init_derives_the_coefficients(void)
     ASSERT_SAME_FLOAT(0.98f, cfg.low_pu);
     ASSERT_SAME_FLOAT(1.5f, cfg.high_pu);
     ASSERT_SAME_FLOAT(3.0f, cfg.speed_err_rad_s);
+    ASSERT_NEAR(1e-9, 20.0 * 2e-4, cfg.moved_rad_s);
     TEST_ASSERT_EQUAL_UINT32(2500u, cfg.quiet_periods);
     TEST_ASSERT_TRUE(rs_tracking_on(&cfg));
 }
@@ -108,8 +111,10 @@ static void test_init_refuses_every_bad_number(void)
         ASSERT_REFUSED(gain_ohm_per_rad, not_finite(i));
         ASSERT_REFUSED(min_rad_s, not_finite(i));
         ASSERT_REFUSED(quiet_s, not_finite(i));
+        ASSERT_REFUSED(slew_rad_s2, not_finite(i));
     }
     ASSERT_REFUSED(gain_ohm_per_rad, -0.01f);
+    ASSERT_REFUSED(slew_rad_s2, -0.1f);
     ASSERT_REFUSED(quiet_s, -0.001f);
     ASSERT_REFUSED(quiet_s, 200.1f); /* more than a million periods */
     ASSERT_REFUSED(i_0_A, 1e-30f);   /* its square is zero: 0/0 without torque */
@@ -232,6 +237,25 @@ static void test_it_waits_for_the_quiet_time_and_starts_again_after_a_disturbanc
         rs_tracking_step(&cfg, &st, &in);
         TEST_ASSERT_EQUAL_UINT32(0u, st.periods);
         ASSERT_SAME_FLOAT(STEP_OHM, st.delta_ohm); /* frozen, not forgotten */
+    }
+}
+
+/* A slow crossing of zero frequency is when Rs has to be tracked. */
+static void test_only_a_reference_that_moves_fast_is_a_disturbance(void)
+{
+    const float fast_rad_s[] = {0.2500001f, -0.2500001f, INFINITY, NAN};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        rs_tracking_in_t in = still;
+        in.moved_rad_s = 0.25f * (float)sign;
+        ASSERT_SAME_FLOAT(STEP_OHM, added_ohm(in));
+    }
+    for (int k = 0; k < 4; k++) {
+        rs_tracking_in_t in = still;
+        in.moved_rad_s = fast_rad_s[k];
+        rs_tracking_state_t st = quiet;
+        rs_tracking_step(&cfg, &st, &in);
+        TEST_ASSERT_EQUAL_UINT32(0u, st.periods);
+        ASSERT_SAME_FLOAT(0.0f, st.delta_ohm);
     }
 }
 
@@ -401,6 +425,7 @@ int main(void)
     RUN_TEST(test_it_fades_out_without_torque);
     RUN_TEST(test_it_is_frozen_outside_its_band_of_frequency_either_way);
     RUN_TEST(test_it_waits_for_the_quiet_time_and_starts_again_after_a_disturbance);
+    RUN_TEST(test_only_a_reference_that_moves_fast_is_a_disturbance);
     RUN_TEST(test_a_speed_error_at_the_limit_is_no_disturbance);
     RUN_TEST(test_the_resistance_stays_within_its_band_around_the_starts);
     RUN_TEST(test_no_number_stays_within_the_band);

@@ -15,7 +15,7 @@ static drive_params_t drive;
 
 /* Came later, each between others: the numbers of the rest stay. */
 static const char *const later[] = {"speed_max_rad_s", "speed_deviation_rad_s", "speed_deviation_s",
-                                    "speed_unknown_s"};
+                                    "speed_unknown_s", "voltage_blend_Hz"};
 
 static float number_of(size_t k)
 {
@@ -75,8 +75,8 @@ static void test_board_inverter_and_loops_get_their_numbers(void)
     EXPECT(monitor.u_dc_min_V, 176.100006f);
     EXPECT(monitor.omega_max_rad_s, 674.880005f);
     EXPECT(monitor.plausibility_periods, 49.0f);
-    EXPECT(voltage_source, 1.0f);
-    EXPECT(voltage_filter_comp_s, 0.000188999998f);
+    EXPECT(acting.source, 1.0f);
+    EXPECT(acting.filter_comp_s, 0.000188999998f);
     EXPECT(speed.bandwidth_rad_s, 33.355999f);
     EXPECT(speed.ki_factor, 0.270500004f);
     EXPECT(speed.J_kg_m2, 0.0379399993f);

@@ -19,7 +19,7 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
     const bool quiet = nonnegativef(p->quiet_s) && positivef(period_s) &&
                        (p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s);
     if (!ALL_POSITIVE(p->gain_ohm_per_rad, p->i_0_A, i_0_A2, p->speed_err_rad_s) || !quiet ||
-        !bands_valid(p)) {
+        !nonnegativef(p->slew_rad_s2) || !bands_valid(p)) {
         return false;
     }
     *cfg = (rs_tracking_config_t){
@@ -30,6 +30,7 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
         .low_pu = p->low_pu,
         .high_pu = p->high_pu,
         .speed_err_rad_s = p->speed_err_rad_s,
+        .moved_rad_s = p->slew_rad_s2 * period_s,
         .quiet_periods = (uint32_t)(p->quiet_s / period_s + 0.5f),
     };
     return true;
@@ -38,7 +39,8 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
 void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
                       const rs_tracking_in_t *in)
 {
-    if (in->changing || !(absf(in->speed_err_rad_s) <= cfg->speed_err_rad_s)) {
+    if (in->changing || !(absf(in->moved_rad_s) <= cfg->moved_rad_s) ||
+        !(absf(in->speed_err_rad_s) <= cfg->speed_err_rad_s)) {
         st->periods = 0u;
         return;
     }

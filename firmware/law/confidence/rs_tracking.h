@@ -5,8 +5,8 @@
  * regeneration), so that the error dies as e^{-k c t} whatever the speed and load. The usual law,
  * Re(conj(i_s_hat) e1), loses its sign in regeneration and its size on the way there. Where Rs and
  * speed cannot be told apart (no load: i_0; zero frequency) it fades out. Frozen outside a band of
- * stator frequency and for a while after anything changed; never outside a band around the
- * resistance measured at the start.
+ * stator frequency and for a while after anything changed but for a slow ramp of the reference;
+ * never outside a band around the resistance measured at the start.
  */
 #ifndef RS_TRACKING_H
 #define RS_TRACKING_H
@@ -24,7 +24,8 @@ typedef struct {
     float low_pu; /* band of Rs over the start's */
     float high_pu;
     float quiet_s;         /* frozen this long after a disturbance */
-    float speed_err_rad_s; /* a speed error above this is a disturbance */
+    float speed_err_rad_s; /* a speed error above this is a disturbance ... */
+    float slew_rad_s2;     /* ... and a reference that moves faster; a slow crossing is none */
 } rs_tracking_params_t;
 
 typedef struct {
@@ -35,6 +36,7 @@ typedef struct {
     float low_pu;
     float high_pu;
     float speed_err_rad_s;
+    float moved_rad_s; /* by the reference in a period */
     uint32_t quiet_periods;
 } rs_tracking_config_t;
 
@@ -49,7 +51,8 @@ typedef struct {
     float i_q_A;
     float omega_s_hat_rad_s;
     float speed_err_rad_s;
-    bool changing; /* reference or flux on the move, or a limit active */
+    float moved_rad_s; /* the reference, since the last period */
+    bool changing;     /* the flux is on the move */
 } rs_tracking_in_t;
 
 /* False for a number that is not finite or of the wrong sign, or bands the wrong way round; nothing

@@ -1,13 +1,17 @@
 #include "acting_voltage.h"
 
-bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t source,
-                         float filter_comp_s)
+bool acting_voltage_init(acting_voltage_config_t *cfg, const acting_voltage_params_t *params)
 {
-    if (((source != ACTING_VOLTAGE_SENSORS) && (source != ACTING_VOLTAGE_DUTY)) ||
-        !nonnegativef(filter_comp_s)) {
+    const bool known = (params->source == ACTING_VOLTAGE_SENSORS) ||
+                       (params->source == ACTING_VOLTAGE_DUTY) ||
+                       (params->source == ACTING_VOLTAGE_BLEND);
+    const float inv_blend_s = 1.0f / params->blend_rad_s;
+    if (!known || !nonnegativef(params->filter_comp_s) || !positivef(inv_blend_s)) {
         return false;
     }
-    *cfg = (acting_voltage_config_t){.source = source, .filter_comp_s = filter_comp_s};
+    *cfg = (acting_voltage_config_t){.source = params->source,
+                                     .filter_comp_s = params->filter_comp_s,
+                                     .inv_blend_s = inv_blend_s};
     return true;
 }
 
@@ -19,5 +23,9 @@ ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_stat
     if (cfg->source == ACTING_VOLTAGE_DUTY) {
         return st->ended_V;
     }
-    return ab_add(u_line_V, ab_mul(st->lag, u_line_V));
+    const ab_t sensed_V = ab_add(u_line_V, ab_mul(st->lag, u_line_V));
+    if (cfg->source == ACTING_VOLTAGE_SENSORS) {
+        return sensed_V;
+    }
+    return ab_add(sensed_V, ab_scale(ab_sub(st->ended_V, sensed_V), st->duty_share));
 }

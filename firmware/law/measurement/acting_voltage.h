@@ -2,7 +2,10 @@
  *
  * Duties of step k act from the crest after it, so the interval that ended at t_k had the duties of
  * step k - 2. Source: the filtered line-voltage sensors (the paper), whose 800 Hz filter delays the
- * reading by an angle w_s times filter_comp_s (THEORY 4), or the duty that acted. Stationary frame.
+ * reading by an angle w_s times filter_comp_s (THEORY 4), the duty that acted, or a blend of both.
+ * The blend: sensors up to a stator frequency, where a volt that the inverter loses is a large
+ * part of the voltage; the duty from twice that on, where gain errors of the sensors would turn
+ * against the current at twice the stator frequency. Stationary frame.
  */
 #ifndef ACTING_VOLTAGE_H
 #define ACTING_VOLTAGE_H
@@ -14,12 +17,20 @@
 
 typedef enum {
     ACTING_VOLTAGE_SENSORS = 0, /* filtered line-voltage sensors */
-    ACTING_VOLTAGE_DUTY = 1     /* reconstructed from the duty that acted */
+    ACTING_VOLTAGE_DUTY = 1,    /* reconstructed from the duty that acted */
+    ACTING_VOLTAGE_BLEND = 2    /* sensors at low stator frequency, the duty above */
 } acting_voltage_source_t;
 
 typedef struct {
     acting_voltage_source_t source;
     float filter_comp_s;
+    float blend_rad_s; /* blend: |w_s| up to which the sensors alone count; the duty from twice on */
+} acting_voltage_params_t;
+
+typedef struct {
+    acting_voltage_source_t source;
+    float filter_comp_s;
+    float inv_blend_s; /* 1/blend_rad_s */
 } acting_voltage_config_t;
 
 /* By the duties. */
@@ -28,18 +39,21 @@ typedef struct {
     ab_t acting_V;  /* from now to the next sample */
     ab_t pending_V; /* after that: of the duties of the last step */
     ab_t lag;       /* the filter's angle as a unit vector, less (1, 0) */
+    float duty_share; /* of the blend, 0 to 1 */
 } acting_voltage_state_t;
 
-/* False for an unknown source, or a delay that is negative or not finite. */
-CHECKED bool acting_voltage_init(acting_voltage_config_t *cfg, acting_voltage_source_t source,
-                                 float filter_comp_s);
+/* False for an unknown source, a delay that is negative or not finite, or a blend that is not
+ * positive. */
+CHECKED bool acting_voltage_init(acting_voltage_config_t *cfg,
+                                 const acting_voltage_params_t *params);
 
-/* The filter's angle at this speed of the flux; need not be called every period. */
+/* Filter angle and blend at this speed of the flux; need not be called every period. */
 static inline void acting_voltage_angle(const acting_voltage_config_t *cfg,
                                         acting_voltage_state_t *st, float omega_s_rad_s)
 {
     const ab_t unit = trig_ahead(omega_s_rad_s, cfg->filter_comp_s);
     st->lag = (ab_t){unit.alpha - 1.0f, unit.beta};
+    st->duty_share = clampf(absf(omega_s_rad_s) * cfg->inv_blend_s - 1.0f, 0.0f, 1.0f);
 }
 
 /* The voltage that this period's duties will give. */
