@@ -33,16 +33,16 @@
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
 #define CONFIG_RS_RATIO_MAX           2.0f
 
-/* Rs tracking: fades out below this torque current, over i_d; band of the stator frequency; bounds
+/* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds
  * over the start's Rs; frozen so long after a disturbance, which a speed error or a reference that
  * moves faster is as well. */
-#define CONFIG_TRACK_I_0_PU    0.39215687f
-#define CONFIG_TRACK_MIN_HZ    0.3f
-#define CONFIG_TRACK_MAX_HZ    3.0f
-#define CONFIG_TRACK_LOW_PU    0.98f
-#define CONFIG_TRACK_HIGH_PU   1.5f
-#define CONFIG_TRACK_QUIET_S   0.5f
-#define CONFIG_TRACK_ERR_RAD_S 3.0f
+#define CONFIG_TRACK_I_0_PU      0.7f
+#define CONFIG_TRACK_MIN_HZ      0.3f
+#define CONFIG_TRACK_MAX_HZ      3.0f
+#define CONFIG_TRACK_LOW_PU      0.98f
+#define CONFIG_TRACK_HIGH_PU     1.5f
+#define CONFIG_TRACK_QUIET_S     0.5f
+#define CONFIG_TRACK_ERR_RAD_S   3.0f
 #define CONFIG_TRACK_SLEW_RAD_S2 20.0f
 
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
@@ -79,10 +79,9 @@ static void config_board(drive_params_t *d, const params_t *p)
 
 static void config_source(drive_params_t *d, const params_t *p)
 {
-    d->acting =
-        (acting_voltage_params_t){.source = (acting_voltage_source_t)p->voltage_source,
-                                  .filter_comp_s = p->voltage_filter_comp_s,
-                                  .blend_rad_s = NUM_TWO_PI * p->voltage_blend_Hz};
+    d->acting = (acting_voltage_params_t){.source = (acting_voltage_source_t)p->voltage_source,
+                                          .filter_comp_s = p->voltage_filter_comp_s,
+                                          .blend_rad_s = NUM_TWO_PI * p->voltage_blend_Hz};
 }
 
 static void config_speed(drive_params_t *d, const params_t *p)

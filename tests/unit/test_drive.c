@@ -114,21 +114,36 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
 }
 
 /* Tracking of the resistance; moved: the speed reference did. */
-static void ref_track(ref_t *s, const drive_params_t *p, double error, bool moved)
+static void ref_track(ref_t *s, const drive_params_t *p, double error, double moved)
 {
     const rs_tracking_params_t *t = &p->rs_tracking;
     const double start = (double)p->motor.Rs_ohm + s->rs_start, i_q = cimag(s->i_dq);
-    if (s->moving || moved || (fabs(error) > (double)t->speed_err_rad_s)) {
+    const bool fast = fabs(moved) > (double)t->slew_rad_s2 * SLOW * (double)p->period_s;
+    if (s->moving || fast || (fabs(error) > (double)t->speed_err_rad_s)) {
         s->quiet = 0;
     } else if (s->quiet < (int)lrint((double)t->quiet_s / (SLOW * (double)p->period_s))) {
         s->quiet++;
-    } else if ((fabs(s->ws) >= (double)t->min_rad_s) && (fabs(s->ws) <= (double)t->max_rad_s)) {
+    } else if ((fabs(s->ws) >= (double)t->min_rad_s) && (fabs(s->ws) <= (double)t->max_rad_s) &&
+               (fabs(i_q) >= (double)t->i_0_A)) {
         const double e1_d = creal(conj(s->lam) * s->e1) / cabs(s->lam);
         s->rs_track += SLOW * (double)p->period_s * (double)t->gain_ohm_per_rad * e1_d * s->ws *
                        i_q / (i_q * i_q + (double)t->i_0_A * (double)t->i_0_A);
         s->rs_track = fmax(start * ((double)t->low_pu - 1.0),
                            fmin(start * ((double)t->high_pu - 1.0), s->rs_track));
     }
+}
+
+/* What slip leaves of the bandwidth. */
+static double ref_bandwidth(const drive_params_t *p, double wanted)
+{
+    const double pp = (double)p->motor.pole_pairs, lambda = (double)p->speed.lambda_Wb;
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    const double tau = (double)p->motor.Rr_ohm / (double)p->motor.Lr_H;
+    const double slow = (double)p->speed.bandwidth_rad_s;
+    const double fast = fmax((double)p->speed.fast_bandwidth_rad_s, slow);
+    const double fastest = pp * pp * kr * lambda / (double)p->speed.J_kg_m2 *
+                           (double)SPEED_CONTROL_SLIP_MAX * lambda / (tau * (double)p->motor.M_H);
+    return wanted * fmin(1.0, fastest / fast);
 }
 
 static double ref_speed_pi(ref_t *s, const drive_params_t *p)
@@ -138,14 +153,16 @@ static double ref_speed_pi(ref_t *s, const drive_params_t *p)
     const double step = limit(s->target - s->wref, T * (double)p->speed.slew_rad_s2);
     s->wref += step;
     s->wf += T / (T + (double)p->speed.filter_s) * (s->w - s->wf);
-    const double bandwidth = (s->bandwidth > 0.0) ? s->bandwidth : (double)p->speed.bandwidth_rad_s;
+    const double wanted = (s->bandwidth > 0.0) ? s->bandwidth : (double)p->speed.bandwidth_rad_s;
+    const double bandwidth = ref_bandwidth(p, wanted);
     const double kp =
         (double)p->speed.J_kg_m2 * bandwidth / (pp * pp * kr * (double)p->speed.lambda_Wb);
     const double ki = (double)p->speed.ki_factor * bandwidth * kp;
-    const double ti = (double)p->speed.ki_factor * (double)p->speed.bandwidth_rad_s;
     const double e = s->wref - s->wf, asked = kp * e + s->x_speed;
-    const double got = limit(asked, s->flux_pu * s->i_q_max);
-    s->x_speed += T * ki * e + T * ti * (got - asked);
+    const double most = s->flux_pu * s->i_q_max, got = limit(asked, most);
+    if (e * (got - asked) >= 0.0) {
+        s->x_speed = limit(s->x_speed + T * ki * e, most);
+    }
     return got / s->flux_pu;
 }
 
@@ -366,7 +383,8 @@ static drive_params_t with_means(int n)
                                            .low_pu = 0.5f,
                                            .high_pu = 1.5f,
                                            .quiet_s = 1e-3f,
-                                           .speed_err_rad_s = 1000.0f};
+                                           .speed_err_rad_s = 1000.0f,
+                                           .slew_rad_s2 = 20.0f};
     p.steering = (flux_steering_params_t){.min_rad_s = 9.0f,
                                           .hysteresis_rad_s = 1.0f,
                                           .lambda_nominal_Wb = p.motor.M_H * p.flux.i_d_A,

@@ -173,8 +173,11 @@ static void test_one_step_agrees_with_double_arithmetic(void)
                                      .omega_s_hat_rad_s = 20.0f + 17.0f * noise(&seed),
                                      .speed_err_rad_s = 2.9f * noise(&seed)};
         const double i_q = (double)in.i_q_A;
-        const double step = 0.03 * 2e-4 * (double)in.e1_d_A * (double)in.omega_s_hat_rad_s * i_q /
-                            (i_q * i_q + 1.5 * 1.5);
+        const bool loaded = fabs(i_q) >= 1.5;
+        const double step = loaded
+                                ? 0.03 * 2e-4 * (double)in.e1_d_A * (double)in.omega_s_hat_rad_s *
+                                      i_q / (i_q * i_q + 1.5 * 1.5)
+                                : 0.0;
         rs_tracking_step(&cfg, &st, &in);
         ASSERT_NEAR(2e-8, 0.2 + step, st.delta_ohm); /* one rounding of .2 ohm */
     }
@@ -256,6 +259,17 @@ static void test_only_a_reference_that_moves_fast_is_a_disturbance(void)
         rs_tracking_step(&cfg, &st, &in);
         TEST_ASSERT_EQUAL_UINT32(0u, st.periods);
         ASSERT_SAME_FLOAT(0.0f, st.delta_ohm);
+    }
+}
+
+/* With little torque the residual tells of M and leakage, not of Rs. */
+static void test_too_little_torque_moves_nothing(void)
+{
+    rs_tracking_in_t in = still;
+    const float i_q_A[] = {1.999f, -1.999f, 0.0f, NAN};
+    for (int k = 0; k < 4; k++) {
+        in.i_q_A = i_q_A[k];
+        ASSERT_SAME_FLOAT(0.0f, added_ohm(in));
     }
 }
 
@@ -426,6 +440,7 @@ int main(void)
     RUN_TEST(test_it_is_frozen_outside_its_band_of_frequency_either_way);
     RUN_TEST(test_it_waits_for_the_quiet_time_and_starts_again_after_a_disturbance);
     RUN_TEST(test_only_a_reference_that_moves_fast_is_a_disturbance);
+    RUN_TEST(test_too_little_torque_moves_nothing);
     RUN_TEST(test_a_speed_error_at_the_limit_is_no_disturbance);
     RUN_TEST(test_the_resistance_stays_within_its_band_around_the_starts);
     RUN_TEST(test_no_number_stays_within_the_band);

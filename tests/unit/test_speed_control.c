@@ -50,11 +50,19 @@ void tearDown(void)
 {
 }
 
+/* Slips so little that the gain stays below its bound. */
+static motor_model_t with_little_slip(int machine)
+{
+    motor_model_t model = reference_derived(machine);
+    model.tau_per_s *= 0.1f;
+    return model;
+}
+
 static void test_init_derives_the_gains_of_both_machines(void)
 {
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const motor_t *motor = &reference_machine[m];
-        const motor_model_t model = reference_derived(m);
+        const motor_model_t model = with_little_slip(m);
         const double kr = (double)motor->M_H / (double)motor->Lr_H;
         const double p = (double)motor->pole_pairs;
         const double kp = 0.015 * 31.0 / (p * p * kr * 0.5);
@@ -261,7 +269,7 @@ static void test_step_holds_the_load_at_the_reference(void)
 static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
 {
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
-        const motor_model_t model = reference_derived(m);
+        const motor_model_t model = with_little_slip(m);
         const motor_t *motor = &reference_machine[m];
         const double p = (double)motor->pole_pairs;
         const double kp = 0.015 * 31.0 / (p * p * (double)motor->M_H / (double)motor->Lr_H * 0.5);
@@ -483,7 +491,7 @@ static void test_the_loop_has_the_bandwidth_on_both_machines(void)
     p.filter_s = 0.0f;
     p.slew_rad_s2 = 1e6f;
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
-        const motor_model_t model = reference_derived(m);
+        const motor_model_t model = with_little_slip(m);
         speed_control_config_t cfg;
         double peak_rad_s, last_rad_s;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
@@ -500,8 +508,7 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
     p.filter_s = 0.0f;
     p.slew_rad_s2 = 1e6f;
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
-        motor_model_t model = reference_derived(m);
-        model.tau_per_s *= 0.1f; /* little slip: the gain stays below its bound */
+        const motor_model_t model = with_little_slip(m);
         const motor_t *motor = &reference_machine[m];
         const double kr = (double)motor->M_H / (double)motor->Lr_H;
         const double pairs = (double)motor->pole_pairs;

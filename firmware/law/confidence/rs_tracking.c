@@ -49,10 +49,12 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
         return;
     }
     const float frequency_rad_s = absf(in->omega_s_hat_rad_s);
-    if (!(frequency_rad_s >= cfg->min_rad_s) || !(frequency_rad_s <= cfg->max_rad_s)) {
+    const float i_q_A2 = in->i_q_A * in->i_q_A;
+    if (!(frequency_rad_s >= cfg->min_rad_s) || !(frequency_rad_s <= cfg->max_rad_s) ||
+        !(i_q_A2 >= cfg->i_0_A2)) {
         return;
     }
-    const float per_A = in->i_q_A / (in->i_q_A * in->i_q_A + cfg->i_0_A2);
+    const float per_A = in->i_q_A / (i_q_A2 + cfg->i_0_A2);
     const float step_ohm = cfg->gain_T_ohm_s_per_rad * in->e1_d_A * in->omega_s_hat_rad_s * per_A;
     st->delta_ohm = clampf(st->delta_ohm + step_ohm, (cfg->low_pu - 1.0f) * in->Rs_start_ohm,
                            (cfg->high_pu - 1.0f) * in->Rs_start_ohm);

@@ -3,10 +3,12 @@
  * With Rs_hat off by dRs, and the speed adapted, e1 along the flux is about -c dRs i_q/w_s (c: some
  * 6 rad/s per ohm on Table 1's machine with its designed gains; L = 0 has another sign in
  * regeneration), so that the error dies as e^{-k c t} whatever the speed and load. The usual law,
- * Re(conj(i_s_hat) e1), loses its sign in regeneration and its size on the way there. Where Rs and
- * speed cannot be told apart (no load: i_0; zero frequency) it fades out. Frozen outside a band of
- * stator frequency and for a while after anything changed but for a slow ramp of the reference;
- * never outside a band around the resistance measured at the start.
+ * Re(conj(i_s_hat) e1), loses its sign in regeneration and its size on the way there. Below the
+ * torque current i_0 nothing moves: there an M or a leakage that is off makes more of e1 than Rs
+ * does (tracked at no load, Rs ran 8 % high, and crossings of zero frequency were lost). At zero
+ * frequency it fades out. Frozen outside a band of stator frequency and for a while after anything
+ * changed but for a slow ramp of the reference; never outside a band around the resistance measured
+ * at the start.
  */
 #ifndef RS_TRACKING_H
 #define RS_TRACKING_H

@@ -3,8 +3,9 @@
  * i_q limit = min(i_q_max, sqrt(i_max^2 - i_d^2)). Gains from the bandwidth and the inertia:
  * Kp = J bw/(p^2 kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. What a large inertia would
  * need is bounded: Kp slip/i_q <= SPEED_CONTROL_SLIP_MAX, and the bandwidth is what that leaves.
- * The integrator waits at a limit. Electrical speeds. Inside, i_q is meant at nominal flux. The bandwidth may grow with speed: where the estimate is slow, at
- * low speed, the loop has to be slower than at high speed.
+ * The integrator waits at a limit. Electrical speeds. Inside, i_q is meant at nominal flux. The
+ * bandwidth may grow with speed: where the estimate is slow, at low speed, the loop has to be
+ * slower than at high speed.
  */
 #ifndef SPEED_CONTROL_H
 #define SPEED_CONTROL_H
@@ -17,7 +18,7 @@
 #define SPEED_CONTROL_AT_LIMIT_PU 0.95f
 
 /* Largest slip, over the speed error, of the torque that the error asks for. */
-#define SPEED_CONTROL_SLIP_MAX 2.7f
+#define SPEED_CONTROL_SLIP_MAX 2.0f
 
 typedef struct {
     float bandwidth_rad_s;
