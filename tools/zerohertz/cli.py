@@ -19,6 +19,7 @@ COMMAND_MODULES = (
     "zerohertz.atlas.detection_command",
     "zerohertz.atlas.command",
     "zerohertz.atlas.special_command",
+    "zerohertz.atlas.ensembles_command",
     "zerohertz.modes.command",
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
