@@ -35,6 +35,7 @@ COMMAND_MODULES = (
     "zerohertz.golden.command",
     "zerohertz.testing.command",
     "zerohertz.campaign.command",
+    "zerohertz.envelope.command",
 )
 
 EXIT_BAD_INPUT = 2

@@ -1,0 +1,217 @@
+"""The axes of the envelope: what is drawn, from which range, and how one of them is fixed.
+
+Every axis draws from a generator of its own, seeded with (seed, run, axis): fixing one axis leaves
+all others as they were, and run k of a seed is the same alone as among a thousand.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import zlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from zerohertz.commission.folder import all_rigs
+from zerohertz.errors import UserError
+
+Value = float | str
+
+SENSORS, DUTY, SHIPPED = "sensors", "duty", "shipped"
+RIGHT, HALF, HALF_MORE, UNTOLD = "right", "half", "half_more", "untold"
+TOLD_FACTOR = {RIGHT: 1.0, HALF: 0.5, HALF_MORE: 1.5, UNTOLD: 0.0}
+CYCLE, CROSSING, NEAR_ZERO, TORQUE, SAG = "cycle", "crossing", "near_zero", "torque", "sag"
+ACTIVE, PASSIVE = "active", "passive"
+TABLE1_MOTORS = ("table1", "table1_p1", "table1_p3", "table1_p4")
+TABLE1_WEIGHTS = (0.4, 0.08, 0.08, 0.08)
+OWN_MOTORS = tuple(path.stem for path in all_rigs())
+
+
+@dataclasses.dataclass(frozen=True)
+class Axis:
+    """One quantity. Choices with weights, or a range that is drawn evenly or evenly in its log."""
+
+    name: str
+    group: str
+    text: str
+    choices: tuple[str, ...] = ()
+    weights: tuple[float, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False
+
+    @property
+    def values(self) -> str:
+        """As help and errors name them."""
+        if self.choices:
+            return ", ".join(self.choices)
+        return f"{self.low:g} to {self.high:g}" + (" (log)" if self.log else "")
+
+    def draw(self, rng: np.random.Generator) -> Value:
+        if self.choices:
+            return str(rng.choice(self.choices, p=self.weights or None))
+        if self.log:
+            return float(math.exp(rng.uniform(math.log(self.low), math.log(self.high))))
+        return float(rng.uniform(self.low, self.high))
+
+    def parse(self, text: str) -> Value:
+        """A value by its text; UserError names the axis and what it can be."""
+        if self.choices:
+            if text in self.choices:
+                return text
+        else:
+            try:
+                value = float(text)
+            except ValueError:
+                value = math.nan
+            if self.low <= value <= self.high:
+                return value
+        raise UserError(f"--fix: {self.name}: '{text}' is not one of its values: {self.values}")
+
+
+AXES: tuple[Axis, ...] = (
+    Axis(
+        "motor",
+        "motor",
+        "Table 1's, also rewound for 1, 3 and 4 pole pairs; those of rigs/motors, their drives "
+        "derived from plate and circuit",
+        (*TABLE1_MOTORS, *OWN_MOTORS),
+        (*TABLE1_WEIGHTS, *([(1.0 - sum(TABLE1_WEIGHTS)) / len(OWN_MOTORS)] * len(OWN_MOTORS))),
+    ),
+    Axis("Rs_ratio", "motor", "true Rs over nameplate", low=0.67, high=1.5, log=True),
+    Axis("Rr_ratio", "motor", "true Rr over nameplate", low=0.7, high=1.4, log=True),
+    Axis("M_ratio", "motor", "true M at rated flux over nameplate", low=0.85, high=1.15),
+    Axis("leakage_ratio", "motor", "true leakages over nameplate", low=0.8, high=1.2),
+    Axis(
+        "saturation",
+        "motor",
+        "main flux: M / (1 + (flux/knee)^n) with n 4 or 8, or none",
+        ("none", "power4", "power8"),
+    ),
+    Axis("iron_loss_pu", "motor", "iron loss at rated speed over rated power", high=0.04),
+    Axis("Rs_heating", "motor", "Rs rises by this share during the mission", high=0.1),
+    Axis(
+        "inverter",
+        "inverter",
+        "period means, or every switching instant",
+        ("averaged", "switched"),
+    ),
+    Axis("dead_time_us", "inverter", "true dead time", high=4.0),
+    Axis(
+        "dead_time_told",
+        "inverter",
+        "what the firmware is told of it: right, half, half more, 0",
+        (RIGHT, HALF, HALF_MORE, UNTOLD),
+    ),
+    Axis(
+        "threshold_A",
+        "inverter",
+        "leg current below which the dead-time error falls in proportion",
+        low=0.02,
+        high=1.5,
+        log=True,
+    ),
+    Axis("drop_V", "inverter", "mean drop of transistor and diode", high=1.5),
+    Axis(
+        "voltage",
+        "drive",
+        "acting voltage from the sensors, from the duty, or as the configuration has it",
+        (SENSORS, DUTY, SHIPPED),
+    ),
+    Axis("adc_bits", "sensors", "resolution", ("10", "12", "14")),
+    Axis("gain_error", "sensors", "largest gain error of any sensor", high=0.01),
+    Axis("offset_A", "sensors", "largest current offset at the start", high=0.06),
+    Axis("offset_drift_A", "sensors", "largest drift of a current offset after it", high=0.15),
+    Axis("noise_lsb", "sensors", "noise of every word, rms, in units of 14 bit", high=2.0),
+    Axis("J_ratio", "shaft", "inertia over the motor's own", low=0.4, high=100.0, log=True),
+    Axis("J_told", "shaft", "told inertia over true", low=0.5, high=2.0, log=True),
+    Axis("friction_pu", "shaft", "Coulomb friction over rated torque", high=0.08),
+    Axis(
+        "load",
+        "shaft",
+        "active: keeps its direction, and drives; passive: opposes rotation",
+        (ACTIVE, PASSIVE),
+        (0.7, 0.3),
+    ),
+    Axis("load_pu", "shaft", "load over rated torque", low=-1.0, high=1.0),
+    Axis(
+        "mission",
+        "mission",
+        "run-up, load steps, reversal; slow crossing under load; long hold near zero; torque "
+        "steps; dc sag",
+        (CYCLE, CROSSING, NEAR_ZERO, TORQUE, SAG),
+        (0.35, 0.2, 0.2, 0.1, 0.15),
+    ),
+    Axis("speed_pu", "mission", "first speed over rated", low=0.01, high=2.0, log=True),
+    Axis("second_pu", "mission", "second speed over rated", low=-2.0, high=2.0),
+    Axis("near_zero_pu", "mission", "speed of the long hold near zero", low=-0.03, high=0.03),
+    Axis(
+        "slope_rpm_s", "mission", "of the crossing, at 2 pole pairs", low=2.0, high=50.0, log=True
+    ),
+    Axis("sag_pu", "mission", "dc link while it sags", low=0.6, high=0.9),
+    Axis("sag_s", "mission", "for how long", low=0.1, high=2.0, log=True),
+)
+BY_NAME: Mapping[str, Axis] = {axis.name: axis for axis in AXES}
+
+# What the issue's table asks for and the plant cannot do.
+NOT_DRAWN = (
+    "control periods other than 200 us (there is no table for them)",
+    "two masses with an elastic shaft",
+    "errors that commissioning itself makes: own motors are told their true circuit",
+)
+
+
+def fixed(lines: Iterable[str]) -> dict[str, Value]:
+    """`axis=value` lines of --fix."""
+    found: dict[str, Value] = {}
+    for line in lines:
+        name, equals, text = line.partition("=")
+        if not equals:
+            raise UserError(f"--fix: '{line}': write axis=value")
+        if name not in BY_NAME:
+            raise UserError(f"--fix: no axis '{name}'; there are {', '.join(BY_NAME)}")
+        found[name] = BY_NAME[name].parse(text)
+    return found
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """Run `index` of a seed. map places it in the store; speed and length share out the work."""
+
+    map: str
+    index: int
+    seed: int
+    fixed: tuple[tuple[str, Value], ...] = ()
+    speed_rpm: float = 0.0
+    loaded_s: float = 45.0
+
+    def rng(self, what: str) -> np.random.Generator:
+        return np.random.default_rng((self.seed, self.index, zlib.crc32(what.encode())))
+
+    @property
+    def noise_seed(self) -> int:
+        return int(self.rng("noise").integers(1, 2**32))
+
+    @property
+    def values(self) -> Mapping[str, Value]:
+        return _values(self)
+
+    def number(self, name: str) -> float:
+        return float(self.values[name])
+
+    def word(self, name: str) -> str:
+        return str(self.values[name])
+
+    def vector(self, name: str, count: int) -> list[float]:
+        """So many numbers of either sign, none larger than the axis' value."""
+        shares = self.rng(f"{name}/shares").uniform(-1.0, 1.0, count)
+        return [float(x) for x in self.number(name) * shares]
+
+
+@functools.lru_cache(maxsize=64)
+def _values(case: Case) -> Mapping[str, Any]:
+    drawn = {axis.name: axis.draw(case.rng(axis.name)) for axis in AXES}
+    return drawn | dict(case.fixed)

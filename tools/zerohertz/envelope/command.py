@@ -1,0 +1,111 @@
+"""`zh envelope`."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zerohertz.campaign.options import Fresh, Json, Out, Scheduler, Seed, Workers
+from zerohertz.console import progress_bar, short_paths, tell
+from zerohertz.errors import UserError
+from zerohertz.paths import BUILD
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh envelope`."""
+    app.command("envelope")(envelope)
+
+
+def envelope(
+    runs: Annotated[int, typer.Option(min=1, help="How many; each draws every axis.")] = 200,
+    seed: Seed = 2005,
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(metavar="AXIS=VALUE", help="Not drawn but this; may be repeated."),
+    ] = None,
+    only: Annotated[
+        int | None, typer.Option(min=0, metavar="K", help="Run K of the seed alone, with a trace.")
+    ] = None,
+    axes: Annotated[bool, typer.Option("--axes", help="List every axis, and stop.")] = False,
+    workers: Workers = 2,
+    scheduler: Scheduler = None,
+    out: Out = None,
+    fresh: Fresh = False,
+    write: Annotated[bool, typer.Option(help="Write tools/docs/envelope.md.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Does the drive hold on any inverter, motor, load and mission, drawn at random?
+
+    Judged by the plant's true speed, flux and torque. Exit code 1 when there is undeclared harm or
+    a false trip. How to read the result: tools/docs/envelope.md.
+    """
+    # Here and not above: other commands need not wait for numpy and pyarrow.
+    from zerohertz.envelope.axes import fixed
+
+    if axes:
+        _list()
+        return
+    chosen = fixed(fix or [])
+    name = "-".join([f"{seed}", *(f"{key}={value}" for key, value in sorted(chosen.items()))])
+    folder = out or BUILD / "envelope" / name
+    if only is not None:
+        raise typer.Exit(_one(only, seed, chosen, folder, as_json))
+    if write and chosen:
+        raise UserError("--write: the page has every axis drawn; leave out --fix")
+    raise typer.Exit(_many(runs, seed, chosen, (folder, workers, scheduler, fresh), write, as_json))
+
+
+def _list() -> None:
+    from zerohertz.envelope.axes import AXES
+
+    for axis in AXES:
+        print(f"{axis.name}: {axis.text}\n    {axis.values}")
+
+
+def _one(index: int, seed: int, fixed: dict[str, float | str], folder: Path, as_json: bool) -> int:
+    from zerohertz.envelope import picture
+    from zerohertz.envelope.axes import Case
+    from zerohertz.envelope.run import run_case
+
+    row, plan, record = run_case(Case("", index, seed, tuple(sorted(fixed.items()))))
+    path = picture.keep_trace(folder / "traces", plan, record, row)
+    lines = [f"{key}: {value}" for key, value in row.items()]
+    print(json.dumps(row, indent=2) if as_json else "\n".join(lines))
+    tell(f"trace: {short_paths(path.with_suffix(''))}.parquet and .svg")
+    return 1 if row["undeclared_harm"] or row["false_trip"] else 0
+
+
+def _many(
+    runs: int,
+    seed: int,
+    fixed: dict[str, float | str],
+    where: tuple[Path, int, str | None, bool],
+    write: bool,
+    as_json: bool,
+) -> int:
+    from zerohertz.atlas.run import RunOptions
+    from zerohertz.envelope import campaign, page, picture
+
+    folder, workers, scheduler, fresh = where
+    began = time.monotonic()
+    how = RunOptions(folder, workers, scheduler, fresh)
+    result = campaign.run_all(runs, seed, fixed, how, tell, progress_bar)
+    command = f"tools/zh envelope --runs {runs} --seed {seed}"
+    traces = picture.keep_worst(folder / "traces", result)
+    shown = picture.write(folder, result, traces, command)
+    rows = picture.write_rows(folder, result)
+    if write:
+        page.PAGE.write_text(page.page_text(result, f"{command} --write"), encoding="utf-8")
+    content = campaign.as_dict(result)
+    if as_json:
+        print(json.dumps(content, indent=2))
+    else:
+        print(page.table([("all", result.possible)]), page.measures(result.possible), sep="\n\n")
+        print(f"\n{page.worst(result)}\n")
+    tell(f"{time.monotonic() - began:.0f} s; {short_paths(shown)}, {short_paths(rows)}")
+    bad = content["undeclared_harm"]["count"] or content["false_trips"]["count"]
+    return 1 if bad else 0

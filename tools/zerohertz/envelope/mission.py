@@ -1,0 +1,267 @@
+"""What is asked of the drive over time: references, loads, dc link, and where it is judged."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from zerohertz.atlas.simulate import RPM_PER_S
+from zerohertz.envelope import axes, feasible
+from zerohertz.envelope.axes import Case
+from zerohertz.envelope.feasible import Demand, Limits
+from zerohertz.envelope.motors import Drive, drive_of
+from zerohertz.envelope.plant import friction_Nm, inertia_kg_m2, rig_overrides, true_motor
+
+Points = list[list[float]]
+RPM = math.pi / 30.0
+SETTLE_S = 1.5  # from the end of a change to the window that is judged
+LONGEST_RAMP_S = 40.0  # a speed that takes longer to reach is not asked for
+ACCELERATION = 0.3  # of rated torque at most: below the slew limit that a told inertia gives
+SHARE = 0.8  # of the torque there is, load, friction and acceleration together
+SPEED_LIMIT = 0.97  # of the drive's largest reference
+TORQUE_SPEED_PU = 0.6  # at rated torque, of the torque mission
+
+
+@dataclasses.dataclass(frozen=True)
+class Hold:
+    """A window in which the speed has to be held."""
+
+    begin_s: float
+    end_s: float
+    rpm: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Change:
+    """A load step, or the end of a ramp of the speed (ramp_rpm: its height)."""
+
+    at_s: float
+    until_s: float
+    rpm: float
+    ramp_rpm: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class TorqueWindow:
+    """Torque mode with a constant reference."""
+
+    begin_s: float
+    end_s: float
+    torque_Nm: float
+
+
+@dataclasses.dataclass
+class Mission:
+    """Times are the run's own."""
+
+    end_s: float = 0.0
+    speed: Points = dataclasses.field(default_factory=list)
+    load: Points = dataclasses.field(default_factory=list)
+    u_dc: Points = dataclasses.field(default_factory=list)
+    torque: Points = dataclasses.field(default_factory=list)
+    torque_s: float = math.inf  # torque mode from here on
+    viscous_Nms: float = 0.0
+    holds: list[Hold] = dataclasses.field(default_factory=list)
+    load_steps: list[Change] = dataclasses.field(default_factory=list)
+    ramps: list[Change] = dataclasses.field(default_factory=list)
+    torques: list[TorqueWindow] = dataclasses.field(default_factory=list)
+
+
+def limits_of(case: Case) -> Limits:
+    """Of this run's motor on this drive."""
+    drive, rig = drive_of(case.word("motor")), rig_overrides(case)
+    dead_V = rig["inverter.dead_time_s"] / drive.period_s * drive.u_dc_V
+    return Limits(
+        motor=true_motor(case),
+        i_max_A=float(drive.known["i_max_A"]),
+        flux_Wb=drive.flux_Wb,
+        lost_V=feasible.lost_V(dead_V, rig["inverter.drop_V"]),
+        iron_ohm=rig["motor.iron_loss_ohm"],
+    )
+
+
+class Planner:
+    """Builds a mission piece by piece; the clock goes on with each."""
+
+    def __init__(self, case: Case, start_s: float) -> None:
+        self.case, self.drive, self.limits = case, drive_of(case.word("motor")), limits_of(case)
+        self.J, self.friction = inertia_kg_m2(case), friction_Nm(case)
+        self.mission = Mission()
+        self.t, self.rpm, self.load_Nm = start_s, 0.0, 0.0
+        self.u_dc = self.drive.u_dc_V
+        self.mission.speed += [[0.0, 0.0], [start_s, 0.0]]
+        self.mission.load += [[0.0, 0.0]]
+        self.mission.u_dc += [[0.0, self.u_dc]]
+
+    def torque_Nm(self, rpm: float) -> float:
+        """What can be asked for at a speed, either way."""
+        low, high = feasible.torque_range_Nm(self.limits, abs(rpm) * RPM, self.u_dc)
+        return SHARE * min(-low, high)
+
+    def rate_rpm_s(self, *speeds: float) -> float:
+        """Acceleration that motor and load leave room for, at the speeds of a ramp."""
+        room = min(self.torque_Nm(rpm) for rpm in speeds) - abs(self.load_Nm) - self.friction
+        room = min(max(room, 0.05 * self.drive.rated_Nm), ACCELERATION * self.drive.rated_Nm)
+        return min(room / self.J / RPM, RPM_PER_S * self.drive.speed_unit)
+
+    def reachable(self, rpm: float) -> float:
+        """The speed itself, or as much of it as reference limit and inertia allow."""
+        known = self.drive.known
+        most = SPEED_LIMIT * float(known["speed_max_rad_s"]) / self.drive.pole_pairs / RPM
+        most = min(most, LONGEST_RAMP_S * self.rate_rpm_s(min(abs(rpm), most)))
+        return math.copysign(min(abs(rpm), most), rpm)
+
+    def load_at(self, pu: float, rpm: float) -> float:
+        """So much of rated torque, or of what is left of it at this speed. Passive: friction."""
+        if self.case.word("load") == axes.PASSIVE:
+            return 0.0
+        most = self.torque_Nm(rpm) - self.friction
+        wanted = pu * self.drive.rated_Nm
+        return math.copysign(min(abs(wanted), max(most, 0.0)), wanted)
+
+    def go(self, rpm: float, rate_rpm_s: float | None = None) -> None:
+        rate = rate_rpm_s or self.rate_rpm_s(self.rpm, rpm)
+        height = rpm - self.rpm
+        self.mission.speed.append([self.t, self.rpm])
+        self.t += max(abs(height) / rate, 0.05)
+        self.rpm = rpm
+        self.mission.speed.append([self.t, rpm])
+        self._ramp = Change(self.t, self.t, rpm, height)
+
+    def hold(self, seconds: float) -> None:
+        """First the end of what came before, then the window."""
+        begin, end = self.t + SETTLE_S, self.t + SETTLE_S + seconds
+        self.mission.holds.append(Hold(begin, end, self.rpm))
+        self.t = end
+
+    def hold_after_ramp(self, seconds: float) -> None:
+        self.hold(seconds)
+        self.mission.ramps.append(dataclasses.replace(self._ramp, until_s=self.t))
+
+    def step_load(self, load_Nm: float, seconds: float, ramp_s: float = 0.0) -> None:
+        at_s = self.t
+        self.mission.load += [[self.t, self.load_Nm], [self.t + ramp_s, load_Nm]]
+        changed = abs(load_Nm - self.load_Nm) > 0.05 * self.drive.rated_Nm
+        self.load_Nm = load_Nm
+        self.t += ramp_s
+        self.hold(seconds)
+        if changed and ramp_s == 0.0:
+            self.mission.load_steps.append(Change(at_s, self.t, self.rpm))
+
+    def done(self) -> Mission:
+        self.mission.end_s = self.t
+        return self.mission
+
+
+def plan(case: Case, start_s: float) -> Mission:
+    """The mission of a run, whose drive is ready at start_s."""
+    planner = Planner(case, start_s)
+    kinds = {
+        axes.CYCLE: _cycle,
+        axes.CROSSING: _crossing,
+        axes.NEAR_ZERO: _near_zero,
+        axes.TORQUE: _torque,
+        axes.SAG: _sag,
+    }
+    kinds[case.word("mission")](planner)
+    return planner.done()
+
+
+def _cycle(p: Planner) -> None:
+    """Run-up, load on, another load, load off, another speed, reversal."""
+    rated, load = p.drive.rated_rpm, p.case.number("load_pu")
+    first = p.reachable(
+        math.copysign(p.case.number("speed_pu"), p.case.number("second_pu")) * rated
+    )
+    p.go(first)
+    p.hold_after_ramp(1.5)
+    p.step_load(p.load_at(load, first), 3.0)
+    p.step_load(p.load_at(-load, first), 2.5)
+    p.step_load(0.0, 2.0)
+    p.go(p.reachable(p.case.number("second_pu") * rated))
+    p.hold_after_ramp(2.0)
+    p.step_load(p.load_at(load, p.rpm), 2.0, ramp_s=0.5)
+    p.go(-0.5 * p.rpm)
+    p.hold_after_ramp(2.0)
+
+
+def _crossing(p: Planner) -> None:
+    """Both ways through zero, at the slope, under load."""
+    slope = p.case.number("slope_rpm_s") * p.drive.speed_unit
+    top = min(150.0 * p.drive.speed_unit, 10.0 * slope)
+    p.go(top)
+    p.hold_after_ramp(1.0)
+    p.step_load(p.load_at(p.case.number("load_pu"), top), 2.0, ramp_s=0.5)
+    for target in (-top, top):
+        p.go(target, slope)
+        p.hold(2.0)
+
+
+def _near_zero(p: Planner) -> None:
+    """A long hold there, with a load that comes and goes."""
+    rated = p.drive.rated_rpm
+    p.go(p.case.number("near_zero_pu") * rated)
+    p.hold_after_ramp(1.0)
+    load_Nm = p.load_at(p.case.number("load_pu"), p.rpm)
+    p.step_load(load_Nm, 12.0, ramp_s=1.0)
+    p.step_load(0.5 * load_Nm, 8.0, ramp_s=1.0)
+    p.go(-p.case.number("near_zero_pu") * rated)
+    p.hold_after_ramp(6.0)
+
+
+def _torque(p: Planner) -> None:
+    """Torque mode on a load in proportion to speed."""
+    top = TORQUE_SPEED_PU * p.drive.rated_rpm
+    p.mission.viscous_Nms = p.drive.rated_Nm / (top * RPM)
+    p.go(0.3 * top)
+    p.hold_after_ramp(1.0)
+    p.mission.torque_s = p.t
+    rng = p.case.rng("torques")
+    for share in rng.uniform(-1.0, 1.0, 5):
+        torque_Nm = float(share) * p.drive.rated_Nm
+        p.mission.torque += [[p.t, torque_Nm], [p.t + 4.0, torque_Nm]]
+        p.mission.torques.append(TorqueWindow(p.t + SETTLE_S, p.t + 4.0, torque_Nm))
+        p.t += 4.0
+
+
+def _sag(p: Planner) -> None:
+    """The dc link sags twice under load, at a speed that its voltage still allows."""
+    sag = p.case.number("sag_pu")
+    most = SHARE * sag * p.drive.rated_rpm
+    speed = min(p.case.number("speed_pu") * p.drive.rated_rpm, most)
+    p.go(p.reachable(math.copysign(speed, p.case.number("second_pu"))))
+    p.hold_after_ramp(1.5)
+    p.step_load(p.load_at(p.case.number("load_pu"), p.rpm), 2.0)
+    full = p.drive.u_dc_V
+    for _ in range(2):
+        low_s = p.case.number("sag_s")
+        p.mission.u_dc += [[p.t, full], [p.t + 0.01, sag * full]]
+        p.mission.u_dc += [[p.t + 0.01 + low_s, sag * full], [p.t + 0.02 + low_s, full]]
+        p.t += low_s + 0.02
+        p.hold(3.0)
+
+
+def demand(case: Case, mission: Mission, drive: Drive) -> Demand:
+    """On a grid of 20 ms, from the first moment on; the torque mission asks for a torque."""
+    t = np.arange(0.0, mission.end_s, 0.02)
+    rpm = _at(mission.speed, t)
+    speed = rpm * RPM
+    acceleration = np.gradient(speed, t)
+    opposing = np.sign(np.where(np.abs(rpm) > 1e-6, rpm, acceleration)) * friction_Nm(case)
+    torque = inertia_kg_m2(case) * acceleration + _at(mission.load, t) + opposing
+    torque += mission.viscous_Nms * speed
+    inside = t >= mission.torque_s
+    if inside.any():
+        asked = _at(mission.torque, t)
+        torque = np.where(inside, asked, torque)
+        speed = np.where(
+            inside, asked / drive.rated_Nm * TORQUE_SPEED_PU * drive.rated_rpm * RPM, speed
+        )
+    return Demand(speed, torque, _at(mission.u_dc, t))
+
+
+def _at(points: Points, t: np.ndarray) -> np.ndarray:
+    times, values = np.array(points, dtype=float).T
+    return np.interp(t, times, values)

@@ -1,0 +1,150 @@
+"""What is true of motor, inverter, sensors and shaft in one run, as overrides of the rig."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from zerohertz.envelope.axes import PASSIVE, Case
+from zerohertz.envelope.motors import Drive, drive_of
+from zerohertz.motor import Circuit
+
+# Main flux at which M has halved, over the flux of the nameplate; and the exponent.
+SATURATION: Mapping[str, tuple[float, int]] = {
+    "none": (0.0, 4),
+    "power4": (1.54, 4),
+    "power8": (1.25, 8),
+}
+STATIC = 1.3  # static over sliding friction
+LEAST_IRON_PU = 0.003  # below: none
+TABLE1_A = math.sqrt(3.0) * 6.2
+
+
+@dataclasses.dataclass(frozen=True)
+class TrueMotor:
+    """The circuit at no saturation, and the law by which its main inductance falls."""
+
+    circuit: Circuit
+    pole_pairs: int
+    knee_Wb: float
+    exponent: int
+
+    def M_H(self, main_Wb: float) -> float:
+        """Main inductance at this main flux."""
+        share = (main_Wb / self.knee_Wb) ** self.exponent if self.knee_Wb else 0.0
+        return self.circuit.M_H / (1.0 + share)
+
+
+def true_motor(case: Case) -> TrueMotor:
+    """M is what a test at rated flux would show; the leakages are separate."""
+    drive = drive_of(case.word("motor"))
+    plate = drive.circuit
+    knee_pu, exponent = SATURATION[case.word("saturation")]
+    share = (1.0 / knee_pu) ** exponent if knee_pu else 0.0
+    M_H = case.number("M_ratio") * plate.M_H * (1.0 + share)
+    leak = case.number("leakage_ratio")
+    circuit = Circuit(
+        Rs_ohm=case.number("Rs_ratio") * plate.Rs_ohm,
+        Rr_ohm=case.number("Rr_ratio") * plate.Rr_ohm,
+        Ls_H=M_H + leak * (plate.Ls_H - plate.M_H),
+        Lr_H=M_H + leak * (plate.Lr_H - plate.M_H),
+        M_H=M_H,
+    )
+    return TrueMotor(circuit, drive.pole_pairs, knee_pu * drive.flux_Wb, exponent)
+
+
+def inertia_kg_m2(case: Case) -> float:
+    return case.number("J_ratio") * drive_of(case.word("motor")).J_kg_m2
+
+
+def friction_Nm(case: Case) -> float:
+    """Sliding; a passive load is friction."""
+    rated_Nm = drive_of(case.word("motor")).rated_Nm
+    load_pu = abs(case.number("load_pu")) if case.word("load") == PASSIVE else 0.0
+    return (case.number("friction_pu") + load_pu) * rated_Nm
+
+
+def rig_overrides(case: Case) -> dict[str, Any]:
+    """Every value of rigs/atlas.toml that this run has otherwise."""
+    drive, motor = drive_of(case.word("motor")), true_motor(case)
+    friction = friction_Nm(case)
+    return {
+        **{f"motor.{key}": value for key, value in vars(motor.circuit).items()},
+        "motor.pole_pairs": motor.pole_pairs,
+        "motor.saturation.flux_knee_Wb": motor.knee_Wb,
+        "motor.saturation.exponent": motor.exponent,
+        "motor.iron_loss_ohm": _iron_ohm(case, drive),
+        "mechanics.J_kg_m2": inertia_kg_m2(case),
+        "mechanics.coulomb_Nm": friction,
+        "mechanics.static_Nm": STATIC * friction,
+        **_inverter(case, drive, motor),
+        **drive.rig,
+        **_sensors(case, drive),
+    }
+
+
+def _iron_ohm(case: Case, drive: Drive) -> float:
+    share = case.number("iron_loss_pu")
+    if share < LEAST_IRON_PU:
+        return 0.0
+    emf_V = drive.pole_pairs * drive.rated_rpm * math.pi / 30.0 * drive.flux_Wb
+    return emf_V**2 / (share * drive.power_W)
+
+
+def _inverter(case: Case, drive: Drive, motor: TrueMotor) -> dict[str, Any]:
+    """A current passes less than the threshold in the time in which a leg's error is constant:
+    the plant refuses a steeper curve."""
+    model = case.word("inverter")
+    dead_s, drop_V = 1e-6 * case.number("dead_time_us"), case.number("drop_V")
+    amp = drive.rated_A / TABLE1_A
+    averaged = model == "averaged"
+    dead_V = dead_s / drive.period_s * drive.u_dc_V
+    c = motor.circuit
+    inv_H = c.Lr_H / (c.Ls_H * c.Lr_H - c.M_H**2)
+    half_s = 0.5 * drive.period_s
+    step_A = (
+        (dead_V + drop_V) * half_s * inv_H
+        if averaged
+        else max(0.5 * drive.u_dc_V * dead_s, drop_V * half_s) * inv_H
+    )
+    return {
+        "inverter.model": model,
+        "inverter.u_dc_V": drive.u_dc_V,
+        "inverter.carrier_Hz": 1.0 / drive.period_s,
+        "inverter.dead_time_s": dead_s,
+        "inverter.i_threshold_A": max(amp * case.number("threshold_A"), 1.01 * step_A),
+        "inverter.drop_V": drop_V,
+    }
+
+
+def _sensors(case: Case, drive: Drive) -> dict[str, Any]:
+    gains = [1.0 + error for error in case.vector("gain_error", 6)]
+    amp = drive.rated_A / TABLE1_A
+    lsb = case.number("noise_lsb") * 2.0**-13
+    return {
+        "sensors.current_gain": gains[:3],
+        "sensors.voltage_gain": gains[3:5],
+        "sensors.dc_gain": gains[5],
+        "sensors.current_offset_A": [amp * x for x in case.vector("offset_A", 3)],
+        "sensors.current_noise_A": lsb * drive.current_A,
+        "sensors.voltage_noise_V": lsb * drive.line_V,
+        "sensors.dc_noise_V": 0.5 * lsb * drive.dc_V,
+    }
+
+
+def drifts(case: Case, begin_s: float, end_s: float) -> dict[str, Any]:
+    """Offsets of the currents that move after calibration: scenario overrides."""
+    drive = drive_of(case.word("motor"))
+    amp = drive.rated_A / TABLE1_A
+    found: dict[str, Any] = {}
+    slots = ("faults", "faults.second", "faults.third")
+    for slot, word, drift_A in zip(slots, "uvw", case.vector("offset_drift_A", 3), strict=True):
+        found |= {
+            f"{slot}.sensor": f"i_{word}",
+            f"{slot}.kind": "drift",
+            f"{slot}.severity": amp * drift_A / drive.current_A / (end_s - begin_s),
+            f"{slot}.start_s": begin_s,
+        }
+    return found

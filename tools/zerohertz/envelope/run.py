@@ -1,0 +1,209 @@
+"""A run of the envelope: from its number to its row."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from zerohertz import sim
+from zerohertz.atlas.simulate import RIG, Bench, library_sha256, make_bench
+from zerohertz.campaign.faults.judge import RPM, UNDECLARED, Limits, judge
+from zerohertz.campaign.faults.run import maximum_rpm, torque_limit_Nm
+from zerohertz.campaign.rig import OVER_PU, bit_names
+from zerohertz.drive import State
+from zerohertz.envelope import axes, feasible, measure
+from zerohertz.envelope import mission as missions
+from zerohertz.envelope.axes import Case, Value
+from zerohertz.envelope.mission import Mission
+from zerohertz.envelope.motors import CONFIG, Drive, drive_of
+from zerohertz.envelope.plant import drifts, friction_Nm, inertia_kg_m2, rig_overrides
+from zerohertz.errors import UserError
+from zerohertz.scenario.setup import load_setup
+
+# A row depends on these besides the firmware: a change of one makes stored rows old.
+_HERE = Path(__file__).parent
+_TOOLS = _HERE.parent
+SOURCES = (
+    *sorted(_HERE.glob("*.py")),
+    *(_TOOLS / "campaign" / "faults" / f"{name}.py" for name in ("judge", "run")),
+    _TOOLS / "campaign" / "rig.py",
+    *sorted((_TOOLS / "commission").glob("*.py")),
+)
+RUN_ON_S = 0.01
+LONGEST_START_S = 60.0
+AFTER_START_S = 0.3
+NOMINAL: tuple[tuple[str, Value], ...] = (
+    *((name, 1.0) for name in ("Rs_ratio", "Rr_ratio", "M_ratio", "leakage_ratio", "J_ratio")),
+    *((name, 0.0) for name in ("offset_A", "gain_error", "dead_time_us", "load_pu")),
+    ("saturation", "none"),
+    ("J_told", 1.0),
+    ("inverter", "averaged"),
+)
+
+
+def bench_of_envelope() -> Bench:
+    """What the rows depend on besides motors and cases: configuration and firmware library."""
+    return make_bench(load_setup(CONFIG))
+
+
+def cases_of(runs: int, seed: int, fixed: dict[str, Value], block: int) -> list[list[Case]]:
+    """Blocks of cases: a larger number of runs finds the smaller one's blocks done."""
+    every = [Case("", k, seed, tuple(sorted(fixed.items()))) for k in range(runs)]
+    return [
+        [
+            dataclasses.replace(case, map=f"runs-{first:06d}")
+            for case in every[first : first + block]
+        ]
+        for first in range(0, runs, block)
+    ]
+
+
+@functools.cache
+def start_s(motor: str) -> float:
+    """When the drive of this motor is ready for a speed, measured once with nothing wrong."""
+    case = Case("", 0, 0, (*NOMINAL, ("motor", motor)))
+    rest = Mission(LONGEST_START_S, [[0.0, 0.0]], [[0.0, 0.0]], [[0.0, drive_of(motor).u_dc_V]])
+    record = sim.run(dataclasses.replace(_job(case, rest), decimate=50))
+    running = np.flatnonzero(record["state"] == State.RUN)
+    if not len(running):
+        raise UserError(f"envelope: the drive of {motor} does not start with nothing wrong")
+    return float(record.t_s[running[0]]) + AFTER_START_S
+
+
+@dataclasses.dataclass(frozen=True)
+class Planned:
+    """A run before it is run."""
+
+    case: Case
+    drive: Drive
+    mission: Mission
+    impossible: str  # why it cannot be done
+    job: sim.Job
+
+
+def planned(case: Case) -> Planned:
+    motor = case.word("motor")
+    drive = drive_of(motor)
+    mission = missions.plan(case, start_s(motor))
+    why = feasible.impossible(missions.limits_of(case), missions.demand(case, mission, drive))
+    return Planned(case, drive, mission, why, _job(case, mission))
+
+
+def _job(case: Case, mission: Mission) -> sim.Job:
+    drive = drive_of(case.word("motor"))
+    rig = rig_overrides(case) | {"mechanics.viscous_Nms": mission.viscous_Nms}
+    begin_s = min(1.0, 0.5 * mission.end_s)
+    return sim.Job(
+        scenario=_scenario(case, mission),
+        rig=RIG,
+        board=drive.board,
+        motor_dir=drive.motor_dir,
+        firmware_config=drive.params,
+        firmware=_told(case, drive),
+        rig_overrides=rig,
+        scenario_overrides=drifts(case, begin_s, mission.end_s),
+        board_overrides={"adc.bits": int(case.word("adc_bits"))},
+        seed=case.noise_seed,
+    )
+
+
+def _told(case: Case, drive: Drive) -> dict[str, float]:
+    """What the firmware is told otherwise than its configuration says."""
+    J = case.number("J_told") * inertia_kg_m2(case)
+    told = {
+        "dead_time_s": axes.TOLD_FACTOR[case.word("dead_time_told")]
+        * 1e-6
+        * case.number("dead_time_us"),
+        "speed_J_kg_m2": J,
+    }
+    voltage = case.word("voltage")
+    if voltage != axes.SHIPPED:
+        told["voltage_source"] = (axes.SENSORS, axes.DUTY).index(voltage)
+    # A derived drive limits its slew by the inertia that it is told.
+    for name in ("speed_slew_rad_s2", "ramp_down_rad_s2"):
+        if name in drive.params and "speed_slew_rad_s2" in drive.params:
+            told[name] = float(drive.params[name]) * float(drive.params["speed_J_kg_m2"]) / J
+    return told
+
+
+def _scenario(case: Case, mission: Mission) -> str:
+    heated = 1.0 + case.number("Rs_heating")
+    profiles = {
+        "speed_ref_rpm": mission.speed,
+        "load_torque_Nm": mission.load,
+        "u_dc_V": mission.u_dc,
+        "rs_factor": [[1.0, 1.0], [mission.end_s, heated]],
+        **({"torque_ref_Nm": mission.torque} if mission.torque else {}),
+    }
+    mode = ""
+    if math.isfinite(mission.torque_s):
+        mode = f"torque_mode_on_s = {mission.torque_s:.6f}\n"
+    lines = "\n".join(f"{name} = {points}" for name, points in profiles.items())
+    return (
+        f'[scenario]\nname = "envelope"\nduration_s = {mission.end_s:.6f}\n'
+        f"run_on_s = {RUN_ON_S}\n{mode}[profiles]\n{lines}\n"
+    )
+
+
+def limits_of(plan: Planned) -> Limits:
+    """What the judge of the fault campaign has to know."""
+    known = plan.drive.known | dict(plan.job.firmware)
+    possible_Nm = feasible.torque_range_Nm(missions.limits_of(plan.case), 0.0, plan.drive.u_dc_V)[1]
+    return Limits(
+        over_A=OVER_PU * float(known["i_trip_A"]),
+        maximum_rpm=maximum_rpm(known),
+        torque_Nm=min(torque_limit_Nm(known), possible_Nm),
+        slew_rpm_s=float(known["speed_slew_rad_s2"]) / plan.drive.pole_pairs / RPM,
+        J_kg_m2=inertia_kg_m2(plan.case),
+        friction_Nm=friction_Nm(plan.case),
+    )
+
+
+def judged(record: sim.Record, mission: Mission) -> sim.Record:
+    """In torque mode no speed is asked for: any speed is the one that was asked."""
+    if not math.isfinite(mission.torque_s):
+        return record
+    free = record.t_s >= mission.torque_s
+    asked = np.where(free, record["speed_rpm"], record["speed_ref_rpm"])
+    return dataclasses.replace(record, columns=record.columns | {"speed_ref_rpm": asked})
+
+
+def row_of(plan: Planned, record: sim.Record) -> dict[str, Any]:
+    """The row of a run."""
+    case, drive = plan.case, plan.drive
+    scale = measure.Scale(drive.speed_unit, drive.rated_Nm)
+    verdict = judge(judged(record, plan.mission), limits_of(plan), 0.0)
+    numbers = measure.numbers(record, plan.mission, scale)
+    fault = int(verdict["bits"]) != 0
+    return {
+        "index": case.index,
+        **case.values,
+        "duration_s": plan.mission.end_s,
+        "impossible": plan.impossible,
+        **verdict,
+        "fault": bit_names(int(verdict["bits"])),
+        "false_trip": fault and not plan.impossible,
+        "undeclared_harm": verdict["verdict"] == UNDECLARED,
+        "taken_over": bool(np.any(record["confidence"] == 2)),
+        "unknown_s": float(np.count_nonzero(record["speed_unknown"])) * record.period_s,
+        **numbers,
+    }
+
+
+def run_case(case: Case) -> tuple[dict[str, Any], Planned, sim.Record]:
+    plan = planned(case)
+    record = sim.run(plan.job)
+    return row_of(plan, record), plan, record
+
+
+def run_cases(bench: Bench, cases: Iterable[Case]) -> list[dict[str, Any]]:
+    """A worker's share, with the very firmware that the campaign was started with."""
+    if library_sha256() != bench.library_sha256:
+        raise UserError("firmware library: differs from the one the envelope was started with")
+    return [run_case(case)[0] for case in cases]
