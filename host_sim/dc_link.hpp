@@ -2,11 +2,14 @@
 //
 //   C du/dt = max(0, (source - u) / R_source) - P / u - (chopper on) u / R_chopper
 // P is what the legs hand to the motor, negative while it brakes. Section [dc_link] of a rig;
-// without a capacitance the link is stiff, at the source's voltage.
+// without a capacitance the link is stiff, at the source's voltage. The source may ripple, as that
+// of a rectifier does at twice or six times the mains frequency.
 #ifndef ZH_DC_LINK_HPP
 #define ZH_DC_LINK_HPP
 
 #include <algorithm>
+
+#include "elementary.hpp"
 
 namespace zh {
 
@@ -14,6 +17,8 @@ struct DcLinkParameters {
     double capacitance_F = 0.0; // 0: stiff
     double source_ohm = 0.5;    // mains, rectifier and choke
     double chopper_ohm = 0.0;   // 0: no brake resistor
+    double ripple_pu = 0.0;     // amplitude of the source's ripple over its voltage
+    double ripple_Hz = 0.0;
 };
 
 class DcLink {
@@ -27,9 +32,15 @@ public:
     {
         return u_dc_V_;
     }
-    // A stiff link follows at once, before the interval that it acts in.
-    void follow(double source_V)
+    bool ripples() const
     {
+        return p_.ripple_pu > 0.0;
+    }
+    // A stiff link follows at once, before the interval that it acts in.
+    void follow(double mean_V, double t_s)
+    {
+        const double ripple_pu = ripples() ? p_.ripple_pu * portable_sin(p_.ripple_Hz * t_s) : 0.0;
+        const double source_V = mean_V * (1.0 + ripple_pu);
         source_V_ = source_V;
         if (!(p_.capacitance_F > 0.0)) {
             u_dc_V_ = source_V;

@@ -1,4 +1,4 @@
-// exp and atan2 with the same bits on every machine; those of C libraries differ in the last ones.
+// exp, sin and atan2 with the same bits on every machine; C libraries differ in the last ones.
 //
 // Made of + - * / and the square root, which IEEE 754 rounds correctly, and of ldexp, which is
 // exact. Within 1e-15 of the true value (tests/reference/test_elementary.cpp).
@@ -26,6 +26,19 @@ inline double portable_exp(double x)
         sum = 1.0 + sum * r / k;
     }
     return std::ldexp(sum, static_cast<int>(doublings));
+}
+
+// sin(2 pi turns).
+inline double portable_sin(double turns)
+{
+    const double part = turns - std::floor(turns + 0.5); // -1/2 .. 1/2
+    const double folded = std::abs(part) <= 0.25 ? part : std::copysign(0.5, part) - part;
+    const double x = 2.0 * std::numbers::pi * folded; // |x| <= pi / 2
+    double sum = 1.0;
+    for (int k = 22; k > 0; k -= 2) { // Taylor; the next term is below 1e-19
+        sum = 1.0 - sum * x * x / (k * (k + 1));
+    }
+    return x * sum;
 }
 
 // Angle of the point (x, y), -pi .. pi; 0 at the origin. x and y are finite.

@@ -51,6 +51,12 @@ void InductionMotor::set_stator_resistance_factor(double factor)
     linear_.Rs_ohm = parameters_.Rs_ohm * factor;
 }
 
+void InductionMotor::set_rotor_resistance_factor(double factor)
+{
+    linear_.Rr_ohm = parameters_.Rr_ohm * factor;
+    rotor_share_ = 1.0 / (1.0 + linear_.Rr_ohm * iron_siemens_);
+}
+
 double InductionMotor::inverse_M(double flux_squared) const
 {
     const double q = flux_squared * inv_knee2_;
@@ -126,7 +132,7 @@ Vec InductionMotor::stator_flux(Vec psi_r_Wb, Vec i_s_A) const
 Vec InductionMotor::rotor_flux_rate_V(const MotorState &x) const
 {
     return rotor_share_ * ((linear_.pole_pairs * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) -
-                           parameters_.Rr_ohm * currents(x).i_r_A);
+                           linear_.Rr_ohm * currents(x).i_r_A);
 }
 
 Vec InductionMotor::transient_emf(const MotorState &x) const
@@ -202,7 +208,7 @@ void InductionMotor::step_open(MotorState &x, const ShaftDrive &shaft, double h_
         const Vec i_r =
             saturated_ ? inverse_M(dot(psi_m, psi_m)) * psi_m : (1.0 / parameters_.Lr_H) * y.psi_r;
         const Vec psi_r_V = rotor_share_ * ((linear_.pole_pairs * y.omega) * turned_90(y.psi_r) -
-                                            parameters_.Rr_ohm * i_r);
+                                            linear_.Rr_ohm * i_r);
         const double drag_Nm = shaft.viscous_Nms * y.omega + iron_torque_Nm(y.psi_r, psi_r_V);
         return Open{psi_r_V, (shaft.torque_Nm - drag_Nm) * shaft.inv_J_per_kg_m2};
     };

@@ -58,6 +58,7 @@ public:
     }
     // Heating: the resistance of the parameters times a factor.
     void set_stator_resistance_factor(double factor);
+    void set_rotor_resistance_factor(double factor);
 
     MotorCurrents currents(const MotorState &x) const;
     Vec stator_current(const MotorState &x) const

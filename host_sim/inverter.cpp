@@ -10,12 +10,17 @@ Inverter::Inverter(const InverterParameters &parameters)
       period_s_(1.0 / parameters.carrier_Hz), leg_{.inv_threshold_per_A =
                                                        1.0 / parameters.i_threshold_A,
                                                    .drop_V = parameters.drop_V},
-      dead_share_(parameters.dead_time_s * parameters.carrier_Hz)
+      devices_{.drop_difference_V = parameters.drop_difference_V,
+               .on_ohm = parameters.on_ohm,
+               .dead_s_per_F =
+                   parameters.leg_F > 0.0 ? parameters.dead_time_s / parameters.leg_F : 0.0},
+      ideal_(devices_.ideal()), dead_share_(parameters.dead_time_s * parameters.carrier_Hz)
 {
     const bool sensible = parameters.carrier_Hz > 0.0 && parameters.i_threshold_A > 0.0 &&
                           parameters.dead_time_s >= 0.0 &&
                           parameters.dead_time_s < 0.5 * period_s_ && parameters.drop_V >= 0.0 &&
-                          parameters.u_dc_V > 0.0;
+                          parameters.u_dc_V > 0.0 && parameters.on_ohm >= 0.0 &&
+                          parameters.leg_F >= 0.0;
     if (!sensible) {
         throw std::invalid_argument("inverter: carrier, threshold and dc link positive; dead time "
                                     "and drop not negative, dead time below half a period");

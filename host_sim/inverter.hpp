@@ -8,10 +8,18 @@
 //
 // averaged: d = duty, delta = dead_time f_c;  switched: d, delta = 1, 0 | 0, 0 | 1/2, 1/2 for upper
 // on, lower on, none on (i_threshold then stands for the charging of the leg's capacitance).
+//
+// Devices that are not ideal (DeviceLaw), with C the capacitance of a leg and D the difference of
+// the drops:
+//
+//   v = u_dc (clamp(d - delta g, 0, 1) - 1/2) - drop s - (d - 1/2) D |s| - R_on i
+//   g = x/2 up to x = 1, then 1 - 1/(2x), x = |i| dead_time / (C u_dc), with the sign of i
 #ifndef ZH_INVERTER_HPP
 #define ZH_INVERTER_HPP
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 
@@ -32,7 +40,10 @@ struct InverterParameters {
     double carrier_Hz = 5000.0;
     double dead_time_s = 0.0;
     double i_threshold_A = 0.1;
-    double drop_V = 0.0; // per leg, transistor or diode
+    double drop_V = 0.0;            // per leg, transistor or diode: their mean
+    double drop_difference_V = 0.0; // transistor's drop less the diode's
+    double on_ohm = 0.0;            // of whichever conducts
+    double leg_F = 0.0; // charged by the current within the dead time; 0: i_threshold decides
 };
 
 // A stretch of time in which no leg changes its switches.
@@ -62,6 +73,36 @@ constexpr double leg_voltage(const LegConstants &c, double level, double dead, d
     const double raised = sign > -1.0 ? sign : -1.0;
     const double s = raised < 1.0 ? raised : 1.0;
     return u_dc_V * (clamp01(level - dead * s) - 0.5) - c.drop_V * s;
+}
+// What a leg does beyond that.
+struct DeviceLaw {
+    double drop_difference_V = 0.0;
+    double on_ohm = 0.0;
+    double dead_s_per_F = 0.0; // dead time over capacitance; 0: none
+
+    bool ideal() const
+    {
+        return std::abs(drop_difference_V) + on_ohm + dead_s_per_F <= 0.0;
+    }
+};
+
+// Share of the dead time for which a leg is lost, with the sign of the current: the capacitance is
+// charged linearly, to the end if there is time.
+inline double charging_share(double dead_s_per_F, double i_A, double u_dc_V)
+{
+    const double x = std::abs(i_A) * dead_s_per_F / u_dc_V;
+    return std::copysign(x < 1.0 ? 0.5 * x : 1.0 - 0.5 / x, i_A);
+}
+
+// The leg formula with devices.
+inline double device_leg_voltage(const LegConstants &c, const DeviceLaw &law, double level,
+                                 double dead, double i_A, double u_dc_V)
+{
+    const double s = std::clamp(i_A * c.inv_threshold_per_A, -1.0, 1.0);
+    const bool charged = law.dead_s_per_F > 0.0;
+    const double g = charged ? charging_share(law.dead_s_per_F, i_A, u_dc_V) : s;
+    const double drop_V = c.drop_V * s + (level - 0.5) * law.drop_difference_V * std::abs(s);
+    return u_dc_V * (clamp01(level - dead * g) - 0.5) - drop_V - law.on_ohm * i_A;
 }
 // delta of the averaged model: a duty of 0 or 1 switches nothing.
 constexpr double averaged_dead(double level, double dead_share)
@@ -102,7 +143,9 @@ public:
     {
         Phases v{};
         for (std::size_t x = 0; x < 3; ++x) {
-            v[x] = leg_voltage(leg_, segment.level[x], segment.dead[x], i_A[x], u_dc_V);
+            v[x] = ideal_ ? leg_voltage(leg_, segment.level[x], segment.dead[x], i_A[x], u_dc_V)
+                          : device_leg_voltage(leg_, devices_, segment.level[x], segment.dead[x],
+                                               i_A[x], u_dc_V);
         }
         return v;
     }
@@ -113,6 +156,11 @@ public:
     const LegConstants &leg() const
     {
         return leg_;
+    }
+    // leg() says all about a leg.
+    bool ideal_devices() const
+    {
+        return ideal_;
     }
     double dead_share() const
     {
@@ -141,6 +189,8 @@ private:
     InverterParameters parameters_;
     double period_s_;
     LegConstants leg_;
+    DeviceLaw devices_;
+    bool ideal_;
     double dead_share_; // dead time over carrier period
     std::array<Leg, 3> legs_{};
     // The end of the last period's dead time, then at most three commands (a crest edge, up, down),

@@ -1,8 +1,43 @@
 #include "load.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
+#include "elementary.hpp"
+
 namespace zh {
+
+double LoadLaw::torque_Nm(double profile_Nm, double omega_m_rad_s, double t_s) const
+{
+    const double speed = omega_m_rad_s / reference_rad_s;
+    double share = 1.0;
+    if (exponent == 1) {
+        share = speed;
+    } else if (exponent == 2) {
+        share = speed * std::abs(speed);
+    }
+    return profile_Nm * share * (1.0 + pulse_pu * portable_sin(pulse_Hz * t_s));
+}
+
+ElasticLoad::ElasticLoad(const Mechanics &mechanics)
+    : J_kg_m2_(mechanics.load_J_kg_m2), stiffness_Nm_(mechanics.stiffness_Nm),
+      damping_Nms_(mechanics.damping_Nms)
+{
+    const bool coupled = stiffness_Nm_ > 0.0 && damping_Nms_ >= 0.0;
+    if (!(J_kg_m2_ >= 0.0) || (present() && !coupled)) {
+        throw std::invalid_argument("shaft: a second mass needs stiffness > 0 and damping >= 0");
+    }
+}
+
+// Twist first, then the speed it leads to: symplectic, the resonance neither grows nor fades.
+double ElasticLoad::advance(double omega_m_rad_s, double load_torque_Nm, double h_s)
+{
+    const double slip_rad_s = omega_m_rad_s - omega_rad_s_;
+    twist_rad_ += h_s * slip_rad_s;
+    const double coupling_Nm = stiffness_Nm_ * twist_rad_ + damping_Nms_ * slip_rad_s;
+    omega_rad_s_ += h_s * (coupling_Nm - load_torque_Nm) / J_kg_m2_;
+    return coupling_Nm;
+}
 
 Shaft::Shaft(const Mechanics &mechanics)
     : friction_{.coulomb_Nm = mechanics.coulomb_Nm,

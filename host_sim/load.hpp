@@ -1,8 +1,8 @@
-// The shaft: load machine, Coulomb, static and viscous friction.
+// The shaft: load machine, Coulomb, static and viscous friction; a second mass on request.
 //
 // J dw/dt = T - T_load - T_coulomb sign(w) - B w. At w = 0 the shaft sticks, exactly, while
-// |T - T_load| <= T_static. The load machine is torque controlled: T_load does not depend on speed;
-// positive opposes positive rotation.
+// |T - T_load| <= T_static. The load machine is torque controlled, T_load does not depend on speed,
+// unless a LoadLaw says otherwise; positive opposes positive rotation.
 #ifndef ZH_LOAD_HPP
 #define ZH_LOAD_HPP
 
@@ -15,6 +15,55 @@ struct Mechanics {
     double coulomb_Nm = 0.0;
     double static_Nm = 0.0; // >= coulomb_Nm
     double viscous_Nms = 0.0;
+    // A second mass, the load's, that J_kg_m2 does not contain; 0: none.
+    double load_J_kg_m2 = 0.0;
+    double stiffness_Nm = 0.0; // of the coupling, per rad
+    double damping_Nms = 0.0;
+};
+
+// What a driven machine makes of the load profile: constant, in proportion to speed or to its
+// square, with a torque that pulsates around that.
+struct LoadLaw {
+    int exponent = 0;
+    double reference_rad_s = 1.0; // where the profile's torque is reached
+    double pulse_pu = 0.0;
+    double pulse_Hz = 0.0;
+
+    bool constant() const
+    {
+        return exponent == 0 && !(pulse_pu > 0.0);
+    }
+    double torque_Nm(double profile_Nm, double omega_m_rad_s, double t_s) const;
+};
+
+// A load mass behind an elastic coupling, stepped once per control period: its resonance lies far
+// below 1 / period. The motor's shaft feels the coupling's torque instead of the load.
+class ElasticLoad {
+public:
+    // Throws std::invalid_argument for a mass without a coupling.
+    explicit ElasticLoad(const Mechanics &mechanics);
+
+    bool present() const
+    {
+        return J_kg_m2_ > 0.0;
+    }
+    // Both masses turn at this speed, and the coupling is not twisted.
+    void turn_with(double omega_m_rad_s)
+    {
+        omega_rad_s_ = omega_m_rad_s;
+        twist_rad_ = 0.0;
+    }
+    // The torque on the motor's shaft over the coming h.
+    double advance(double omega_m_rad_s, double load_torque_Nm, double h_s);
+    double omega_rad_s() const
+    {
+        return omega_rad_s_;
+    }
+
+private:
+    double J_kg_m2_, stiffness_Nm_, damping_Nms_;
+    double omega_rad_s_ = 0.0;
+    double twist_rad_ = 0.0;
 };
 
 class Shaft {

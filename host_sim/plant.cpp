@@ -8,15 +8,22 @@ namespace {
 
 // Terminal voltages fall by `slope` ohm times the current inside the threshold; an explicit step of
 // h through the transient inductance needs slope h / L < 1, or the model would chatter.
-void check_threshold(const InverterParameters &inverter, double slope_V, double h_s,
-                     double transient_H)
+void check_threshold(double threshold_A, double slope_V, double h_s, double transient_H)
 {
     const double least_A = slope_V * h_s / transient_H;
-    if (inverter.i_threshold_A < least_A) {
-        throw ConfigError("rig: inverter.i_threshold_A: " + std::to_string(inverter.i_threshold_A) +
+    if (threshold_A < least_A) {
+        throw ConfigError("rig: inverter.i_threshold_A: " + std::to_string(threshold_A) +
                           " is too steep for this motor and dead time; give at least " +
-                          std::to_string(least_A));
+                          std::to_string(least_A) + ", or a larger inverter.leg_F");
     }
+}
+
+// The dead-time error's slope at no current is that of a curve which ends at this current.
+double dead_threshold_A(const InverterParameters &inverter)
+{
+    return inverter.leg_F > 0.0 && inverter.dead_time_s > 0.0
+               ? 2.0 * inverter.leg_F * inverter.u_dc_V / inverter.dead_time_s
+               : inverter.i_threshold_A;
 }
 
 double transient_H(const MotorParameters &m)
@@ -36,11 +43,14 @@ void check_fit(const Rig &rig, const Board &board)
         board.period_s / (rig.integration.substeps > 0 ? rig.integration.substeps : 2);
     const double dead_V = inverter.dead_time_s * inverter.carrier_Hz * inverter.u_dc_V;
     if (inverter.model == InverterModel::averaged) {
-        check_threshold(inverter, dead_V + inverter.drop_V, step_s, transient_H(rig.motor));
-    } else {
-        check_threshold(inverter, 0.5 * inverter.u_dc_V, inverter.dead_time_s,
+        const double alone_V = inverter.leg_F > 0.0 ? 0.0 : dead_V;
+        check_threshold(inverter.i_threshold_A, alone_V + inverter.drop_V, step_s,
                         transient_H(rig.motor));
-        check_threshold(inverter, inverter.drop_V, step_s, transient_H(rig.motor));
+        check_threshold(dead_threshold_A(inverter), dead_V, step_s, transient_H(rig.motor));
+    } else {
+        check_threshold(dead_threshold_A(inverter), 0.5 * inverter.u_dc_V, inverter.dead_time_s,
+                        transient_H(rig.motor));
+        check_threshold(inverter.i_threshold_A, inverter.drop_V, step_s, transient_H(rig.motor));
     }
 }
 
@@ -53,7 +63,8 @@ bool whole_step_fits(const Rig &rig, double period_s)
     const InverterParameters &inverter = rig.inverter;
     const double slope_V =
         inverter.dead_time_s * inverter.carrier_Hz * inverter.u_dc_V + inverter.drop_V;
-    return slope_V * period_s < whole_step_share * transient_H(rig.motor) * inverter.i_threshold_A;
+    const double steepest_A = std::min(inverter.i_threshold_A, dead_threshold_A(inverter));
+    return slope_V * period_s < whole_step_share * transient_H(rig.motor) * steepest_A;
 }
 
 } // namespace
@@ -61,7 +72,7 @@ bool whole_step_fits(const Rig &rig, double period_s)
 Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbances,
              std::uint64_t seed)
     : period_s_(board.period_s), motor_(rig.motor, rig.integration.method), shaft_(rig.mechanics),
-      inverter_(rig.inverter), sensors_(rig.sensors, board, seed),
+      elastic_(rig.mechanics), inverter_(rig.inverter), sensors_(rig.sensors, board, seed),
       filter_(board.filter_cutoff_Hz, board.filter_damping, board.period_s),
       whole_period_(filter_.transition(board.period_s)),
       half_period_(filter_.transition(0.5 * board.period_s)),
@@ -84,6 +95,7 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
     follow_disturbances();
     const MotorParameters &m = rig.motor;
     x_.omega_m_rad_s = disturbances.initial_speed_rpm * rad_s_per_rpm;
+    elastic_.turn_with(x_.omega_m_rad_s);
     x_.psi_r_Wb = {disturbances.initial_flux_Wb, 0.0};
     x_.psi_s_Wb = (m.M_H / m.Lr_H) * x_.psi_r_Wb; // no stator current
 }
@@ -91,6 +103,7 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
 void Plant::set_state(const MotorState &state)
 {
     x_ = state;
+    elastic_.turn_with(state.omega_m_rad_s);
     open_ = {false, false, false};
     blocked_ = false;
     i_s_before_A_ = motor_.stator_current(x_);
@@ -107,15 +120,24 @@ Words Plant::sample()
 void Plant::follow_disturbances()
 {
     const double t_s = time_s() + 0.5 * period_s_;
-    if (t_s < quiet_until_s_) {
-        return;
+    const bool quiet = t_s < quiet_until_s_;
+    if (!quiet) {
+        quiet_until_s_ = disturbances_.holds_until(t_s);
+        profile_load_Nm_ = disturbances_.load_torque_Nm.value(t_s, load_cursor_);
+        load_torque_Nm_ = profile_load_Nm_;
+        motor_.set_stator_resistance_factor(disturbances_.rs_factor.value(t_s, rs_cursor_));
+        motor_.set_rotor_resistance_factor(disturbances_.rr_factor.value(t_s, rr_cursor_));
+        source_V_ = disturbances_.u_dc_V ? disturbances_.u_dc_V->value(t_s, u_dc_cursor_)
+                                         : inverter_.parameters().u_dc_V;
     }
-    quiet_until_s_ = disturbances_.holds_until(t_s);
-    load_torque_Nm_ = disturbances_.load_torque_Nm.value(t_s, load_cursor_);
-    motor_.set_stator_resistance_factor(disturbances_.rs_factor.value(t_s, rs_cursor_));
-    link_.follow(disturbances_.u_dc_V ? disturbances_.u_dc_V->value(t_s, u_dc_cursor_)
-                                      : inverter_.parameters().u_dc_V);
-    u_dc_V_ = link_.u_dc_V();
+    if (!quiet || link_.ripples()) {
+        link_.follow(source_V_, t_s);
+        u_dc_V_ = link_.u_dc_V();
+    }
+    if (!disturbances_.load.constant()) {
+        const double omega_rad_s = elastic_.present() ? elastic_.omega_rad_s() : x_.omega_m_rad_s;
+        load_torque_Nm_ = disturbances_.load.torque_Nm(profile_load_Nm_, omega_rad_s, t_s);
+    }
 }
 
 void Plant::advance(const Duty &duty, bool gates_on, bool brake_on)
@@ -134,6 +156,9 @@ Plant::Interval Plant::begin_interval(bool gates_on)
         jammed_ = true;
         shaft_.add_friction(disturbances_.faults.jam_Nm);
     }
+    shaft_load_Nm_ = elastic_.present()
+                         ? elastic_.advance(x_.omega_m_rad_s, load_torque_Nm_, period_s_)
+                         : load_torque_Nm_;
     u_s_V_s_ = {};
     energy_J_ = 0.0;
     i_peak_A_ = 0.0;
@@ -191,8 +216,8 @@ bool Plant::fits_lanes() const
     const bool averaged = inverter_.parameters().model == InverterModel::averaged;
     const Faults &f = disturbances_.faults;
     const bool plain = !(f.short_s < never_s) && !(f.earth_s < never_s) && !(f.jam_s < never_s);
-    return motor_.is_linear() && substeps_ == 0 && plain &&
-           (averaged ? whole_steps_ : filter_.series_fits());
+    return motor_.is_linear() && substeps_ == 0 && plain && inverter_.ideal_devices() &&
+           disturbances_.rr_factor.constant() && (averaged ? whole_steps_ : filter_.series_fits());
 }
 
 // One step over the whole period: against 64 steps per period four times closer than two half steps
@@ -254,7 +279,7 @@ void Plant::apply(Vec u_s_V, Vec i_s_A, double h_s)
 {
     const double omega_before = x_.omega_m_rad_s;
     const ShaftDrive shaft =
-        shaft_.begin(omega_before, motor_.torque_Nm(x_, i_s_A), load_torque_Nm_);
+        shaft_.begin(omega_before, motor_.torque_Nm(x_, i_s_A), shaft_load_Nm_);
     motor_.step(x_, u_s_V, shaft, h_s);
     settle_shaft(omega_before, h_s);
     u_s_V_s_ = u_s_V_s_ + h_s * u_s_V;
@@ -266,7 +291,7 @@ void Plant::settle_shaft(double omega_before_rad_s, double h_s)
 {
     if (shaft_.reversed(x_.omega_m_rad_s)) {
         x_.omega_m_rad_s = shaft_.settle(omega_before_rad_s, x_.omega_m_rad_s, motor_.torque_Nm(x_),
-                                         load_torque_Nm_, h_s);
+                                         shaft_load_Nm_, h_s);
     }
 }
 

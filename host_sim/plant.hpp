@@ -170,6 +170,7 @@ private:
     double period_s_;
     InductionMotor motor_;
     Shaft shaft_;
+    ElasticLoad elastic_;
     Inverter inverter_;
     Sensors sensors_;
     LineVoltageFilter filter_;
@@ -195,12 +196,16 @@ private:
     double short_A_ = 0.0;     // out of leg u, into leg v
     double earth_A_ = 0.0;     // out of the earthed leg
     double i_peak_A_ = 0.0;
-    double load_torque_Nm_ = 0.0;
-    Vec u_s_V_s_;                // integral of u_s over the interval
-    Vec i_s_before_A_;           // at the start of the last averaged interval
-    double quiet_until_s_ = 0.0; // no disturbance changes before
+    double profile_load_Nm_ = 0.0;
+    double load_torque_Nm_ = 0.0; // the profile's, by the load's law
+    double shaft_load_Nm_ = 0.0;  // of it, or of the coupling to it
+    double source_V_ = 0.0;       // of the dc link, without ripple
+    Vec u_s_V_s_;                 // integral of u_s over the interval
+    Vec i_s_before_A_;            // at the start of the last averaged interval
+    double quiet_until_s_ = 0.0;  // no disturbance changes before
     std::size_t load_cursor_ = 0;
     std::size_t rs_cursor_ = 0;
+    std::size_t rr_cursor_ = 0;
     std::size_t u_dc_cursor_ = 0;
     std::array<bool, 3> open_{true, true, true}; // blocked phases without current
     bool blocked_ = true;

@@ -131,7 +131,7 @@ void Plant::step_open(double h_s)
 {
     const double omega_before = x_.omega_m_rad_s;
     const Vec flux_before = x_.psi_s_Wb;
-    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, load_torque_Nm_), h_s);
+    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, shaft_load_Nm_), h_s);
     settle_shaft(omega_before, h_s);
     const Vec flux_change = x_.psi_s_Wb - flux_before;
     const Phases u = phases_from_vec((1.0 / h_s) * flux_change);

@@ -137,7 +137,7 @@ void Plant::step_open_contactor(const Segment &half, double h_s)
     const double omega_before = x_.omega_m_rad_s;
     const Vec flux_before_Wb = x_.psi_s_Wb;
     x_.psi_s_Wb = motor_.stator_flux(x_.psi_r_Wb, {});
-    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, load_torque_Nm_), h_s);
+    motor_.step_open(x_, shaft_.begin(omega_before, 0.0, shaft_load_Nm_), h_s);
     settle_shaft(omega_before, h_s);
     u_s_V_s_ = u_s_V_s_ + (x_.psi_s_Wb - flux_before_Wb);
     const Phases v = inverter_.leg_voltages(half, {}, u_dc_V_);

@@ -108,7 +108,7 @@ void PlantLanes::plan(std::size_t k, Plant &plant, const Duty &duty)
     s.energy[k] = 0.0;
     Inputs &in = inputs_;
     in.Rs[k] = plant.motor_.linear().Rs_ohm;
-    in.load[k] = plant.load_torque_Nm_;
+    in.load[k] = plant.shaft_load_Nm_;
     in.u_dc[k] = plant.u_dc_V_;
     in.duty[0][k] = duty[0];
     in.duty[1][k] = duty[1];

@@ -26,6 +26,10 @@ public:
     {
         return points_.size() == 1 ? points_[0].value : seek(t_s, cursor);
     }
+    bool constant() const
+    {
+        return points_.size() == 1;
+    }
     // Until when value(t_s) does not change; t_s itself on a slope.
     double holds_until(double t_s) const;
     const std::vector<ProfilePoint> &points() const

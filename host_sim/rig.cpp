@@ -39,6 +39,13 @@ Mechanics read_mechanics(TomlReader &in)
     mechanics.static_Nm =
         in.number_or("mechanics.static_Nm", mechanics.coulomb_Nm, not_negative(1e5));
     mechanics.viscous_Nms = in.number_or("mechanics.viscous_Nms", 0.0, not_negative(1e3));
+    mechanics.load_J_kg_m2 = in.number_or("mechanics.load_J_kg_m2", 0.0, not_negative(1e4));
+    mechanics.stiffness_Nm = in.number_or("mechanics.stiffness_Nm", 0.0, not_negative(1e9));
+    mechanics.damping_Nms = in.number_or("mechanics.damping_Nms", 0.0, not_negative(1e5));
+    if (mechanics.load_J_kg_m2 > 0.0 && !(mechanics.stiffness_Nm > 0.0)) {
+        in.reject("mechanics.stiffness_Nm", "is missing beside mechanics.load_J_kg_m2",
+                  "give the coupling's torque per rad");
+    }
     if (mechanics.static_Nm < mechanics.coulomb_Nm) {
         in.reject("mechanics.static_Nm", "is below mechanics.coulomb_Nm",
                   "static friction is at least the sliding one");
@@ -58,6 +65,10 @@ InverterParameters read_inverter(TomlReader &in)
     inverter.i_threshold_A =
         in.number_or("inverter.i_threshold_A", inverter.i_threshold_A, positive(1e3));
     inverter.drop_V = in.number_or("inverter.drop_V", 0.0, not_negative(100.0));
+    inverter.drop_difference_V =
+        in.number_or("inverter.drop_difference_V", 0.0, within(-100.0, 100.0));
+    inverter.on_ohm = in.number_or("inverter.on_ohm", 0.0, not_negative(100.0));
+    inverter.leg_F = in.number_or("inverter.leg_F", 0.0, not_negative(1e-6));
     if (inverter.dead_time_s * inverter.carrier_Hz > 0.25) {
         in.reject("inverter.dead_time_s", "is more than a quarter of the carrier period",
                   "give seconds, for example 3e-6");
@@ -71,6 +82,8 @@ DcLinkParameters read_dc_link(TomlReader &in)
     link.capacitance_F = in.number_or("dc_link.capacitance_F", 0.0, not_negative(1.0));
     link.source_ohm = in.number_or("dc_link.source_ohm", link.source_ohm, positive(1e3));
     link.chopper_ohm = in.number_or("dc_link.chopper_ohm", 0.0, not_negative(1e5));
+    link.ripple_pu = in.number_or("dc_link.ripple_pu", 0.0, within(0.0, 0.5));
+    link.ripple_Hz = in.number_or("dc_link.ripple_Hz", 0.0, not_negative(1e4));
     return link;
 }
 

@@ -14,10 +14,26 @@ double time_or_never(TomlReader &in, std::string_view key)
     return in.number_or(key, never_s, not_negative(longest_s));
 }
 
+LoadLaw read_load(TomlReader &in)
+{
+    LoadLaw law;
+    if (in.has("load.law")) {
+        law.exponent = static_cast<int>(in.choice("load.law", {"constant", "linear", "square"}));
+    }
+    if (law.exponent > 0) {
+        law.reference_rad_s = in.number("load.reference_rpm", positive(1e5)) * rad_s_per_rpm;
+    }
+    law.pulse_pu = in.number_or("load.pulse_pu", 0.0, within(0.0, 1.0));
+    law.pulse_Hz = in.number_or("load.pulse_Hz", 0.0, not_negative(1e3));
+    return law;
+}
+
 void read_disturbances(TomlReader &in, Disturbances &disturbances)
 {
     disturbances.load_torque_Nm = in.profile_or("profiles.load_torque_Nm", 0.0, within(-1e5, 1e5));
+    disturbances.load = read_load(in);
     disturbances.rs_factor = in.profile_or("profiles.rs_factor", 1.0, within(0.1, 10.0));
+    disturbances.rr_factor = in.profile_or("profiles.rr_factor", 1.0, within(0.1, 10.0));
     if (in.has("profiles.u_dc_V")) {
         disturbances.u_dc_V = in.profile("profiles.u_dc_V", not_negative(1e5));
     }
@@ -44,7 +60,8 @@ ControllerMotor read_controller_motor(TomlReader &in)
 
 double Disturbances::holds_until(double t_s) const
 {
-    const double motor_s = std::min(load_torque_Nm.holds_until(t_s), rs_factor.holds_until(t_s));
+    const double motor_s = std::min(
+        {load_torque_Nm.holds_until(t_s), rs_factor.holds_until(t_s), rr_factor.holds_until(t_s)});
     return u_dc_V ? std::min(motor_s, u_dc_V->holds_until(t_s)) : motor_s;
 }
 

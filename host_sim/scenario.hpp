@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "faults.hpp"
+#include "load.hpp"
 #include "profile.hpp"
 #include "toml_reader.hpp"
 
@@ -24,14 +25,16 @@ inline constexpr std::uint32_t command_commission = 8U;
 
 // What acts on the plant.
 struct Disturbances {
-    Profile load_torque_Nm{0.0};    // > 0 opposes positive rotation, independent of speed
+    Profile load_torque_Nm{0.0};    // > 0 opposes positive rotation
+    LoadLaw load;                   // how it depends on speed and time
     Profile rs_factor{1.0};         // true Rs over the rig's
+    Profile rr_factor{1.0};         // true Rr over the rig's
     std::optional<Profile> u_dc_V;  // what feeds the dc link, instead of the rig's constant
     double initial_speed_rpm = 0.0; // of a shaft that turns already
     double initial_flux_Wb = 0.0;   // residual rotor flux, along alpha, without stator current
     Faults faults;
 
-    // Of load, resistance and dc link.
+    // Of the profiles of load, resistances and dc link.
     double holds_until(double t_s) const;
 };
 

@@ -37,6 +37,14 @@ void atan2_is_that_of_the_c_library()
     }
 }
 
+void sin_is_that_of_the_c_library()
+{
+    for (int k = -100000; k <= 100000; ++k) {
+        const double turns = k / 20000.0;
+        CHECK_NEAR(zh::portable_sin(turns), std::sin(2.0 * pi * std::remainder(turns, 1.0)), 1e-15);
+    }
+}
+
 void atan2_on_the_axes()
 {
     CHECK_NEAR(zh::portable_atan2(0.0, 0.0), 0.0, 0.0);
@@ -51,6 +59,7 @@ void atan2_on_the_axes()
 int main()
 {
     return check::run({{"exp is that of the C library", exp_is_that_of_the_c_library},
+                       {"sin is that of the C library", sin_is_that_of_the_c_library},
                        {"atan2 is that of the C library", atan2_is_that_of_the_c_library},
                        {"atan2 on the axes", atan2_on_the_axes}});
 }

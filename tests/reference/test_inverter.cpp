@@ -82,6 +82,51 @@ void at_zero_current_the_dead_time_takes_nothing()
     }
 }
 
+// A period of devices by hand: while the upper one is on, a current out of the leg flows through
+// the transistor, into it through the diode; while the lower one is on the other way round.
+void a_leg_loses_the_drop_of_whichever_device_conducts()
+{
+    constexpr double transistor_V = 1.7, diode_V = 0.9, on_ohm = 0.05;
+    for (const auto model : {InverterModel::averaged, InverterModel::switched}) {
+        InverterParameters p = parameters(model, 0.0, 0.5 * (transistor_V + diode_V));
+        p.drop_difference_V = transistor_V - diode_V;
+        p.on_ohm = on_ohm;
+        Inverter inverter(p);
+        const Duty duty{0.7, 0.2, 0.4};
+        const Phases i{5.0, -6.0, 1.0};
+        mean_over_a_period(inverter, duty, i);
+        const Phases mean = mean_over_a_period(inverter, duty, i);
+        for (std::size_t x = 0; x < 3; ++x) {
+            const double upper_V = i[x] > 0.0 ? transistor_V : -diode_V;
+            const double lower_V = i[x] > 0.0 ? diode_V : -transistor_V;
+            const double lost_V = duty[x] * upper_V + (1.0 - duty[x]) * lower_V;
+            CHECK_NEAR(mean[x], u_dc * (duty[x] - 0.5) - lost_V - on_ohm * i[x], 1e-9);
+        }
+    }
+}
+
+// 2 nF and 283 V hold .566 uC: in 3 us a current of .1887 A takes them.
+void a_leg_capacitance_gives_back_part_of_the_dead_time()
+{
+    constexpr double dead_s = 3e-6, leg_F = 2e-9;
+    for (const auto model : {InverterModel::averaged, InverterModel::switched}) {
+        InverterParameters p = parameters(model, dead_s, 0.0);
+        p.leg_F = leg_F;
+        for (const double i_A : {0.05, 0.1887, 0.5, 8.0, -0.05, -8.0}) {
+            Inverter inverter(p);
+            mean_over_a_period(inverter, {0.5, 0.5, 0.5}, {i_A, -i_A, 0.0});
+            const Phases mean = mean_over_a_period(inverter, {0.5, 0.5, 0.5}, {i_A, -i_A, 0.0});
+            // Volt-seconds lost per period: the ramp of the voltage, to the rail or to the end.
+            const double charge_s = leg_F * u_dc / std::abs(i_A);
+            const double lost_s =
+                charge_s > dead_s ? 0.5 * dead_s * dead_s / charge_s : dead_s - 0.5 * charge_s;
+            CHECK_NEAR(mean[0], std::copysign(u_dc * lost_s / period_s, -i_A), 1e-9);
+            CHECK_NEAR(mean[1], -mean[0], 1e-9);
+            CHECK_NEAR(mean[2], 0.0, 1e-12);
+        }
+    }
+}
+
 void pulses_are_centred_between_the_crests()
 {
     Inverter inverter(parameters(InverterModel::switched, 0.0, 0.0));
@@ -168,6 +213,8 @@ void impossible_inverters_are_refused()
     CHECK(refused([](auto &p) { p.dead_time_s = 100e-6; }));
     CHECK(refused([](auto &p) { p.dead_time_s = -1e-6; }));
     CHECK(refused([](auto &p) { p.i_threshold_A = 0.0; }));
+    CHECK(refused([](auto &p) { p.on_ohm = -0.1; }));
+    CHECK(refused([](auto &p) { p.leg_F = -1e-9; }));
     CHECK(refused([](auto &p) { p.carrier_Hz = std::nan(""); }));
     CHECK(!refused([](auto &) {}));
 }
@@ -241,6 +288,10 @@ int main()
          means_over_a_period_are_those_of_the_dead_time_formula},
         {"at zero current the dead time takes nothing",
          at_zero_current_the_dead_time_takes_nothing},
+        {"a leg loses the drop of whichever device conducts",
+         a_leg_loses_the_drop_of_whichever_device_conducts},
+        {"a leg's capacitance gives back part of the dead time",
+         a_leg_capacitance_gives_back_part_of_the_dead_time},
         {"pulses are centred between the crests", pulses_are_centred_between_the_crests},
         {"the dead time follows each command", the_dead_time_follows_each_command},
         {"full duty switches only once", full_duty_switches_only_once},

@@ -50,7 +50,14 @@ std::vector<Bench> benches(InverterModel model)
     all[1].rig.inverter.dead_time_s = 0.0;
     all[1].rig.mechanics = {0.02, 0.0, 0.0, 0.0};
     all[2].rig.motor.saturation.flux_knee_Wb = 0.5;
+    all[0].rig.dc_link.ripple_pu = 0.05;
+    all[0].rig.dc_link.ripple_Hz = 300.0;
+    all[0].disturbances.load = {2, 20.0, 0.2, 10.0};
+    all[0].disturbances.load_torque_Nm = zh::Profile(2.0);
+    all[1].rig.mechanics.load_J_kg_m2 = 0.05;
+    all[1].rig.mechanics.stiffness_Nm = 40.0;
     all[3].rig.dc_link.capacitance_F = 1e-3;
+    all[5].rig.inverter.leg_F = 2e-9;
     all[3].disturbances.load_torque_Nm = zh::Profile({{0.0, 0.0}, {0.1, 3.0}});
     all[4].rig.integration.substeps = 3;
     all[4].board.period_s = 100e-6;

@@ -425,6 +425,85 @@ void resistance_and_dc_link_follow_their_profiles()
     CHECK(plant.sample().u_dc == 8192);
 }
 
+// A rotor whose resistance is 1.5 times the rig's, by its profile or by its rig.
+void the_rotor_heats_by_its_profile()
+{
+    for (const double iron_ohm : {0.0, 500.0}) {
+        Rig rig = ideal();
+        rig.motor.iron_loss_ohm = iron_ohm;
+        Rig hot = rig;
+        hot.motor.Rr_ohm = 1.5 * rig.motor.Rr_ohm;
+        Disturbances heated;
+        heated.rr_factor = Profile({{0.0, 1.0}, {0.0, 1.5}, {9.0, 1.5}});
+        Plant a(rig, Board{}, heated, 1);
+        Plant b(hot, Board{}, {}, 1);
+        for (int k = 0; k < 500; ++k) {
+            const double angle = 0.05 * k;
+            const zh::Duty duty{0.5 + 0.2 * std::sin(angle), 0.5 + 0.2 * std::sin(angle - 2.0944),
+                                0.5 + 0.2 * std::sin(angle + 2.0944)};
+            a.advance(duty, true);
+            b.advance(duty, true);
+        }
+        CHECK(b.truth().torque_Nm > 0.01);
+        CHECK_NEAR(a.truth().torque_Nm, b.truth().torque_Nm, 1e-12);
+        CHECK_NEAR(a.truth().omega_m_rad_s, b.truth().omega_m_rad_s, 1e-12);
+    }
+}
+
+void the_source_of_the_dc_link_ripples()
+{
+    Rig rig = ideal();
+    rig.dc_link.ripple_pu = 0.05;
+    rig.dc_link.ripple_Hz = 100.0;
+    Plant plant(rig, Board{}, {}, 1);
+    double lowest = 1e9, highest = 0.0, mean = 0.0;
+    for (int k = 0; k < 500; ++k) {
+        plant.advance({0.5, 0.5, 0.5}, false);
+        lowest = std::min(lowest, plant.truth().u_dc_V);
+        highest = std::max(highest, plant.truth().u_dc_V);
+        mean += plant.truth().u_dc_V / 500.0;
+    }
+    CHECK_RELATIVE(highest, 283.0 * 1.05, 1e-3);
+    CHECK_RELATIVE(lowest, 283.0 * 0.95, 1e-3);
+    CHECK_RELATIVE(mean, 283.0, 1e-9);
+}
+
+// No flux, gates off: the load alone brakes, exp(-T t / (w_ref J)).
+void a_load_in_proportion_to_speed_brakes_exponentially()
+{
+    Rig rig = ideal();
+    Disturbances disturbances;
+    disturbances.load_torque_Nm = Profile(0.5);
+    disturbances.load.exponent = 1;
+    disturbances.load.reference_rad_s = 100.0;
+    disturbances.initial_speed_rpm = 1000.0;
+    Plant plant(rig, Board{}, disturbances, 1);
+    const double start = plant.truth().omega_m_rad_s;
+    while (plant.time_s() < 2.0) {
+        plant.advance({0.5, 0.5, 0.5}, false);
+    }
+    CHECK_RELATIVE(plant.truth().omega_m_rad_s,
+                   start * std::exp(-0.5 / 100.0 / rig.mechanics.J_kg_m2 * 2.0), 1e-3);
+    CHECK_RELATIVE(plant.truth().load_torque_Nm, 0.5 * plant.truth().omega_m_rad_s / 100.0, 1e-3);
+}
+
+// Both masses together take the load's torque; the truth shows the load, not the coupling.
+void a_second_mass_shares_the_load()
+{
+    Rig rig = ideal();
+    rig.mechanics.load_J_kg_m2 = 3.0 * rig.mechanics.J_kg_m2;
+    rig.mechanics.stiffness_Nm = 50.0;
+    rig.mechanics.damping_Nms = 0.3;
+    Disturbances disturbances;
+    disturbances.load_torque_Nm = Profile(-0.6);
+    Plant plant(rig, Board{}, disturbances, 1);
+    while (plant.time_s() < 3.0) {
+        plant.advance({0.5, 0.5, 0.5}, false);
+    }
+    CHECK_RELATIVE(plant.truth().omega_m_rad_s, 0.6 * 3.0 / (4.0 * rig.mechanics.J_kg_m2), 2e-3);
+    CHECK_NEAR(plant.truth().load_torque_Nm, -0.6, 1e-12);
+}
+
 void runs_repeat_and_seeds_differ()
 {
     Rig rig = ideal();
@@ -516,6 +595,11 @@ int main()
         {"load and friction act on the shaft", load_and_friction_act_on_the_shaft},
         {"resistance and dc link follow their profiles",
          resistance_and_dc_link_follow_their_profiles},
+        {"the rotor heats by its profile", the_rotor_heats_by_its_profile},
+        {"the source of the dc link ripples", the_source_of_the_dc_link_ripples},
+        {"a load in proportion to speed brakes exponentially",
+         a_load_in_proportion_to_speed_brakes_exponentially},
+        {"a second mass shares the load", a_second_mass_shares_the_load},
         {"runs repeat and seeds differ", runs_repeat_and_seeds_differ},
         {"senseless duties do no harm", senseless_duties_do_no_harm},
         {"misfits of rig and board are refused", misfits_of_rig_and_board_are_refused},

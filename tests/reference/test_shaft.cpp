@@ -2,6 +2,8 @@
 #include "check.hpp"
 #include "load.hpp"
 
+#include <algorithm>
+#include <numbers>
 #include <stdexcept>
 
 using zh::Mechanics;
@@ -104,6 +106,57 @@ void viscous_drag_is_exponential()
     CHECK_RELATIVE(turn(ideal, 0.0, 1e-6, 0.0, 1000), 1e-6 / 0.02 * 0.1, 1e-9);
 }
 
+void a_load_follows_its_law()
+{
+    const zh::LoadLaw linear{1, 20.0, 0.0, 0.0};
+    CHECK_NEAR(linear.torque_Nm(8.0, 10.0, 0.0), 4.0, 1e-12);
+    CHECK_NEAR(linear.torque_Nm(8.0, -10.0, 0.0), -4.0, 1e-12);
+    const zh::LoadLaw square{2, 20.0, 0.0, 0.0};
+    CHECK_NEAR(square.torque_Nm(8.0, 10.0, 0.0), 2.0, 1e-12);
+    CHECK_NEAR(square.torque_Nm(8.0, -10.0, 0.0), -2.0, 1e-12);
+    const zh::LoadLaw pulsating{0, 1.0, 0.25, 5.0};
+    CHECK_NEAR(pulsating.torque_Nm(8.0, 3.0, 0.05), 10.0, 1e-12);
+    CHECK_NEAR(pulsating.torque_Nm(8.0, 3.0, 0.15), 6.0, 1e-12);
+    CHECK(zh::LoadLaw{}.constant() && !linear.constant() && !pulsating.constant());
+}
+
+// The motor held, the second mass swings at sqrt(k/J) = 20 rad/s for a minute.
+void a_second_mass_swings_at_its_resonance_and_loses_nothing()
+{
+    zh::ElasticLoad load({.load_J_kg_m2 = 0.05, .stiffness_Nm = 20.0});
+    load.turn_with(1.0);
+    double largest = 0.0;
+    int turns = 0;
+    double before = load.omega_rad_s();
+    for (long k = 0; k < 300000; ++k) {
+        load.advance(0.0, 0.0, 200e-6);
+        const double omega = load.omega_rad_s();
+        turns += before < 0.0 && omega >= 0.0;
+        largest = k > 290000 ? std::max(largest, omega) : largest;
+        before = omega;
+    }
+    CHECK_NEAR(turns, 60.0 * 20.0 / (2.0 * std::numbers::pi), 1.0);
+    CHECK_RELATIVE(largest, 1.0, 2e-3);
+    // Damping .4 Nm s: exp(-d/(2 J) t) = exp(-4 t).
+    zh::ElasticLoad damped({.load_J_kg_m2 = 0.05, .stiffness_Nm = 20.0, .damping_Nms = 0.4});
+    damped.turn_with(1.0);
+    for (long k = 0; k < 10000; ++k) {
+        damped.advance(0.0, 0.0, 200e-6);
+    }
+    CHECK(std::abs(damped.omega_rad_s()) < 2.0 * std::exp(-8.0));
+}
+
+void a_second_mass_needs_a_coupling()
+{
+    const auto refused = [](Mechanics m) {
+        return !check::message_of<std::invalid_argument>([&] { zh::ElasticLoad load(m); }).empty();
+    };
+    CHECK(refused({.load_J_kg_m2 = 0.05}));
+    CHECK(refused({.load_J_kg_m2 = -0.05, .stiffness_Nm = 20.0}));
+    CHECK(refused({.load_J_kg_m2 = 0.05, .stiffness_Nm = 20.0, .damping_Nms = -1.0}));
+    CHECK(!refused({}));
+}
+
 void senseless_mechanics_are_refused()
 {
     const auto refused = [](const Mechanics &m) {
@@ -130,6 +183,10 @@ int main()
         {"it passes through zero when friction cannot hold",
          it_passes_through_zero_when_friction_cannot_hold},
         {"viscous drag is exponential", viscous_drag_is_exponential},
+        {"a load follows its law", a_load_follows_its_law},
+        {"a second mass swings at its resonance and loses nothing",
+         a_second_mass_swings_at_its_resonance_and_loses_nothing},
+        {"a second mass needs a coupling", a_second_mass_needs_a_coupling},
         {"senseless mechanics are refused", senseless_mechanics_are_refused},
     });
 }
