@@ -60,6 +60,9 @@ void InductionMotor::set_rotor_resistance_factor(double factor)
 double InductionMotor::inverse_M(double flux_squared) const
 {
     const double q = flux_squared * inv_knee2_;
+    if (parameters_.saturation.soft) {
+        return inv_M_ * (1.0 + 2.0 * q * q / (1.0 + q));
+    }
     double power = q; // exponent 2
     switch (parameters_.saturation.exponent) {
     case 4:
@@ -77,6 +80,13 @@ double InductionMotor::inverse_M(double flux_squared) const
     return inv_M_ * (1.0 + power);
 }
 
+// d ln(inverse_M - 1/M) / d ln(flux).
+double InductionMotor::saturation_exponent(double flux_squared) const
+{
+    const double q = flux_squared * inv_knee2_;
+    return parameters_.saturation.soft ? 2.0 + 2.0 / (1.0 + q) : parameters_.saturation.exponent;
+}
+
 // Eliminating i_r leaves psi_m (1 + leakage_ratio + leak_r / M(psi_m)) = weighted flux. Both have
 // one direction; their ratio r solves r (base + leak_r / M(r)) = 1, increasing and convex in r, so
 // that Newton from above cannot miss. No square root: the even exponent takes magnitudes squared.
@@ -87,10 +97,10 @@ Vec InductionMotor::main_flux(Vec weighted_flux_Wb, double leakage_ratio) const
         return (1.0 / base) * weighted_flux_Wb;
     }
     const double flux_squared = dot(weighted_flux_Wb, weighted_flux_Wb);
-    const double n = parameters_.saturation.exponent;
     double r = 1.0 / (base + leak_r_H_ * inv_M_);
     for (int iteration = 0; iteration < 30; ++iteration) {
         const double inverse = inverse_M(r * r * flux_squared);
+        const double n = saturation_exponent(r * r * flux_squared);
         const double excess = r * (base + leak_r_H_ * inverse) - 1.0;
         r -= excess / (base + leak_r_H_ * (inverse + n * (inverse - inv_M_)));
         if (!(excess > 1e-9)) { // quadratic: the correction just made leaves about its square

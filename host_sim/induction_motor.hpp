@@ -3,7 +3,8 @@
 //   d psi_s/dt = u_s - Rs i_s            d psi_r/dt = -Rr i_r + j p w_m psi_r
 //   psi_s = Ls i_s + M i_r,  psi_r = M i_s + Lr i_r,  T = p Im(conj(psi_s) i_s)
 // Power-invariant vectors. With saturation Ls - M and Lr - M are constant leakages and the main
-// inductance falls with the main flux: M(psi_m) = M / (1 + (psi_m/knee)^exponent).
+// inductance falls with the main flux: M(psi_m) = M / (1 + (psi_m/knee)^exponent), or by the softer
+// law M / (1 + 2 q^2 / (1 + q)), q = (psi_m/knee)^2: a fourth power below the knee, a square above.
 //
 // Iron loss: a resistance R_fe in the stationary frame across d psi_r/dt, that is across the
 // magnetising branch of the inverse-Gamma circuit. Its current i_fe = (d psi_r/dt) / R_fe comes out
@@ -21,6 +22,7 @@ namespace zh {
 struct Saturation {
     double flux_knee_Wb = 0.0; // main flux at which M has halved; 0: no saturation
     int exponent = 4;          // even, 2..8
+    bool soft = false;         // the other law; the exponent then says nothing
 };
 
 struct MotorParameters {
@@ -101,6 +103,7 @@ private:
         return linear_.pole_pairs * iron_siemens_ * cross(psi_r_Wb, psi_r_rate_V);
     }
     double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m
+    double saturation_exponent(double flux_squared) const;
     Vec main_flux(Vec weighted_flux_Wb, double leakage_ratio) const;
 
     MotorParameters parameters_;

@@ -19,6 +19,9 @@ MotorParameters read_motor(TomlReader &in)
         in.number_or("motor.saturation.flux_knee_Wb", 0.0, not_negative(1e3));
     motor.saturation.exponent =
         in.integer_or("motor.saturation.exponent", motor.saturation.exponent, 2, 8);
+    if (in.has("motor.saturation.law")) {
+        motor.saturation.soft = in.choice("motor.saturation.law", {"power", "soft"}) == 1;
+    }
     if (motor.saturation.exponent % 2 != 0) {
         in.reject("motor.saturation.exponent", "is odd", "give 2, 4, 6 or 8");
     }

@@ -25,19 +25,25 @@ inline zh::MotorParameters saturated(zh::MotorParameters m, double knee_Wb, int 
     m.saturation = {knee_Wb, exponent};
     return m;
 }
+inline zh::MotorParameters softly(zh::MotorParameters m)
+{
+    m.saturation.soft = true;
+    return m;
+}
 // Some ten times the loss of a real machine, so that a mistake in it shows.
 inline zh::MotorParameters with_iron(zh::MotorParameters m)
 {
     m.iron_loss_ohm = 50.0;
     return m;
 }
-inline const std::array<zh::MotorParameters, 8> &all()
+inline const std::array<zh::MotorParameters, 9> &all()
 {
-    static const std::array<zh::MotorParameters, 8> list{table1(),
+    static const std::array<zh::MotorParameters, 9> list{table1(),
                                                          four_kw(),
                                                          saturated(table1(), 0.7, 6),
                                                          saturated(four_kw(), 1.2, 4),
                                                          saturated(four_kw(), 0.9, 8),
+                                                         softly(saturated(four_kw(), 0.9, 4)),
                                                          with_iron(table1()),
                                                          with_iron(four_kw()),
                                                          with_iron(saturated(four_kw(), 0.9, 4))};

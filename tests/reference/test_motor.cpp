@@ -94,7 +94,10 @@ void saturation_follows_its_curve()
             const double omega = two_pi * 50.0;
             const double knee = m.saturation.flux_knee_Wb;
             const auto inductance = [&](double flux) {
-                return m.M_H / (1.0 + std::pow(flux / knee, m.saturation.exponent));
+                const double q = flux * flux / (knee * knee);
+                return m.M_H /
+                       (1.0 + (m.saturation.soft ? 2.0 * q * q / (1.0 + q)
+                                                 : std::pow(flux / knee, m.saturation.exponent)));
             };
             double low = 0.0;
             double high = 10.0;
@@ -143,7 +146,11 @@ double coenergy_free_energy_J(const zh::MotorParameters &m, const zh::MotorCurre
     // Leakages, and the main branch: integral of i_m d psi_m along the curve.
     const double flux2 = zh::dot(i.psi_m_Wb, i.psi_m_Wb);
     double main = 0.5 * flux2 / m.M_H;
-    if (m.saturation.flux_knee_Wb > 0.0) {
+    if (m.saturation.soft) {
+        const double knee2 = m.saturation.flux_knee_Wb * m.saturation.flux_knee_Wb;
+        const double q = flux2 / knee2;
+        main += knee2 / m.M_H * (0.5 * q * q - q + std::log1p(q));
+    } else if (m.saturation.flux_knee_Wb > 0.0) {
         const int n = m.saturation.exponent;
         main += std::pow(flux2, 0.5 * n + 1.0) /
                 ((n + 2.0) * m.M_H * std::pow(m.saturation.flux_knee_Wb, n));
