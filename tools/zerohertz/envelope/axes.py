@@ -24,7 +24,9 @@ SENSORS, DUTY, SHIPPED = "sensors", "duty", "shipped"
 RIGHT, HALF, HALF_MORE, UNTOLD = "right", "half", "half_more", "untold"
 TOLD_FACTOR = {RIGHT: 1.0, HALF: 0.5, HALF_MORE: 1.5, UNTOLD: 0.0}
 CYCLE, CROSSING, NEAR_ZERO, TORQUE, SAG = "cycle", "crossing", "near_zero", "torque", "sag"
-ACTIVE, PASSIVE = "active", "passive"
+ACTIVE, PASSIVE, LINEAR, SQUARE = "active", "passive", "linear", "square"
+THRESHOLD, CAPACITANCE = "threshold", "capacitance"
+PULSATING, ELASTIC = "pulsating", "elastic"
 TABLE1_MOTORS = ("table1", "table1_p1", "table1_p3", "table1_p4")
 TABLE1_WEIGHTS = (0.4, 0.08, 0.08, 0.08)
 OWN_MOTORS = tuple(path.stem for path in all_rigs())
@@ -88,11 +90,12 @@ AXES: tuple[Axis, ...] = (
     Axis(
         "saturation",
         "motor",
-        "main flux: M / (1 + (flux/knee)^n) with n 4 or 8, or none",
-        ("none", "power4", "power8"),
+        "main flux: none; M / (1 + (flux/knee)^n) with n 4 or 8; a softer law (host_sim/README)",
+        ("none", "power4", "power8", "soft"),
     ),
     Axis("iron_loss_pu", "motor", "iron loss at rated speed over rated power", high=0.04),
     Axis("Rs_heating", "motor", "Rs rises by this share during the mission", high=0.1),
+    Axis("Rr_heating", "motor", "Rr rises by this share during the mission", high=0.1),
     Axis(
         "inverter",
         "inverter",
@@ -107,14 +110,25 @@ AXES: tuple[Axis, ...] = (
         (RIGHT, HALF, HALF_MORE, UNTOLD),
     ),
     Axis(
+        "error_law",
+        "inverter",
+        "what bends the dead-time error at small currents",
+        (THRESHOLD, CAPACITANCE),
+    ),
+    Axis(
         "threshold_A",
         "inverter",
-        "leg current below which the dead-time error falls in proportion",
+        "leg current below which the error falls in proportion",
         low=0.02,
         high=1.5,
         log=True,
     ),
+    Axis("leg_nF", "inverter", "capacitance of a leg, of the other law", high=6.0),
     Axis("drop_V", "inverter", "mean drop of transistor and diode", high=1.5),
+    Axis("drop_difference", "inverter", "their difference over the mean", low=-1.0, high=1.0),
+    Axis("on_ohm", "inverter", "on-resistance of either", high=0.1),
+    Axis("ripple_pu", "inverter", "dc-link source: amplitude of its ripple", high=0.05),
+    Axis("ripple_Hz", "inverter", "and its frequency", ("100", "300")),
     Axis(
         "voltage",
         "drive",
@@ -132,11 +146,20 @@ AXES: tuple[Axis, ...] = (
     Axis(
         "load",
         "shaft",
-        "active: keeps its direction, and drives; passive: opposes rotation",
-        (ACTIVE, PASSIVE),
-        (0.7, 0.3),
+        "active: keeps its direction, and drives; passive: friction; in proportion to speed; to "
+        "its square",
+        (ACTIVE, PASSIVE, LINEAR, SQUARE),
+        (0.55, 0.15, 0.15, 0.15),
     ),
     Axis("load_pu", "shaft", "load over rated torque", low=-1.0, high=1.0),
+    Axis("pulse", "shaft", "does the load pulsate", ("steady", PULSATING), (0.8, 0.2)),
+    Axis("pulse_pu", "shaft", "amplitude over the load's mean", low=0.05, high=0.3),
+    Axis("pulse_Hz", "shaft", "and its frequency", low=0.5, high=50.0, log=True),
+    Axis(
+        "coupling", "shaft", "one mass, or two on an elastic shaft", ("rigid", ELASTIC), (0.8, 0.2)
+    ),
+    Axis("resonance_Hz", "shaft", "of the two masses", low=8.0, high=60.0, log=True),
+    Axis("load_mass", "shaft", "share of the second mass in the inertia", low=0.2, high=0.8),
     Axis(
         "mission",
         "mission",
@@ -159,7 +182,6 @@ BY_NAME: Mapping[str, Axis] = {axis.name: axis for axis in AXES}
 # What the table asks for and the plant cannot do.
 NOT_DRAWN = (
     "control periods other than 200 us (there is no table for them)",
-    "two masses with an elastic shaft",
     "errors that commissioning itself makes: own motors are told their true circuit",
 )
 

@@ -47,8 +47,8 @@ def torque_range_Nm(limits: Limits, speed_rad_s: float, u_dc_V: float) -> tuple[
     flux = np.linspace(LEAST_FLUX, 1.0, FLUXES)[:, None] * limits.flux_Wb
     i_q = np.linspace(-1.0, 1.0, CURRENTS)[None, :] * limits.i_max_A
     leak_s_H, leak_r_H = c.Ls_H - c.M_H, c.Lr_H - c.M_H
-    M = _main(motor, flux, np.zeros_like(i_q))
-    M = _main(motor, flux, M * leak_r_H / (M + leak_r_H) * i_q)
+    M = motor.M_H(flux)
+    M = motor.M_H(np.hypot(flux, M * leak_r_H / (M + leak_r_H) * i_q))
     Lr = M + leak_r_H
     ratio = M / Lr
     sigma_Ls = M + leak_s_H - M * ratio
@@ -61,13 +61,6 @@ def torque_range_Nm(limits: Limits, speed_rad_s: float, u_dc_V: float) -> tuple[
     iron = motor.pole_pairs * omega * flux**2 / limits.iron_ohm if limits.iron_ohm else 0.0
     torque = (motor.pole_pairs * ratio * flux * i_q - iron)[possible]
     return (float(torque.min()), float(torque.max())) if torque.size else (0.0, 0.0)
-
-
-def _main(motor: TrueMotor, flux_d: Array, flux_q: Array) -> Array:
-    """Main inductance at a main flux of these components."""
-    main = np.hypot(flux_d, flux_q)
-    share = (main / motor.knee_Wb) ** motor.exponent if motor.knee_Wb else 0.0
-    return motor.circuit.M_H / (1.0 + share)
 
 
 @dataclasses.dataclass(frozen=True)

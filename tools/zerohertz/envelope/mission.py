@@ -21,6 +21,8 @@ LONGEST_RAMP_S = 40.0  # a speed that takes longer to reach is not asked for
 ACCELERATION = 0.3  # of rated torque at most: below the slew limit that a told inertia gives
 SHARE = 0.8  # of the torque there is, load, friction and acceleration together
 SPEED_LIMIT = 0.97  # of the drive's largest reference
+LEAST_REFERENCE = 0.03  # of rated speed
+PULSE_RPM = 10.0  # a pulsating load swings the free shaft by so much at most
 TORQUE_SPEED_PU = 0.6  # at rated torque, of the torque mission
 
 
@@ -62,7 +64,10 @@ class Mission:
     u_dc: Points = dataclasses.field(default_factory=list)
     torque: Points = dataclasses.field(default_factory=list)
     torque_s: float = math.inf  # torque mode from here on
-    viscous_Nms: float = 0.0
+    law: str = "constant"  # of the load, with its torque reached at reference_rpm
+    reference_rpm: float = 1.0
+    pulse_pu: float = 0.0
+    pulse_Hz: float = 0.0
     holds: list[Hold] = dataclasses.field(default_factory=list)
     load_steps: list[Change] = dataclasses.field(default_factory=list)
     ramps: list[Change] = dataclasses.field(default_factory=list)
@@ -73,8 +78,10 @@ def limits_of(case: Case) -> Limits:
     """Of this run's motor on this drive."""
     drive, rig = drive_of(case.word("motor")), rig_overrides(case)
     dead_V = rig["inverter.dead_time_s"] / drive.period_s * drive.u_dc_V
+    motor = true_motor(case)
+    warm = (1.0 + case.number("Rs_heating")) * motor.circuit.Rs_ohm + rig["inverter.on_ohm"]
     return Limits(
-        motor=true_motor(case),
+        motor=dataclasses.replace(motor, circuit=dataclasses.replace(motor.circuit, Rs_ohm=warm)),
         i_max_A=float(drive.known["i_max_A"]),
         flux_Wb=drive.flux_Wb,
         lost_V=feasible.lost_V(dead_V, rig["inverter.drop_V"]),
@@ -114,12 +121,27 @@ class Planner:
         return math.copysign(min(abs(rpm), most), rpm)
 
     def load_at(self, pu: float, rpm: float) -> float:
-        """So much of rated torque, or of what is left of it at this speed. Passive: friction."""
+        """So much of rated torque, or of what is left of it at this speed.
+
+        Passive: the friction is the load. In proportion to speed or its square: it never drives.
+        """
         if self.case.word("load") == axes.PASSIVE:
             return 0.0
         most = self.torque_Nm(rpm) - self.friction
         wanted = pu * self.drive.rated_Nm
-        return math.copysign(min(abs(wanted), max(most, 0.0)), wanted)
+        size = min(abs(wanted), max(most, 0.0))
+        return size if self.follows_speed else math.copysign(size, wanted)
+
+    @property
+    def follows_speed(self) -> bool:
+        return self.case.word("load") in (axes.LINEAR, axes.SQUARE)
+
+    def reference(self, rpm: float) -> None:
+        """The largest speed of the mission: there a load that follows the speed is complete."""
+        if self.follows_speed:
+            self.mission.law = self.case.word("load")
+        least = LEAST_REFERENCE * self.drive.rated_rpm
+        self.mission.reference_rpm = max(abs(rpm), least)
 
     def go(self, rpm: float, rate_rpm_s: float | None = None) -> None:
         rate = rate_rpm_s or self.rate_rpm_s(self.rpm, rpm)
@@ -152,6 +174,11 @@ class Planner:
 
     def done(self) -> Mission:
         self.mission.end_s = self.t
+        largest_Nm = max(abs(torque) for _, torque in self.mission.load)
+        if self.case.word("pulse") == axes.PULSATING and largest_Nm > 0.0:
+            f = self.mission.pulse_Hz = self.case.number("pulse_Hz")
+            swing = self.J * 2.0 * math.pi * f * PULSE_RPM * self.drive.speed_unit * RPM
+            self.mission.pulse_pu = min(self.case.number("pulse_pu"), swing / largest_Nm)
         return self.mission
 
 
@@ -170,17 +197,18 @@ def plan(case: Case, start_s: float) -> Mission:
 
 
 def _cycle(p: Planner) -> None:
-    """Run-up, load on, another load, load off, another speed, reversal."""
+    """Run-up, load on and off, the opposite load on and off, another speed, reversal."""
     rated, load = p.drive.rated_rpm, p.case.number("load_pu")
     first = p.reachable(
         math.copysign(p.case.number("speed_pu"), p.case.number("second_pu")) * rated
     )
+    second = p.reachable(p.case.number("second_pu") * rated)
+    p.reference(max(abs(first), abs(second)))
     p.go(first)
     p.hold_after_ramp(1.5)
-    p.step_load(p.load_at(load, first), 3.0)
-    p.step_load(p.load_at(-load, first), 2.5)
-    p.step_load(0.0, 2.0)
-    p.go(p.reachable(p.case.number("second_pu") * rated))
+    for share in (load, 0.0, -load, 0.0):
+        p.step_load(p.load_at(share, first), 2.0)
+    p.go(second)
     p.hold_after_ramp(2.0)
     p.step_load(p.load_at(load, p.rpm), 2.0, ramp_s=0.5)
     p.go(-0.5 * p.rpm)
@@ -191,6 +219,7 @@ def _crossing(p: Planner) -> None:
     """Both ways through zero, at the slope, under load."""
     slope = p.case.number("slope_rpm_s") * p.drive.speed_unit
     top = min(150.0 * p.drive.speed_unit, 10.0 * slope)
+    p.reference(top)
     p.go(top)
     p.hold_after_ramp(1.0)
     p.step_load(p.load_at(p.case.number("load_pu"), top), 2.0, ramp_s=0.5)
@@ -202,6 +231,7 @@ def _crossing(p: Planner) -> None:
 def _near_zero(p: Planner) -> None:
     """A long hold there, with a load that comes and goes."""
     rated = p.drive.rated_rpm
+    p.reference(0.0)
     p.go(p.case.number("near_zero_pu") * rated)
     p.hold_after_ramp(1.0)
     load_Nm = p.load_at(p.case.number("load_pu"), p.rpm)
@@ -214,7 +244,8 @@ def _near_zero(p: Planner) -> None:
 def _torque(p: Planner) -> None:
     """Torque mode on a load in proportion to speed."""
     top = TORQUE_SPEED_PU * p.drive.rated_rpm
-    p.mission.viscous_Nms = p.drive.rated_Nm / (top * RPM)
+    p.mission.law, p.mission.reference_rpm = axes.LINEAR, top
+    p.mission.load = [[0.0, p.drive.rated_Nm]]
     p.go(0.3 * top)
     p.hold_after_ramp(1.0)
     p.mission.torque_s = p.t
@@ -231,7 +262,9 @@ def _sag(p: Planner) -> None:
     sag = p.case.number("sag_pu")
     most = SHARE * sag * p.drive.rated_rpm
     speed = min(p.case.number("speed_pu") * p.drive.rated_rpm, most)
-    p.go(p.reachable(math.copysign(speed, p.case.number("second_pu"))))
+    first = p.reachable(math.copysign(speed, p.case.number("second_pu")))
+    p.reference(first)
+    p.go(first)
     p.hold_after_ramp(1.5)
     p.step_load(p.load_at(p.case.number("load_pu"), p.rpm), 2.0)
     full = p.drive.u_dc_V
@@ -250,8 +283,7 @@ def demand(case: Case, mission: Mission, drive: Drive) -> Demand:
     speed = rpm * RPM
     acceleration = np.gradient(speed, t)
     opposing = np.sign(np.where(np.abs(rpm) > 1e-6, rpm, acceleration)) * friction_Nm(case)
-    torque = inertia_kg_m2(case) * acceleration + _at(mission.load, t) + opposing
-    torque += mission.viscous_Nms * speed
+    torque = inertia_kg_m2(case) * acceleration + _load_Nm(mission, t, rpm) + opposing
     inside = t >= mission.torque_s
     if inside.any():
         asked = _at(mission.torque, t)
@@ -260,6 +292,13 @@ def demand(case: Case, mission: Mission, drive: Drive) -> Demand:
             inside, asked / drive.rated_Nm * TORQUE_SPEED_PU * drive.rated_rpm * RPM, speed
         )
     return Demand(speed, torque, _at(mission.u_dc, t))
+
+
+def _load_Nm(mission: Mission, t: np.ndarray, rpm: np.ndarray) -> np.ndarray:
+    """The mean; what pulsates around it is small and over before it asks for anything."""
+    share = rpm / mission.reference_rpm
+    law = {axes.LINEAR: share, axes.SQUARE: share * np.abs(share)}
+    return _at(mission.load, t) * law.get(mission.law, 1.0)
 
 
 def _at(points: Points, t: np.ndarray) -> np.ndarray:

@@ -55,7 +55,9 @@ A range is cut into {campaign.BINS} parts with equal numbers of runs.
 
 - `dead_time_told`: what the firmware is told is the truth times {_told()}.
 - Amperes are those of Table 1's motor (10.7 A rated, power invariant); other motors in proportion.
-- A threshold below what the plant can integrate is raised to that.
+- A threshold or a capacitance below what the plant can integrate is raised to that.
+- A pulsating load swings the free shaft by 10 min^-1 at most (at 2 pole pairs); its run has no
+  torque ripple.
 - Not drawn: {"; ".join(NOT_DRAWN)}.
 
 ## How it is judged
@@ -78,7 +80,8 @@ def impossible_harm(result: Result) -> int:
 def table(parts: Sequence[tuple[str, Sequence[Row]]]) -> str:
     """One line per part."""
     lines = [
-        "| runs with | runs | undeclared harm | false trips | held | oriented above 1 Hz | ripple |",
+        "| runs with | runs | undeclared harm | false trips | held | oriented above 1 Hz "
+        "| ripple |",
         "|---|---|---|---|---|---|---|",
     ]
     for text, rows in parts:

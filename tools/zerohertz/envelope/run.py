@@ -97,7 +97,7 @@ def planned(case: Case) -> Planned:
 
 def _job(case: Case, mission: Mission) -> sim.Job:
     drive = drive_of(case.word("motor"))
-    rig = rig_overrides(case) | {"mechanics.viscous_Nms": mission.viscous_Nms}
+    rig = rig_overrides(case)
     begin_s = min(1.0, 0.5 * mission.end_s)
     return sim.Job(
         scenario=_scenario(case, mission),
@@ -133,22 +133,30 @@ def _told(case: Case, drive: Drive) -> dict[str, float]:
 
 
 def _scenario(case: Case, mission: Mission) -> str:
-    heated = 1.0 + case.number("Rs_heating")
     profiles = {
         "speed_ref_rpm": mission.speed,
         "load_torque_Nm": mission.load,
         "u_dc_V": mission.u_dc,
-        "rs_factor": [[1.0, 1.0], [mission.end_s, heated]],
+        "rs_factor": _heated(case.number("Rs_heating"), mission),
+        "rr_factor": _heated(case.number("Rr_heating"), mission),
         **({"torque_ref_Nm": mission.torque} if mission.torque else {}),
     }
     mode = ""
     if math.isfinite(mission.torque_s):
         mode = f"torque_mode_on_s = {mission.torque_s:.6f}\n"
+    reference = f"reference_rpm = {mission.reference_rpm}\n" if mission.law != "constant" else ""
     lines = "\n".join(f"{name} = {points}" for name, points in profiles.items())
     return (
         f'[scenario]\nname = "envelope"\nduration_s = {mission.end_s:.6f}\n'
         f"run_on_s = {RUN_ON_S}\n{mode}[profiles]\n{lines}\n"
+        f'[load]\nlaw = "{mission.law}"\n{reference}'
+        f"pulse_pu = {mission.pulse_pu}\npulse_Hz = {mission.pulse_Hz}\n"
     )
+
+
+def _heated(share: float, mission: Mission) -> list[list[float]]:
+    """From the calibration on, evenly."""
+    return [[1.0, 1.0], [mission.end_s, 1.0 + share]]
 
 
 def limits_of(plan: Planned) -> Limits:
@@ -180,6 +188,8 @@ def row_of(plan: Planned, record: sim.Record) -> dict[str, Any]:
     scale = measure.Scale(drive.speed_unit, drive.rated_Nm)
     verdict = judge(judged(record, plan.mission), limits_of(plan), 0.0)
     numbers = measure.numbers(record, plan.mission, scale)
+    if plan.mission.pulse_pu > 0.0:
+        numbers["torque_ripple_pu"] = None  # the load's as much as the drive's
     fault = int(verdict["bits"]) != 0
     return {
         "index": case.index,
