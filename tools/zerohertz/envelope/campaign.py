@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
@@ -145,5 +146,5 @@ def parts(axis: Axis, rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
         return [(text, part) for text, part in found if part]
     ordered = sorted(rows, key=lambda row: row[axis.name])
     edges = [round(k * len(ordered) / BINS) for k in range(BINS + 1)]
-    cut = [ordered[a:b] for a, b in zip(edges, edges[1:], strict=False) if b > a]
+    cut = [ordered[a:b] for a, b in itertools.pairwise(edges) if b > a]
     return [(f"{part[0][axis.name]:.3g} to {part[-1][axis.name]:.3g}", part) for part in cut]
