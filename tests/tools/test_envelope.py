@@ -14,8 +14,18 @@ from typer.testing import CliRunner
 from zerohertz import sim
 from zerohertz.cli import make_app
 from zerohertz.drive import Fault, State
-from zerohertz.envelope import axes, campaign, feasible, measure, mission, page, run
-from zerohertz.envelope.axes import AXES, Case
+from zerohertz.envelope import (
+    axes,
+    campaign,
+    feasible,
+    measure,
+    mission,
+    page,
+    plans,
+    run,
+)
+from zerohertz.envelope.axes import AXES
+from zerohertz.envelope.case import Case
 from zerohertz.envelope.mission import Change, Hold, Mission, TorqueWindow
 from zerohertz.envelope.plant import TrueMotor, true_motor
 from zerohertz.errors import UserError
@@ -136,7 +146,7 @@ def test_the_impossible_is_told_from_the_possible() -> None:
 @pytest.mark.parametrize(("index", "fixed"), SAMPLE)
 def test_a_planned_mission_asks_for_what_there_is(index: int, fixed: Any) -> None:
     case = Case("", index, SEED, fixed)
-    plan = mission.plan(case, 4.0)
+    plan = plans.plan(case, 4.0)
     assert all(hold.end_s <= plan.end_s + 1e-9 for hold in plan.holds)
     assert plan.holds
     for points in (plan.speed, plan.load, plan.u_dc):

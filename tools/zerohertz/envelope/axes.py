@@ -1,15 +1,9 @@
-"""The axes of the envelope: what is drawn, from which range, and how one of them is fixed.
-
-Every axis draws from a generator of its own, seeded with (seed, run, axis): fixing one axis leaves
-all others as they were, and run k of a seed is the same alone as among a thousand.
-"""
+"""The axes of the envelope: what is drawn, from which range, and how one of them is fixed."""
 
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
-import zlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -24,6 +18,7 @@ SENSORS, DUTY, SHIPPED = "sensors", "duty", "shipped"
 RIGHT, HALF, HALF_MORE, UNTOLD = "right", "half", "half_more", "untold"
 TOLD_FACTOR = {RIGHT: 1.0, HALF: 0.5, HALF_MORE: 1.5, UNTOLD: 0.0}
 CYCLE, CROSSING, NEAR_ZERO, TORQUE, SAG = "cycle", "crossing", "near_zero", "torque", "sag"
+DRIVEN = (CYCLE, SAG)  # missions with the drawn speeds
 ACTIVE, PASSIVE, LINEAR, SQUARE = "active", "passive", "linear", "square"
 THRESHOLD, CAPACITANCE = "threshold", "capacitance"
 PULSATING, ELASTIC = "pulsating", "elastic"
@@ -44,6 +39,7 @@ class Axis:
     low: float = 0.0
     high: float = 0.0
     log: bool = False
+    when: tuple[str, tuple[str, ...]] | None = None  # it acts where another axis has such a value
 
     @property
     def values(self) -> str:
@@ -51,6 +47,9 @@ class Axis:
         if self.choices:
             return ", ".join(self.choices)
         return f"{self.low:g} to {self.high:g}" + (" (log)" if self.log else "")
+
+    def acts(self, values: Mapping[str, Any]) -> bool:
+        return self.when is None or values[self.when[0]] in self.when[1]
 
     def draw(self, rng: np.random.Generator) -> Value:
         if self.choices:
@@ -123,7 +122,13 @@ AXES: tuple[Axis, ...] = (
         high=1.5,
         log=True,
     ),
-    Axis("leg_nF", "inverter", "capacitance of a leg, of the other law", high=6.0),
+    Axis(
+        "leg_nF",
+        "inverter",
+        "capacitance of a leg, of the other law",
+        high=6.0,
+        when=("error_law", (CAPACITANCE,)),
+    ),
     Axis("drop_V", "inverter", "mean drop of transistor and diode", high=1.5),
     Axis("drop_difference", "inverter", "their difference over the mean", low=-1.0, high=1.0),
     Axis("on_ohm", "inverter", "on-resistance of either", high=0.1),
@@ -153,13 +158,43 @@ AXES: tuple[Axis, ...] = (
     ),
     Axis("load_pu", "shaft", "load over rated torque", low=-1.0, high=1.0),
     Axis("pulse", "shaft", "does the load pulsate", ("steady", PULSATING), (0.8, 0.2)),
-    Axis("pulse_pu", "shaft", "amplitude over the load's mean", low=0.05, high=0.3),
-    Axis("pulse_Hz", "shaft", "and its frequency", low=0.5, high=50.0, log=True),
+    Axis(
+        "pulse_pu",
+        "shaft",
+        "amplitude over the load's mean",
+        low=0.05,
+        high=0.3,
+        when=("pulse", (PULSATING,)),
+    ),
+    Axis(
+        "pulse_Hz",
+        "shaft",
+        "and its frequency",
+        low=0.5,
+        high=50.0,
+        log=True,
+        when=("pulse", (PULSATING,)),
+    ),
     Axis(
         "coupling", "shaft", "one mass, or two on an elastic shaft", ("rigid", ELASTIC), (0.8, 0.2)
     ),
-    Axis("resonance_Hz", "shaft", "of the two masses", low=8.0, high=60.0, log=True),
-    Axis("load_mass", "shaft", "share of the second mass in the inertia", low=0.2, high=0.8),
+    Axis(
+        "resonance_Hz",
+        "shaft",
+        "of the two masses",
+        low=8.0,
+        high=60.0,
+        log=True,
+        when=("coupling", (ELASTIC,)),
+    ),
+    Axis(
+        "load_mass",
+        "shaft",
+        "share of the second mass in the inertia",
+        low=0.2,
+        high=0.8,
+        when=("coupling", (ELASTIC,)),
+    ),
     Axis(
         "mission",
         "mission",
@@ -168,14 +203,48 @@ AXES: tuple[Axis, ...] = (
         (CYCLE, CROSSING, NEAR_ZERO, TORQUE, SAG),
         (0.35, 0.2, 0.2, 0.1, 0.15),
     ),
-    Axis("speed_pu", "mission", "first speed over rated", low=0.01, high=2.0, log=True),
-    Axis("second_pu", "mission", "second speed over rated", low=-2.0, high=2.0),
-    Axis("near_zero_pu", "mission", "speed of the long hold near zero", low=-0.03, high=0.03),
     Axis(
-        "slope_rpm_s", "mission", "of the crossing, at 2 pole pairs", low=2.0, high=50.0, log=True
+        "speed_pu",
+        "mission",
+        "first speed over rated",
+        low=0.01,
+        high=2.0,
+        log=True,
+        when=(
+            "mission",
+            DRIVEN,
+        ),
     ),
-    Axis("sag_pu", "mission", "dc link while it sags", low=0.6, high=0.9),
-    Axis("sag_s", "mission", "for how long", low=0.1, high=2.0, log=True),
+    Axis(
+        "second_pu",
+        "mission",
+        "second speed over rated",
+        low=-2.0,
+        high=2.0,
+        when=(
+            "mission",
+            DRIVEN,
+        ),
+    ),
+    Axis(
+        "near_zero_pu",
+        "mission",
+        "speed of the long hold near zero",
+        low=-0.03,
+        high=0.03,
+        when=("mission", (NEAR_ZERO,)),
+    ),
+    Axis(
+        "slope_rpm_s",
+        "mission",
+        "of the crossing, at 2 pole pairs",
+        low=2.0,
+        high=50.0,
+        log=True,
+        when=("mission", (CROSSING,)),
+    ),
+    Axis("sag_pu", "mission", "dc link while it sags", low=0.6, high=0.9, when=("mission", (SAG,))),
+    Axis("sag_s", "mission", "for how long", low=0.1, high=2.0, log=True, when=("mission", (SAG,))),
 )
 BY_NAME: Mapping[str, Axis] = {axis.name: axis for axis in AXES}
 
@@ -197,43 +266,3 @@ def fixed(lines: Iterable[str]) -> dict[str, Value]:
             raise UserError(f"--fix: no axis '{name}'; there are {', '.join(BY_NAME)}")
         found[name] = BY_NAME[name].parse(text)
     return found
-
-
-@dataclasses.dataclass(frozen=True)
-class Case:
-    """Run `index` of a seed. map places it in the store; speed and length share out the work."""
-
-    map: str
-    index: int
-    seed: int
-    fixed: tuple[tuple[str, Value], ...] = ()
-    speed_rpm: float = 0.0
-    loaded_s: float = 45.0
-
-    def rng(self, what: str) -> np.random.Generator:
-        return np.random.default_rng((self.seed, self.index, zlib.crc32(what.encode())))
-
-    @property
-    def noise_seed(self) -> int:
-        return int(self.rng("noise").integers(1, 2**32))
-
-    @property
-    def values(self) -> Mapping[str, Value]:
-        return _values(self)
-
-    def number(self, name: str) -> float:
-        return float(self.values[name])
-
-    def word(self, name: str) -> str:
-        return str(self.values[name])
-
-    def vector(self, name: str, count: int) -> list[float]:
-        """So many numbers of either sign, none larger than the axis' value."""
-        shares = self.rng(f"{name}/shares").uniform(-1.0, 1.0, count)
-        return [float(x) for x in self.number(name) * shares]
-
-
-@functools.lru_cache(maxsize=64)
-def _values(case: Case) -> Mapping[str, Any]:
-    drawn = {axis.name: axis.draw(case.rng(axis.name)) for axis in AXES}
-    return drawn | dict(case.fixed)

@@ -140,7 +140,11 @@ def worst_dict(row: Row) -> dict[str, Any]:
 
 
 def parts(axis: Axis, rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
-    """Rows by the value of an axis: its choices, or equal numbers of runs in the order of it."""
+    """Rows by the value of an axis: its choices, or equal numbers of runs in the order of it.
+
+    Only rows in which the axis acts.
+    """
+    rows = [row for row in rows if axis.acts(row)]
     if axis.choices:
         found = [(text, [row for row in rows if row[axis.name] == text]) for text in axis.choices]
         return [(text, part) for text, part in found if part]

@@ -68,7 +68,7 @@ def _list() -> None:
 
 def _one(index: int, seed: int, fixed: dict[str, float | str], folder: Path, as_json: bool) -> int:
     from zerohertz.envelope import picture
-    from zerohertz.envelope.axes import Case
+    from zerohertz.envelope.case import Case
     from zerohertz.envelope.run import run_case
 
     row, plan, record = run_case(Case("", index, seed, tuple(sorted(fixed.items()))))

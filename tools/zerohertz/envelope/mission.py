@@ -9,7 +9,7 @@ import numpy as np
 
 from zerohertz.atlas.simulate import RPM_PER_S
 from zerohertz.envelope import axes, feasible
-from zerohertz.envelope.axes import Case
+from zerohertz.envelope.case import Case
 from zerohertz.envelope.feasible import Demand, Limits
 from zerohertz.envelope.motors import Drive, drive_of
 from zerohertz.envelope.plant import friction_Nm, inertia_kg_m2, rig_overrides, true_motor
@@ -23,7 +23,6 @@ SHARE = 0.8  # of the torque there is, load, friction and acceleration together
 SPEED_LIMIT = 0.97  # of the drive's largest reference
 LEAST_REFERENCE = 0.03  # of rated speed
 PULSE_RPM = 10.0  # a pulsating load swings the free shaft by so much at most
-TORQUE_SPEED_PU = 0.6  # at rated torque, of the torque mission
 
 
 @dataclasses.dataclass(frozen=True)
@@ -182,100 +181,6 @@ class Planner:
         return self.mission
 
 
-def plan(case: Case, start_s: float) -> Mission:
-    """The mission of a run, whose drive is ready at start_s."""
-    planner = Planner(case, start_s)
-    kinds = {
-        axes.CYCLE: _cycle,
-        axes.CROSSING: _crossing,
-        axes.NEAR_ZERO: _near_zero,
-        axes.TORQUE: _torque,
-        axes.SAG: _sag,
-    }
-    kinds[case.word("mission")](planner)
-    return planner.done()
-
-
-def _cycle(p: Planner) -> None:
-    """Run-up, load on and off, the opposite load on and off, another speed, reversal."""
-    rated, load = p.drive.rated_rpm, p.case.number("load_pu")
-    first = p.reachable(
-        math.copysign(p.case.number("speed_pu"), p.case.number("second_pu")) * rated
-    )
-    second = p.reachable(p.case.number("second_pu") * rated)
-    p.reference(max(abs(first), abs(second)))
-    p.go(first)
-    p.hold_after_ramp(1.5)
-    for share in (load, 0.0, -load, 0.0):
-        p.step_load(p.load_at(share, first), 2.0)
-    p.go(second)
-    p.hold_after_ramp(2.0)
-    p.step_load(p.load_at(load, p.rpm), 2.0, ramp_s=0.5)
-    p.go(-0.5 * p.rpm)
-    p.hold_after_ramp(2.0)
-
-
-def _crossing(p: Planner) -> None:
-    """Both ways through zero, at the slope, under load."""
-    slope = p.case.number("slope_rpm_s") * p.drive.speed_unit
-    top = min(150.0 * p.drive.speed_unit, 10.0 * slope)
-    p.reference(top)
-    p.go(top)
-    p.hold_after_ramp(1.0)
-    p.step_load(p.load_at(p.case.number("load_pu"), top), 2.0, ramp_s=0.5)
-    for target in (-top, top):
-        p.go(target, slope)
-        p.hold(2.0)
-
-
-def _near_zero(p: Planner) -> None:
-    """A long hold there, with a load that comes and goes."""
-    rated = p.drive.rated_rpm
-    p.reference(0.0)
-    p.go(p.case.number("near_zero_pu") * rated)
-    p.hold_after_ramp(1.0)
-    load_Nm = p.load_at(p.case.number("load_pu"), p.rpm)
-    p.step_load(load_Nm, 12.0, ramp_s=1.0)
-    p.step_load(0.5 * load_Nm, 8.0, ramp_s=1.0)
-    p.go(-p.case.number("near_zero_pu") * rated)
-    p.hold_after_ramp(6.0)
-
-
-def _torque(p: Planner) -> None:
-    """Torque mode on a load in proportion to speed."""
-    top = TORQUE_SPEED_PU * p.drive.rated_rpm
-    p.mission.law, p.mission.reference_rpm = axes.LINEAR, top
-    p.mission.load = [[0.0, p.drive.rated_Nm]]
-    p.go(0.3 * top)
-    p.hold_after_ramp(1.0)
-    p.mission.torque_s = p.t
-    rng = p.case.rng("torques")
-    for share in rng.uniform(-1.0, 1.0, 5):
-        torque_Nm = float(share) * p.drive.rated_Nm
-        p.mission.torque += [[p.t, torque_Nm], [p.t + 4.0, torque_Nm]]
-        p.mission.torques.append(TorqueWindow(p.t + SETTLE_S, p.t + 4.0, torque_Nm))
-        p.t += 4.0
-
-
-def _sag(p: Planner) -> None:
-    """The dc link sags twice under load, at a speed that its voltage still allows."""
-    sag = p.case.number("sag_pu")
-    most = SHARE * sag * p.drive.rated_rpm
-    speed = min(p.case.number("speed_pu") * p.drive.rated_rpm, most)
-    first = p.reachable(math.copysign(speed, p.case.number("second_pu")))
-    p.reference(first)
-    p.go(first)
-    p.hold_after_ramp(1.5)
-    p.step_load(p.load_at(p.case.number("load_pu"), p.rpm), 2.0)
-    full = p.drive.u_dc_V
-    for _ in range(2):
-        low_s = p.case.number("sag_s")
-        p.mission.u_dc += [[p.t, full], [p.t + 0.01, sag * full]]
-        p.mission.u_dc += [[p.t + 0.01 + low_s, sag * full], [p.t + 0.02 + low_s, full]]
-        p.t += low_s + 0.02
-        p.hold(3.0)
-
-
 def demand(case: Case, mission: Mission, drive: Drive) -> Demand:
     """On a grid of 20 ms, from the first moment on; the torque mission asks for a torque."""
     t = np.arange(0.0, mission.end_s, 0.02)
@@ -288,9 +193,7 @@ def demand(case: Case, mission: Mission, drive: Drive) -> Demand:
     if inside.any():
         asked = _at(mission.torque, t)
         torque = np.where(inside, asked, torque)
-        speed = np.where(
-            inside, asked / drive.rated_Nm * TORQUE_SPEED_PU * drive.rated_rpm * RPM, speed
-        )
+        speed = np.where(inside, asked / drive.rated_Nm * mission.reference_rpm * RPM, speed)
     return Demand(speed, torque, _at(mission.u_dc, t))
 
 

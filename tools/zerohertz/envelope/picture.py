@@ -89,7 +89,7 @@ def keep_trace(folder: Path, plan: Planned, record: sim.Record, row: Row) -> Pat
 
 def keep_worst(folder: Path, result: Result) -> list[Path]:
     """The worst runs once more, each with its trace."""
-    from zerohertz.envelope.axes import Case
+    from zerohertz.envelope.case import Case
 
     fixed = tuple(sorted(result.fixed.items()))
     found = []
@@ -108,7 +108,7 @@ def _trace_picture(plan: Planned, record: sim.Record, row: Row) -> bytes:
                 axes.plot(t, record[name][::EVERY], color=colour, label=name.rpartition("_")[0])
             axes.set_ylabel(unit)
             axes.legend(loc="upper right", ncols=len(names))
-        top = 1.3 * max(abs(rpm) for _, rpm in plan.mission.speed) + 60.0
+        top = 1.3 * max(abs(rpm) for _, rpm in plan.mission.speed) + 200.0
         all_axes[0].set_ylim(-top, top)
         all_axes[-1].set_xlabel("s")
         drawn.suptitle(_trace_title(plan, row), x=0.01, ha="left", fontsize=9)
@@ -135,12 +135,15 @@ def _axes_picture(rows: Sequence[Row]) -> bytes:
         for axes, axis in zip(all_axes, AXES, strict=False):
             found = campaign.parts(axis, rows)
             base = np.zeros(len(found))
+            tilt = 20 if len(found) <= campaign.BINS else 60
             for name, colour in CLASSES.items():
                 counts = [sum(class_of(row) == name for row in part) for _, part in found]
                 share = 100.0 * np.array(counts) / [len(part) for _, part in found]
                 axes.bar(range(len(found)), share, bottom=base, color=colour, label=name)
                 base += share
-            axes.set_xticks(range(len(found)), [text for text, _ in found], rotation=20, fontsize=6)
+            axes.set_xticks(
+                range(len(found)), [text for text, _ in found], rotation=tilt, fontsize=6
+            )
             axes.set_ylim(0.0, 100.0)
             style.panel_title(axes, axis.name)
         for axes in all_axes[len(AXES) :]:

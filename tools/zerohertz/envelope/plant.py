@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from zerohertz.envelope.axes import CAPACITANCE, ELASTIC, PASSIVE, Case
+from zerohertz.envelope.axes import CAPACITANCE, ELASTIC, PASSIVE
+from zerohertz.envelope.case import Case
 from zerohertz.envelope.motors import Drive, drive_of
 from zerohertz.motor import Circuit
 

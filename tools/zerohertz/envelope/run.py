@@ -17,9 +17,10 @@ from zerohertz.campaign.faults.judge import RPM, UNDECLARED, Limits, judge
 from zerohertz.campaign.faults.run import maximum_rpm, torque_limit_Nm
 from zerohertz.campaign.rig import OVER_PU, bit_names
 from zerohertz.drive import State
-from zerohertz.envelope import axes, feasible, measure
+from zerohertz.envelope import axes, feasible, measure, plans
 from zerohertz.envelope import mission as missions
-from zerohertz.envelope.axes import Case, Value
+from zerohertz.envelope.axes import Value
+from zerohertz.envelope.case import Case
 from zerohertz.envelope.mission import Mission
 from zerohertz.envelope.motors import CONFIG, Drive, drive_of
 from zerohertz.envelope.plant import drifts, friction_Nm, inertia_kg_m2, rig_overrides
@@ -90,7 +91,7 @@ class Planned:
 def planned(case: Case) -> Planned:
     motor = case.word("motor")
     drive = drive_of(motor)
-    mission = missions.plan(case, start_s(motor))
+    mission = plans.plan(case, start_s(motor))
     why = feasible.impossible(missions.limits_of(case), missions.demand(case, mission, drive))
     return Planned(case, drive, mission, why, _job(case, mission))
 
