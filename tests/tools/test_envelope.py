@@ -33,6 +33,7 @@ from zerohertz.motor import Circuit
 
 PERIOD_S = 2e-4
 SEED = 2005
+SEED_2005 = run.Sample(SEED)
 SCALE = measure.Scale(1.0, 8.4)
 # One run of each mission, quick to simulate.
 SAMPLE = [
@@ -42,7 +43,7 @@ SAMPLE = [
 
 
 def test_a_run_is_the_same_alone_and_among_many() -> None:
-    some, many = run.cases_of(3, SEED, {}, 200)[0], run.cases_of(400, SEED, {}, 200)
+    some, many = run.cases_of(SEED_2005, 3, 200)[0], run.cases_of(SEED_2005, 400, 200)
     assert [case.values for case in some] == [case.values for case in many[0][:3]]
     assert many[1][0].index == 200
     assert Case("", 2, SEED).values == some[2].values
@@ -57,6 +58,18 @@ def test_fixing_an_axis_leaves_the_others() -> None:
     assert fixed.word("voltage") == "duty"
     assert fixed.number("J_ratio") == 3.0
     assert all(free.values[name] == fixed.values[name] for name in others)
+
+
+def test_a_parameter_that_is_set_has_the_last_word() -> None:
+    sample = run.Sample(
+        SEED, {"voltage": "duty"}, {"voltage_source": 0.0, "rs_bias": 1.0}
+    )
+    told = run.planned(sample.case(5)).job.firmware
+    assert (told["voltage_source"], told["rs_bias"]) == (0.0, 1.0)
+    assert (
+        sample.options
+        == "--seed 2005 --fix voltage=duty --set voltage_source=0 --set rs_bias=1"
+    )
 
 
 def test_every_value_lies_on_its_axis_and_every_choice_comes() -> None:
@@ -305,7 +318,7 @@ def test_counts_and_the_worst_leave_out_the_impossible() -> None:
         row(speed_rpm=after(5.0, 600.0, 300.0)),
     ]
     rows = [r | {"index": k} for k, r in enumerate(rows)]
-    content = campaign.as_dict(campaign.Result(SEED, {}, rows))
+    content = campaign.as_dict(campaign.Result(SEED_2005, rows))
     assert (content["runs"], content["impossible"]) == (3, 1)
     assert content["undeclared_harm"]["count"] == 1
     assert content["false_trips"] == {"count": 1, "share": round(1 / 3, 5)}
@@ -357,5 +370,5 @@ def test_a_sample_runs_resumes_and_is_reproducible_alone(tmp_path: Path) -> None
 
 def test_the_page_shows_every_axis() -> None:
     rows = [row() | {"index": k} for k in range(4)]
-    text = page.page_text(campaign.Result(SEED, {}, rows), "tools/zh envelope")
+    text = page.page_text(campaign.Result(SEED_2005, rows), "tools/zh envelope")
     assert all(f"| {axis.name} |" in text for axis in AXES)

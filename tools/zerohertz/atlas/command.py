@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from zerohertz.assignments import assignments
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
@@ -149,7 +150,7 @@ def _plants(
     from zerohertz.scenario.setup import load_setup
 
     setup = load_setup(config)
-    overrides = _assignments("--plant", plant or [], numbers=False)
+    overrides = assignments("--plant", plant or [], numbers=False)
     return setup, benches(setup, firmware, overrides, variation)
 
 
@@ -210,7 +211,7 @@ def _firmware(lines: list[str] | None, voltage: str | None) -> dict[str, Any]:
     if voltage is not None and voltage not in VOLTAGE:
         raise UserError(f"--voltage: '{voltage}': give sensors or duty")
     chosen = {} if voltage is None else {"voltage_source": VOLTAGE[voltage]}
-    return chosen | _assignments("--set", lines or [], numbers=True)
+    return chosen | assignments("--set", lines or [], numbers=True)
 
 
 def _chosen(
@@ -226,18 +227,3 @@ def _chosen(
     if random:
         chosen["random"] = random_sample(random, seed, loaded_s)
     return list(chosen.values())
-
-
-def _assignments(option: str, lines: list[str], numbers: bool) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for line in lines:
-        name, equals, text = line.partition("=")
-        if not equals or not name or not text:
-            raise UserError(f"{option}: '{line}': write name=value")
-        try:
-            values[name] = float(text)
-        except ValueError:
-            if numbers:
-                raise UserError(f"{option}: {name}: '{text}' is no number") from None
-            values[name] = text
-    return values

@@ -10,8 +10,8 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from zerohertz.atlas.run import RunOptions, Tell, run_map
-from zerohertz.envelope.axes import AXES, Axis, Value
-from zerohertz.envelope.run import bench_of_envelope, cases_of, run_cases
+from zerohertz.envelope.axes import AXES, Axis
+from zerohertz.envelope.run import Sample, bench_of_envelope, cases_of, run_cases
 
 Row = dict[str, Any]
 Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
@@ -33,8 +33,7 @@ MEASURES = {
 class Result:
     """Rows in their order."""
 
-    seed: int
-    fixed: dict[str, Value]
+    sample: Sample
     rows: list[Row]
 
     @property
@@ -64,16 +63,14 @@ def badness(row: Row) -> tuple[float, ...]:
     )
 
 
-def run_all(
-    runs: int, seed: int, fixed: dict[str, Value], how: RunOptions, tell: Tell, bar: Bar
-) -> Result:
+def run_all(sample: Sample, runs: int, how: RunOptions, tell: Tell, bar: Bar) -> Result:
     bench = bench_of_envelope()
     rows: list[Row] = []
     with bar("envelope", runs) as progress:
-        for block in cases_of(runs, seed, fixed, BLOCK):
+        for block in cases_of(sample, runs, BLOCK):
             before = len(rows)
             rows += run_map(bench, block, how, tell, lambda n, b=before: progress(b + n), run_cases)
-    return Result(seed, fixed, rows)
+    return Result(sample, rows)
 
 
 def quantile(values: Sequence[float], share: float) -> float | None:
@@ -111,8 +108,9 @@ def as_dict(result: Result) -> dict[str, Any]:
     """The whole result for --json. The first keys are of the runs that can be done."""
     rows = result.possible
     return {
-        "seed": result.seed,
-        "fixed": result.fixed,
+        "seed": result.sample.seed,
+        "fixed": dict(result.sample.fixed),
+        "set": dict(result.sample.firmware),
         **summary(rows),
         "impossible": len(result.impossible),
         "impossible_undeclared_harm": sum(row["undeclared_harm"] for row in result.impossible),

@@ -25,6 +25,7 @@ class Case:
     index: int
     seed: int
     fixed: tuple[tuple[str, Value], ...] = ()
+    firmware: tuple[tuple[str, float], ...] = ()  # parameters, last word
     speed_rpm: float = 0.0
     loaded_s: float = 45.0
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zerohertz.assignments import assignments
 from zerohertz.campaign.options import Fresh, Json, Out, Scheduler, Seed, Workers
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
+
+if TYPE_CHECKING:
+    from zerohertz.envelope.case import Case
+    from zerohertz.envelope.run import Sample
 
 
 def register(app: typer.Typer) -> None:
@@ -26,6 +31,10 @@ def envelope(
     fix: Annotated[
         list[str] | None,
         typer.Option(metavar="AXIS=VALUE", help="Not drawn but this; may be repeated."),
+    ] = None,
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter, last word."),
     ] = None,
     only: Annotated[
         int | None, typer.Option(min=0, metavar="K", help="Run K of the seed alone, with a trace.")
@@ -45,18 +54,18 @@ def envelope(
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.envelope.axes import fixed
+    from zerohertz.envelope.run import Sample
 
     if axes:
         _list()
         return
-    chosen = fixed(fix or [])
-    name = "-".join([f"{seed}", *(f"{key}={value}" for key, value in sorted(chosen.items()))])
-    folder = out or BUILD / "envelope" / name
+    sample = Sample(seed, fixed(fix or []), assignments("--set", sets or [], numbers=True))
+    folder = out or BUILD / "envelope" / sample.options.replace("--", "").replace(" ", "-")
     if only is not None:
-        raise typer.Exit(_one(only, seed, chosen, folder, as_json))
-    if write and chosen:
-        raise UserError("--write: the page has every axis drawn; leave out --fix")
-    raise typer.Exit(_many(runs, seed, chosen, (folder, workers, scheduler, fresh), write, as_json))
+        raise typer.Exit(_one(sample.case(only), folder, as_json))
+    if write and (fix or sets):
+        raise UserError("--write: the page has every axis drawn; leave out --fix and --set")
+    raise typer.Exit(_many(sample, runs, (folder, workers, scheduler, fresh), write, as_json))
 
 
 def _list() -> None:
@@ -66,12 +75,11 @@ def _list() -> None:
         print(f"{axis.name}: {axis.text}\n    {axis.values}")
 
 
-def _one(index: int, seed: int, fixed: dict[str, float | str], folder: Path, as_json: bool) -> int:
+def _one(case: Case, folder: Path, as_json: bool) -> int:
     from zerohertz.envelope import picture
-    from zerohertz.envelope.case import Case
     from zerohertz.envelope.run import run_case
 
-    row, plan, record = run_case(Case("", index, seed, tuple(sorted(fixed.items()))))
+    row, plan, record = run_case(case)
     path = picture.keep_trace(folder / "traces", plan, record, row)
     lines = [f"{key}: {value}" for key, value in row.items()]
     print(json.dumps(row, indent=2) if as_json else "\n".join(lines))
@@ -80,9 +88,8 @@ def _one(index: int, seed: int, fixed: dict[str, float | str], folder: Path, as_
 
 
 def _many(
+    sample: Sample,
     runs: int,
-    seed: int,
-    fixed: dict[str, float | str],
     where: tuple[Path, int, str | None, bool],
     write: bool,
     as_json: bool,
@@ -93,8 +100,8 @@ def _many(
     folder, workers, scheduler, fresh = where
     began = time.monotonic()
     how = RunOptions(folder, workers, scheduler, fresh)
-    result = campaign.run_all(runs, seed, fixed, how, tell, progress_bar)
-    command = f"tools/zh envelope --runs {runs} --seed {seed}"
+    result = campaign.run_all(sample, runs, how, tell, progress_bar)
+    command = f"tools/zh envelope --runs {runs} {sample.options}"
     traces = picture.keep_worst(folder / "traces", result)
     shown = picture.write(folder, result, traces, command)
     rows = picture.write_rows(folder, result)

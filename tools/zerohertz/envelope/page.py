@@ -43,7 +43,7 @@ A range is cut into {campaign.BINS} parts with equal numbers of runs.
 
 ## The {len(result.worst)} worst
 
-`tools/zh envelope --seed {result.seed} --only K` runs one again and keeps its trace.
+`tools/zh envelope --seed {result.sample.seed} --only K` runs one again and keeps its trace.
 
 {worst(result)}
 

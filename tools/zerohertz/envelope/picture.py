@@ -89,12 +89,9 @@ def keep_trace(folder: Path, plan: Planned, record: sim.Record, row: Row) -> Pat
 
 def keep_worst(folder: Path, result: Result) -> list[Path]:
     """The worst runs once more, each with its trace."""
-    from zerohertz.envelope.case import Case
-
-    fixed = tuple(sorted(result.fixed.items()))
     found = []
     for row in result.worst:
-        _, plan, record = run_case(Case("", row["index"], result.seed, fixed))
+        _, plan, record = run_case(result.sample.case(row["index"]))
         found.append(keep_trace(folder, plan, record, row))
     return found
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,9 +53,29 @@ def bench_of_envelope() -> Bench:
     return make_bench(load_setup(CONFIG))
 
 
-def cases_of(runs: int, seed: int, fixed: dict[str, Value], block: int) -> list[list[Case]]:
+@dataclasses.dataclass(frozen=True)
+class Sample:
+    """Which runs: a seed, axes that are not drawn, parameters of the firmware that are set."""
+
+    seed: int
+    fixed: Mapping[str, Value] = dataclasses.field(default_factory=dict)
+    firmware: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    def case(self, index: int) -> Case:
+        fixed, firmware = sorted(self.fixed.items()), sorted(self.firmware.items())
+        return Case("", index, self.seed, tuple(fixed), tuple(firmware))
+
+    @property
+    def options(self) -> str:
+        """As the command line has them."""
+        words = [f" --fix {name}={value}" for name, value in self.fixed.items()]
+        words += [f" --set {name}={value:g}" for name, value in self.firmware.items()]
+        return f"--seed {self.seed}" + "".join(words)
+
+
+def cases_of(sample: Sample, runs: int, block: int) -> list[list[Case]]:
     """Blocks of cases: a larger number of runs finds the smaller one's blocks done."""
-    every = [Case("", k, seed, tuple(sorted(fixed.items()))) for k in range(runs)]
+    every = [sample.case(k) for k in range(runs)]
     return [
         [
             dataclasses.replace(case, map=f"runs-{first:06d}")
@@ -130,7 +150,7 @@ def _told(case: Case, drive: Drive) -> dict[str, float]:
     for name in ("speed_slew_rad_s2", "ramp_down_rad_s2"):
         if name in drive.params and "speed_slew_rad_s2" in drive.params:
             told[name] = float(drive.params[name]) * float(drive.params["speed_J_kg_m2"]) / J
-    return told
+    return told | dict(case.firmware)
 
 
 def _scenario(case: Case, mission: Mission) -> str:
