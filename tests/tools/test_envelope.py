@@ -326,6 +326,17 @@ def test_counts_and_the_worst_leave_out_the_impossible() -> None:
     assert [r["index"] for r in content["worst"]] == [3, 1, 0]
 
 
+def test_an_axis_counts_only_the_runs_in_which_it_acts() -> None:
+    rigid, elastic = row() | {"coupling": "rigid"}, row() | {"coupling": "elastic"}
+    rows = [rigid, rigid, elastic]
+    parts = dict.fromkeys(("resonance_Hz", "J_ratio"), 0)
+    for name in parts:
+        parts[name] = sum(
+            len(part) for _, part in campaign.parts(axes.BY_NAME[name], rows)
+        )
+    assert parts == {"resonance_Hz": 1, "J_ratio": 3}
+
+
 def test_the_true_motor_has_the_drawn_inductance_at_rated_flux() -> None:
     for law in axes.BY_NAME["saturation"].choices:
         case = Case(

@@ -89,7 +89,8 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
     runs = len(rows)
 
     def counted(count: float, of: float) -> dict[str, float]:
-        return {"count": count, "share": round(count / of, 5) if of else 0.0}
+        share = round(count / of, 5) if of else 0.0
+        return {"count": round(count, 1), "share": share}
 
     above_s = sum(row["above_1Hz_s"] for row in rows)
     oriented_s = sum(row["oriented_above_1Hz_s"] for row in rows)
@@ -99,7 +100,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "undeclared_harm": counted(sum(row["undeclared_harm"] for row in rows), runs),
         "false_trips": counted(sum(row["false_trip"] for row in rows), runs),
         "held": counted(sum(row["held"] for row in rows), runs),
-        "oriented_above_1Hz": counted(round(oriented_s, 1), above_s),
+        "oriented_above_1Hz": counted(oriented_s, above_s),
         "torque_ripple_p95_pu": quantile(ripple, 0.95),
     }
 

@@ -107,6 +107,7 @@ def _many(
     rows = picture.write_rows(folder, result)
     if write:
         page.PAGE.write_text(page.page_text(result, f"{command} --write"), encoding="utf-8")
+        picture.write_png(page.PAGE.with_suffix(".png"), result)
     content = campaign.as_dict(result)
     if as_json:
         print(json.dumps(content, indent=2))

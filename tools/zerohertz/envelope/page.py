@@ -37,6 +37,8 @@ or voltage than there is and count apart. Every run draws all axes at once. The 
 
 ## By axis
 
+![The outcome of the runs, axis by axis](envelope.png)
+
 A range is cut into {campaign.BINS} parts with equal numbers of runs.
 
 {_axes(rows)}

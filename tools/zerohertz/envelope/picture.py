@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from zerohertz.report import style
 
 EVERY = 25  # rows of a kept trace: 5 ms
 COLUMNS = 4
+WIDTH_PX = 1500
 # The best that a run can be comes first; a colour and a name each.
 CLASSES = {
     "held": "#009E73",
@@ -54,7 +55,7 @@ def write(folder: Path, result: Result, traces: Sequence[Path], command: str) ->
         _html_table(table([("all", rows)])),
         _html_table(measures(rows)),
         "<h2>Outcome by axis</h2>",
-        _svg(_axes_picture(rows)),
+        _svg(axes_picture(rows, style.svg)),
         "<h2>Quantiles</h2>",
         _svg(_quantile_picture(rows)),
         "<h2>The worst</h2>",
@@ -124,7 +125,12 @@ def _short(name: str, value: Any) -> str:
     return f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}"
 
 
-def _axes_picture(rows: Sequence[Row]) -> bytes:
+def write_png(path: Path, result: Result) -> None:
+    """The outcome by axis, for the committed page."""
+    path.write_bytes(axes_picture(result.possible, lambda drawn: style.png(drawn, WIDTH_PX)))
+
+
+def axes_picture(rows: Sequence[Row], form: Callable[[Any], bytes]) -> bytes:
     """Of every axis the outcome of its runs, stacked."""
     lines = -(-len(AXES) // COLUMNS)
     with style.figure(12.0, 1.9 * lines) as drawn:
@@ -147,7 +153,7 @@ def _axes_picture(rows: Sequence[Row]) -> bytes:
             axes.set_visible(False)
         handles, labels = all_axes[0].get_legend_handles_labels()
         drawn.legend(handles, labels, loc="outside lower center", ncols=len(labels))
-        return style.svg(drawn)
+        return form(drawn)
 
 
 def _quantile_picture(rows: Sequence[Row]) -> bytes:
