@@ -18,7 +18,7 @@ Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 BLOCK = 200  # runs stored together
 BINS = 4  # of an axis that is a range
 WORST = 10
-QUANTILES = (0.5, 0.95, 0.99, 1.0)
+QUANTILES = {"median": 0.5, "p95": 0.95, "p99": 0.99, "worst": 1.0}
 MEASURES = {
     "torque_ripple_pu": "torque ripple, rms 1 Hz to 1 kHz in a hold, over rated torque",
     "torque_error_pu": "torque mode: mean torque off its reference, over rated torque",
@@ -81,7 +81,11 @@ def quantile(values: Sequence[float], share: float) -> float | None:
 
 def quantiles(rows: Iterable[Row], name: str) -> list[float | None]:
     values = [row[name] for row in rows if row[name] is not None]
-    return [quantile(values, share) for share in QUANTILES]
+    return [quantile(values, share) for share in QUANTILES.values()]
+
+
+def every_quantile(rows: Sequence[Row]) -> dict[str, dict[str, float | None]]:
+    return {name: dict(zip(QUANTILES, quantiles(rows, name), strict=True)) for name in MEASURES}
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
@@ -117,12 +121,13 @@ def as_dict(result: Result) -> dict[str, Any]:
         "impossible_undeclared_harm": sum(row["undeclared_harm"] for row in result.impossible),
         "verdicts": dict(Counter(row["verdict"] for row in rows)),
         "faults": dict(as_counts(rows)),
-        "quantiles": {
-            name: dict(zip(("median", "p95", "p99", "worst"), quantiles(rows, name), strict=True))
-            for name in MEASURES
-        },
+        "quantiles": every_quantile(rows),
         "axes": {
-            axis.name: {text: summary(part) for text, part in parts(axis, rows)} for axis in AXES
+            axis.name: {
+                text: summary(part) | {"quantiles": every_quantile(part)}
+                for text, part in parts(axis, rows)
+            }
+            for axis in AXES
         },
         "worst": [worst_dict(row) for row in result.worst],
     }
