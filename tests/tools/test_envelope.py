@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from typer.testing import CliRunner
+
 from zerohertz import sim
 from zerohertz.cli import make_app
 from zerohertz.drive import Fault, State
@@ -61,15 +62,10 @@ def test_fixing_an_axis_leaves_the_others() -> None:
 
 
 def test_a_parameter_that_is_set_has_the_last_word() -> None:
-    sample = run.Sample(
-        SEED, {"voltage": "duty"}, {"voltage_source": 0.0, "rs_bias": 1.0}
-    )
+    sample = run.Sample(SEED, {"voltage": "duty"}, {"voltage_source": 0.0, "rs_bias": 1.0})
     told = run.planned(sample.case(5)).job.firmware
     assert (told["voltage_source"], told["rs_bias"]) == (0.0, 1.0)
-    assert (
-        sample.options
-        == "--seed 2005 --fix voltage=duty --set voltage_source=0 --set rs_bias=1"
-    )
+    assert sample.options == "--seed 2005 --fix voltage=duty --set voltage_source=0 --set rs_bias=1"
 
 
 def test_every_value_lies_on_its_axis_and_every_choice_comes() -> None:
@@ -105,9 +101,7 @@ def test_a_bad_fix_names_axis_and_values(line: str, words: str) -> None:
 
 def limits(Rs_ohm: float = 0.93, Rr_ohm: float = 0.5, **other: Any) -> feasible.Limits:
     motor = TrueMotor(Circuit(Rs_ohm, Rr_ohm, 0.110, 0.102, 0.102), 2, 0.0, 4)
-    return feasible.Limits(
-        **({"motor": motor, "i_max_A": 15.8, "flux_Wb": 0.5202} | other)
-    )
+    return feasible.Limits(**({"motor": motor, "i_max_A": 15.8, "flux_Wb": 0.5202} | other))
 
 
 def test_torque_at_standstill_is_what_the_current_leaves() -> None:
@@ -179,9 +173,7 @@ def record(**changed: Any) -> sim.Record:
     """Ten seconds in which 300 min^-1 are held with 4 Nm; a callable gets the time."""
     t_s = PERIOD_S * np.arange(round(10.0 / PERIOD_S))
     columns: dict[str, Any] = {
-        **dict.fromkeys(
-            ("faults", "speed_unknown", "confidence", "flux_angle_err_deg"), 0.0
-        ),
+        **dict.fromkeys(("faults", "speed_unknown", "confidence", "flux_angle_err_deg"), 0.0),
         "speed_rpm": 300.0,
         "speed_ref_rpm": 300.0,
         "state": State.RUN,
@@ -195,13 +187,9 @@ def record(**changed: Any) -> sim.Record:
     }
     for name, value in (columns | changed).items():
         columns[name] = value(t_s) if callable(value) else value
-    arrays = {
-        n: np.broadcast_to(v, t_s.shape).astype(np.float32) for n, v in columns.items()
-    }
+    arrays = {n: np.broadcast_to(v, t_s.shape).astype(np.float32) for n, v in columns.items()}
     arrays["t_s"] = t_s.astype(np.float32)
-    return sim.Record(
-        arrays, len(t_s), PERIOD_S, sim.Trip(0), None, 0, None, 0.0, 0.0, 0.0
-    )
+    return sim.Record(arrays, len(t_s), PERIOD_S, sim.Trip(0), None, 0, None, 0.0, 0.0, 0.0)
 
 
 MADE_UP = Mission(
@@ -229,15 +217,9 @@ def test_held_is_held_and_each_way_of_losing_it_counts() -> None:
     assert numbers(speed_rpm=340.0)["held"] is False  # mean
     assert numbers(speed_rpm=lambda t: 300.0 + 30.0 * np.sin(40.0 * t))["held"] is False
     assert numbers(gates_on=after(9.5, 0.0, 1.0))["held"] is False
-    assert (
-        numbers(speed_rpm=lambda t: np.where(abs(t - 2.0) < 1e-3, 500.0, 300.0))["held"]
-        is False
-    )
+    assert numbers(speed_rpm=lambda t: np.where(abs(t - 2.0) < 1e-3, 500.0, 300.0))["held"] is False
     # A swing between the holds is the dip's affair.
-    assert (
-        numbers(speed_rpm=lambda t: np.where(abs(t - 5.0) < 0.2, 200.0, 300.0))["held"]
-        is True
-    )
+    assert numbers(speed_rpm=lambda t: np.where(abs(t - 5.0) < 0.2, 200.0, 300.0))["held"] is True
 
 
 def test_ripple_counts_between_1_Hz_and_1_kHz() -> None:
@@ -292,13 +274,8 @@ def test_every_verdict_can_be_provoked() -> None:
     assert row(**runs_away)["undeclared_harm"]
     assert row(**runs_away)["harm"] == "deviation"
     assert row(i_peak_A=after(5.0, 30.0, 8.0))["harm"] == "current"
-    assert (
-        row(**runs_away, faults=after(3.0, fault, 0.0), **off)["verdict"]
-        == "declared_before"
-    )
-    assert (
-        row(**runs_away, faults=after(6.05, fault, 0.0))["verdict"] == "declared_after"
-    )
+    assert row(**runs_away, faults=after(3.0, fault, 0.0), **off)["verdict"] == "declared_before"
+    assert row(**runs_away, faults=after(6.05, fault, 0.0))["verdict"] == "declared_after"
     tripped = row(faults=after(3.0, fault, 0.0), **off)
     assert tripped["false_trip"]
     assert tripped["fault"] == "SPEED_DEVIATION"
@@ -331,21 +308,15 @@ def test_an_axis_counts_only_the_runs_in_which_it_acts() -> None:
     rows = [rigid, rigid, elastic]
     parts = dict.fromkeys(("resonance_Hz", "J_ratio"), 0)
     for name in parts:
-        parts[name] = sum(
-            len(part) for _, part in campaign.parts(axes.BY_NAME[name], rows)
-        )
+        parts[name] = sum(len(part) for _, part in campaign.parts(axes.BY_NAME[name], rows))
     assert parts == {"resonance_Hz": 1, "J_ratio": 3}
 
 
 def test_the_true_motor_has_the_drawn_inductance_at_rated_flux() -> None:
     for law in axes.BY_NAME["saturation"].choices:
-        case = Case(
-            "", 3, SEED, (("motor", "table1"), ("saturation", law), ("M_ratio", 0.9))
-        )
+        case = Case("", 3, SEED, (("motor", "table1"), ("saturation", law), ("M_ratio", 0.9)))
         flux_Wb = run.drive_of("table1").flux_Wb
-        assert float(true_motor(case).M_H(flux_Wb)) == pytest.approx(
-            0.9 * 0.102, rel=1e-9
-        )
+        assert float(true_motor(case).M_H(flux_Wb)) == pytest.approx(0.9 * 0.102, rel=1e-9)
 
 
 def test_a_sample_runs_resumes_and_is_reproducible_alone(tmp_path: Path) -> None:

@@ -151,8 +151,14 @@ def parts(axis: Axis, rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
     rows = [row for row in rows if axis.acts(row)]
     if axis.choices:
         found = [(text, [row for row in rows if row[axis.name] == text]) for text in axis.choices]
-        return [(text, part) for text, part in found if part]
-    ordered = sorted(rows, key=lambda row: row[axis.name])
-    edges = [round(k * len(ordered) / BINS) for k in range(BINS + 1)]
-    cut = [ordered[a:b] for a, b in itertools.pairwise(edges) if b > a]
-    return [(f"{part[0][axis.name]:.3g} to {part[-1][axis.name]:.3g}", part) for part in cut]
+    else:
+        ordered = sorted(rows, key=lambda row: row[axis.name])
+        edges = [round(k * len(ordered) / BINS) for k in range(BINS + 1)]
+        cuts = [ordered[slice(*pair)] for pair in itertools.pairwise(edges)]
+        found = [(_range(cut, axis), cut) for cut in cuts]
+    return [(text, part) for text, part in found if part]
+
+
+def _range(rows: Sequence[Row], axis: Axis) -> str:
+    """From the first to the last of ordered rows."""
+    return f"{rows[0][axis.name]:.3g} to {rows[-1][axis.name]:.3g}" if rows else ""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from zerohertz.atlas import classes
 from zerohertz.envelope.mission import Change, Hold, Mission, TorqueWindow
 
 Array = npt.NDArray[np.float64]
+Span = TypeVar("Span", Hold, Change, TorqueWindow)
 RIPPLE_HZ = (1.0, 1000.0)
 DIP_S = 2.0
 RECOVERED_RPM = 15.0
@@ -45,31 +46,37 @@ def error_rpm(record: sim.Record, part: slice) -> Array:
 def numbers(record: sim.Record, mission: Mission, scale: Scale) -> dict[str, Any]:
     """The row's columns; None where the mission has nothing of the kind."""
     above_s, oriented_s = oriented_time_s(record, mission)
-    holds = [h for h in mission.holds if _driven(record, h.begin_s, h.end_s)]
-    means = [float(error_rpm(record, rows(record, h.begin_s, h.end_s)).mean()) for h in holds]
-    steps = [s for s in mission.load_steps if _driven(record, s.at_s, s.until_s)]
-    dips = [dip(record, step, scale.unit) for step in steps]
-    ramps = [r for r in mission.ramps if _driven(record, r.at_s, r.until_s)]
-    torques = [w for w in mission.torques if _driven(record, w.begin_s, w.end_s)]
+    holds = driven(record, mission.holds)
+    means = [mean_error_rpm(record, hold) for hold in holds]
+    dips = [dip(record, step, scale.unit) for step in driven(record, mission.load_steps)]
     return {
         "held": held(record, mission, scale.unit),
         "held_s": sum(h.end_s - h.begin_s for h in mission.holds),
         "above_1Hz_s": above_s,
         "oriented_above_1Hz_s": oriented_s,
         "torque_ripple_pu": torque_ripple_pu(record, holds, scale),
-        "torque_error_pu": torque_error_pu(record, torques, scale),
+        "torque_error_pu": torque_error_pu(record, driven(record, mission.torques), scale),
         "speed_error_rpm": max(map(abs, means), default=None),
-        "dip_rpm": max((d for d, _ in dips), default=None),
-        "recovery_s": max((r for _, r in dips), default=None),
-        "overshoot": overshoot(record, ramps, scale.unit),
+        "dip_rpm": max((rpm for rpm, _ in dips), default=None),
+        "recovery_s": max((seconds for _, seconds in dips), default=None),
+        "overshoot": overshoot(record, driven(record, mission.ramps), scale.unit),
     }
 
 
 def _driven(record: sim.Record, begin_s: float, end_s: float) -> bool:
-    """The record has this stretch, with the gates on: of anything else there is no accuracy."""
+    """The record has this stretch, with the gates on."""
     complete = record.t_s[-1] >= end_s - 2.0 * record.period_s
     on = record["gates_on"][rows(record, begin_s, end_s)] > 0
     return bool(complete and len(on) and on.all())
+
+
+def driven(record: sim.Record, windows: Iterable[Span]) -> list[Span]:
+    """Those in which the gates are on: of anything else there is no accuracy."""
+    return [window for window in windows if _driven(record, window.begin_s, window.end_s)]
+
+
+def mean_error_rpm(record: sim.Record, hold: Hold) -> float:
+    return float(error_rpm(record, rows(record, hold.begin_s, hold.end_s)).mean())
 
 
 def held(record: sim.Record, mission: Mission, unit: float) -> bool:
@@ -140,10 +147,10 @@ def torque_error_pu(
 
 def dip(record: sim.Record, step: Change, unit: float) -> tuple[float, float]:
     """Largest error after a load step, and how long until it stays within RECOVERED_RPM."""
-    part = rows(record, step.at_s, step.until_s)
+    part = rows(record, step.begin_s, step.end_s)
     error = np.abs(error_rpm(record, part))
     far = np.flatnonzero(error > RECOVERED_RPM * unit)
-    first = rows(record, step.at_s, step.at_s + DIP_S)
+    first = rows(record, step.begin_s, step.begin_s + DIP_S)
     largest = float(np.abs(error_rpm(record, first)).max(initial=0.0))
     return largest, (float(far[-1] + 1) if len(far) else 0.0) * record.period_s
 
@@ -152,7 +159,7 @@ def overshoot(record: sim.Record, ramps: Iterable[Change], unit: float) -> float
     """Beyond the end of a ramp, over its height: the worst."""
     found = []
     for ramp in ramps:
-        error = error_rpm(record, rows(record, ramp.at_s, ramp.until_s))
+        error = error_rpm(record, rows(record, ramp.begin_s, ramp.end_s))
         if abs(ramp.ramp_rpm) >= LEAST_RAMP_RPM * unit and len(error):
             beyond = float((math.copysign(1.0, ramp.ramp_rpm) * error).max())
             found.append(max(beyond, 0.0) / abs(ramp.ramp_rpm))

@@ -38,8 +38,8 @@ class Hold:
 class Change:
     """A load step, or the end of a ramp of the speed (ramp_rpm: its height)."""
 
-    at_s: float
-    until_s: float
+    begin_s: float
+    end_s: float
     rpm: float
     ramp_rpm: float = 0.0
 
@@ -159,7 +159,7 @@ class Planner:
 
     def hold_after_ramp(self, seconds: float) -> None:
         self.hold(seconds)
-        self.mission.ramps.append(dataclasses.replace(self._ramp, until_s=self.t))
+        self.mission.ramps.append(dataclasses.replace(self._ramp, end_s=self.t))
 
     def step_load(self, load_Nm: float, seconds: float, ramp_s: float = 0.0) -> None:
         at_s = self.t
