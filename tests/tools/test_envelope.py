@@ -24,6 +24,7 @@ from zerohertz.envelope import (
     page,
     plans,
     run,
+    why,
 )
 from zerohertz.envelope.axes import AXES
 from zerohertz.envelope.case import Case
@@ -310,6 +311,27 @@ def test_an_axis_counts_only_the_runs_in_which_it_acts() -> None:
     for name in parts:
         parts[name] = sum(len(part) for _, part in campaign.parts(axes.BY_NAME[name], rows))
     assert parts == {"resonance_Hz": 1, "J_ratio": 3}
+
+
+def test_every_plain_value_lies_on_its_axis() -> None:
+    for axis in AXES:
+        if axis.plain is not None:
+            assert axis.parse(str(axis.plain)) == axis.plain
+    assert axes.BY_NAME["slope_rpm_s"].plain is None
+    assert axes.BY_NAME["adc_bits"].plain == "14"
+
+
+def test_the_axis_that_mends_a_run_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drive that only fails with a large inertia and 10 bits together."""
+
+    def judged(case: Case) -> tuple[dict[str, Any], None, None]:
+        bad = case.number("J_ratio") > 10.0 and case.word("adc_bits") == "10"
+        return row() | {"held": not bad, "false_trip": bad}, None, None
+
+    monkeypatch.setattr(why, "run_case", judged)
+    sample = run.Sample(SEED, {"J_ratio": 50.0, "adc_bits": "10"})
+    found = why.mending(sample, 0, lambda done: None)
+    assert {one["axis"] for one in found} == {"J_ratio", "adc_bits"}
 
 
 def test_the_true_motor_has_the_drawn_inductance_at_rated_flux() -> None:

@@ -22,6 +22,7 @@ DRIVEN = (CYCLE, SAG)  # missions with the drawn speeds
 ACTIVE, PASSIVE, LINEAR, SQUARE = "active", "passive", "linear", "square"
 THRESHOLD, CAPACITANCE = "threshold", "capacitance"
 PULSATING, ELASTIC = "pulsating", "elastic"
+BENCH_J, BENCH_THRESHOLD_A = 2.33, 0.25  # of the atlas
 TABLE1_MOTORS = ("table1", "table1_p1", "table1_p3", "table1_p4")
 TABLE1_WEIGHTS = (0.4, 0.08, 0.08, 0.08)
 OWN_MOTORS = tuple(path.stem for path in all_rigs())
@@ -40,6 +41,7 @@ class Axis:
     high: float = 0.0
     log: bool = False
     when: tuple[str, tuple[str, ...]] | None = None  # it acts where another axis has such a value
+    usual: Value | None = None  # where nothing is wrong; None: 0 or the first choice, if there is
 
     @property
     def values(self) -> str:
@@ -47,6 +49,15 @@ class Axis:
         if self.choices:
             return ", ".join(self.choices)
         return f"{self.low:g} to {self.high:g}" + (" (log)" if self.log else "")
+
+    @property
+    def plain(self) -> Value | None:
+        """The value with which the axis disturbs nothing; None: it has none."""
+        if self.usual is not None:
+            return self.usual
+        if self.choices:
+            return self.choices[0]
+        return 0.0 if self.low <= 0.0 <= self.high else None
 
     def acts(self, values: Mapping[str, Any]) -> bool:
         return self.when is None or values[self.when[0]] in self.when[1]
@@ -82,10 +93,10 @@ AXES: tuple[Axis, ...] = (
         (*TABLE1_MOTORS, *OWN_MOTORS),
         (*TABLE1_WEIGHTS, *([(1.0 - sum(TABLE1_WEIGHTS)) / len(OWN_MOTORS)] * len(OWN_MOTORS))),
     ),
-    Axis("Rs_ratio", "motor", "true Rs over nameplate", low=0.67, high=1.5, log=True),
-    Axis("Rr_ratio", "motor", "true Rr over nameplate", low=0.7, high=1.4, log=True),
-    Axis("M_ratio", "motor", "true M at rated flux over nameplate", low=0.85, high=1.15),
-    Axis("leakage_ratio", "motor", "true leakages over nameplate", low=0.8, high=1.2),
+    Axis("Rs_ratio", "motor", "true Rs over nameplate", low=0.67, high=1.5, log=True, usual=1.0),
+    Axis("Rr_ratio", "motor", "true Rr over nameplate", low=0.7, high=1.4, log=True, usual=1.0),
+    Axis("M_ratio", "motor", "true M at rated flux over nameplate", low=0.85, high=1.15, usual=1.0),
+    Axis("leakage_ratio", "motor", "true leakages over nameplate", low=0.8, high=1.2, usual=1.0),
     Axis(
         "saturation",
         "motor",
@@ -121,6 +132,7 @@ AXES: tuple[Axis, ...] = (
         low=0.02,
         high=1.5,
         log=True,
+        usual=BENCH_THRESHOLD_A,
     ),
     Axis(
         "leg_nF",
@@ -140,13 +152,21 @@ AXES: tuple[Axis, ...] = (
         "acting voltage from the sensors, from the duty, or as the configuration has it",
         (SENSORS, DUTY, SHIPPED),
     ),
-    Axis("adc_bits", "sensors", "resolution", ("10", "12", "14")),
+    Axis("adc_bits", "sensors", "resolution", ("10", "12", "14"), usual="14"),
     Axis("gain_error", "sensors", "largest gain error of any sensor", high=0.01),
     Axis("offset_A", "sensors", "largest current offset at the start", high=0.06),
     Axis("offset_drift_A", "sensors", "largest drift of a current offset after it", high=0.15),
     Axis("noise_lsb", "sensors", "noise of every word, rms, in units of 14 bit", high=2.0),
-    Axis("J_ratio", "shaft", "inertia over the motor's own", low=0.4, high=100.0, log=True),
-    Axis("J_told", "shaft", "told inertia over true", low=0.5, high=2.0, log=True),
+    Axis(
+        "J_ratio",
+        "shaft",
+        "inertia over the motor's own",
+        low=0.4,
+        high=100.0,
+        log=True,
+        usual=BENCH_J,
+    ),
+    Axis("J_told", "shaft", "told inertia over true", low=0.5, high=2.0, log=True, usual=1.0),
     Axis("friction_pu", "shaft", "Coulomb friction over rated torque", high=0.08),
     Axis(
         "load",

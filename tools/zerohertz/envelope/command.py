@@ -16,7 +16,6 @@ from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
 
 if TYPE_CHECKING:
-    from zerohertz.envelope.case import Case
     from zerohertz.envelope.run import Sample
 
 
@@ -39,6 +38,9 @@ def envelope(
     only: Annotated[
         int | None, typer.Option(min=0, metavar="K", help="Run K of the seed alone, with a trace.")
     ] = None,
+    why: Annotated[
+        bool, typer.Option(help="With --only: which axis, put to its plain value, mends the run?")
+    ] = False,
     axes: Annotated[bool, typer.Option("--axes", help="List every axis, and stop.")] = False,
     workers: Workers = 2,
     scheduler: Scheduler = None,
@@ -62,7 +64,9 @@ def envelope(
     sample = Sample(seed, fixed(fix or []), assignments("--set", sets or [], numbers=True))
     folder = out or BUILD / "envelope" / sample.options.replace("--", "").replace(" ", "-")
     if only is not None:
-        raise typer.Exit(_one(sample.case(only), folder, as_json))
+        raise typer.Exit(_one(sample, only, folder, why, as_json))
+    if why:
+        raise UserError("--why: asks about one run; name it with --only")
     if write and (fix or sets):
         raise UserError("--write: the page has every axis drawn; leave out --fix and --set")
     raise typer.Exit(_many(sample, runs, (folder, workers, scheduler, fresh), write, as_json))
@@ -75,14 +79,20 @@ def _list() -> None:
         print(f"{axis.name}: {axis.text}\n    {axis.values}")
 
 
-def _one(case: Case, folder: Path, as_json: bool) -> int:
+def _one(sample: Sample, index: int, folder: Path, why: bool, as_json: bool) -> int:
     from zerohertz.envelope import picture
+    from zerohertz.envelope.axes import AXES
     from zerohertz.envelope.run import run_case
+    from zerohertz.envelope.why import mending
 
-    row, plan, record = run_case(case)
+    row, plan, record = run_case(sample.case(index))
     path = picture.keep_trace(folder / "traces", plan, record, row)
-    lines = [f"{key}: {value}" for key, value in row.items()]
-    print(json.dumps(row, indent=2) if as_json else "\n".join(lines))
+    shown = dict(row)
+    if why:
+        with progress_bar("axes", len(AXES)) as progress:
+            shown["mended_by"] = mending(sample, index, progress)
+    lines = [f"{key}: {value}" for key, value in shown.items()]
+    print(json.dumps(shown, indent=2) if as_json else "\n".join(lines))
     tell(f"trace: {short_paths(path.with_suffix(''))}.parquet and .svg")
     return 1 if row["undeclared_harm"] or row["false_trip"] else 0
 
