@@ -14,14 +14,23 @@ from zerohertz.motor import MAX_ENTRIES, STEP_ELEC_PER_MIN, Circuit, Design
 
 # Observer: real poles p1 and -(a Rr/Lr + b |w|); p1 over the motor's own current decay a11.
 P1_SLOW, P1_FAST = 1.1, 2.25
-P2_A, P2_B = 0.87, 0.073
+P2_A, P2_B = 0.87, 0.8
 # p1 goes from slow to fast between these speeds, in units of the slow p1.
 P1_FROM, P1_TO = 0.2, 0.6
 # Adaptation: s^2 + (|p1| + g kp) s + g ki, g = lambda^2 kr/(sigma Ls) from speed to lambda e1_q.
-ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.635
-# Speed loop: well inside the adaptation.
-SPEED_SLOW, SPEED_FAST = 0.17, 0.36
-SPEED_FROM = 0.32
+ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
+# Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
+SPEED_SLOW, SPEED_FAST = 0.38, 0.64
+SPEED_FROM = 0.1
+# Sensed voltage up to this share of rated frequency, the duty from twice that on.
+BLEND = 1.0 / 30.0
+# Field weakening begins below the largest voltage by as much.
+WEAKEN = 0.92
+# Rs tracking: an error dRs leaves a residual of about dRs i_q/(w_s M); the same rate for all.
+RS_BIAS, TRACK_PER_H = 1.015, 2.94
+# Steering: least stator frequency over that at which rated current drops the rotor's EMF at Rs.
+STEER, STEER_FLUX = 0.196, 0.39
+I_F = 0.95  # of the largest current: I-f operation after a lost orientation
 # Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us.
 CURRENT_PERIODS = 0.12
 OVERLOAD = 1.5
@@ -80,8 +89,24 @@ def firmware_parameters(
         "current_bandwidth_rad_s": CURRENT_PERIODS / period_s,
         "lambda_max_Wb": 4.0 * flux,
         "dead_time_i_threshold_A": threshold_A(plate),
-        # The supervisor ends a run that has lost its orientation: nothing is held by luck.
-        "lost_action": 1,
+        **_orientation(circuit, plate, flux),
+        # Orientation lost: I-f operation takes over.
+        "lost_action": 2,
+        "i_f_A": I_F * limit_A(plate, i_trip_max_A),
+    }
+
+
+def _orientation(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, float]:
+    """What keeps the field where it is believed to be, near zero stator frequency and beyond."""
+    drop_rad_s = circuit.Rs_ohm * plate.current_vector_A / flux_Wb
+    return {
+        "voltage_source": 2,
+        "voltage_blend_Hz": BLEND * plate.frequency_Hz,
+        "weaken_share": WEAKEN,
+        "rs_bias": RS_BIAS,
+        "rs_track_gain": TRACK_PER_H * circuit.M_H,
+        "steer_min_Hz": STEER * drop_rad_s / (2.0 * math.pi),
+        "steer_flux_min": STEER_FLUX,
     }
 
 
@@ -107,8 +132,8 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
         "speed_bandwidth_rad_s": SPEED_SLOW * slow,
         "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
         "speed_slow_rad_s": SPEED_FROM * slow,
-        "speed_ki_factor": 0.12,
-        "speed_filter_s": 0.001,
+        "speed_ki_factor": 0.08,
+        "speed_filter_s": 0.0005,
         "speed_J_kg_m2": J_kg_m2,
         "speed_slew_rad_s2": slew,
         "ramp_down_rad_s2": 0.5 * slew,  # friction helps, and the dc link takes less
