@@ -21,9 +21,11 @@
 #define PLAUSIBILITY_FLUX_PU    0.25f /* of its reference: less is no flux of this current */
 #define PLAUSIBILITY_VOLTAGE_PU 0.1f  /* filter in transients, gains of the sensors */
 #define PLAUSIBILITY_OPEN_PU    0.25f
-/* Electrical. No speed: below the first; a speed is wanted from the second on. */
+/* Electrical. No speed: below the first, and below a share of the one wanted; one is wanted from
+ * the second on (tests/sil/test_standing_faults.py: a locked rotor at 5 min^-1). */
 #define PLAUSIBILITY_STILL_RAD_S  3.0f
-#define PLAUSIBILITY_WANTED_RAD_S 6.0f
+#define PLAUSIBILITY_WANTED_RAD_S 0.5f
+#define PLAUSIBILITY_SHORT_PU     0.5f
 #define PLAUSIBILITY_STALL_MAX    1000000.0f /* schedules */
 
 bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *params,
@@ -106,8 +108,11 @@ bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t
     if (cfg->stall_schedules == 0u) {
         return false;
     }
+    const float wanted_rad_s = absf(omega_ref_rad_s);
+    const float turns_rad_s = (omega_ref_rad_s < 0.0f) ? -omega_rad_s : omega_rad_s;
     const bool wrong = at_limit && (absf(omega_rad_s) < PLAUSIBILITY_STILL_RAD_S) &&
-                       (absf(omega_ref_rad_s) > PLAUSIBILITY_WANTED_RAD_S);
+                       (wanted_rad_s > PLAUSIBILITY_WANTED_RAD_S) &&
+                       (turns_rad_s < PLAUSIBILITY_SHORT_PU * wanted_rad_s);
     st->stall = debounce_count(st->stall, wrong, cfg->stall_schedules);
     return debounce_elapsed(st->stall, cfg->stall_schedules);
 }

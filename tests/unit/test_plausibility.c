@@ -220,7 +220,21 @@ static void test_all_torque_and_no_speed_is_a_stall(void)
     st = (plausibility_state_t){0};
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(false, 0.0f, 20.0f)); /* it need not try */
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 3.1f, 20.0f));  /* it moves */
-    TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 0.0f, 5.9f));   /* it is to stand still */
+    TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 0.0f, 0.49f));  /* it is to stand still */
+}
+
+static void test_a_slow_shaft_that_does_not_turn_is_a_stall(void)
+{
+    TEST_ASSERT_EQUAL_INT(100, times_until_stalled(true, 0.0f, 0.51f));
+    st = (plausibility_state_t){0};
+    TEST_ASSERT_EQUAL_INT(100, times_until_stalled(true, -0.6f, 2.0f)); /* the wrong way */
+    st = (plausibility_state_t){0};
+    TEST_ASSERT_EQUAL_INT(100, times_until_stalled(true, 0.6f, -2.0f));
+    st = (plausibility_state_t){0};
+    TEST_ASSERT_EQUAL_INT(100, times_until_stalled(true, -0.99f, -2.0f));
+    st = (plausibility_state_t){0};
+    TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, -1.01f, -2.0f));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 1.01f, 2.0f));
 }
 
 static void test_a_limit_of_zero_asks_nothing(void)
@@ -318,6 +332,7 @@ int main(void)
     RUN_TEST(test_a_power_that_does_not_fit_torque_and_speed_is_wrong);
     RUN_TEST(test_a_speed_that_changes_as_none_can_is_wrong);
     RUN_TEST(test_all_torque_and_no_speed_is_a_stall);
+    RUN_TEST(test_a_slow_shaft_that_does_not_turn_is_a_stall);
     RUN_TEST(test_a_limit_of_zero_asks_nothing);
     RUN_TEST(test_two_exchanged_sensors_show_a_mirror_image);
     RUN_TEST(test_no_other_error_is_a_mirror_image);
