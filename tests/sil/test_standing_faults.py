@@ -59,11 +59,14 @@ def test_a_slow_shaft_under_load_is_none(speed_rpm: float, load_pu: float) -> No
 def drift(A: float, seconds: float) -> dict[str, str | float | None]:
     """Two offsets that part, so that the sum stays."""
     per_s = A / 25.0 / seconds
-    return {
-        **{"faults.sensor": "i_u", "faults.kind": "drift", "faults.severity": per_s},
-        **{"faults.second.sensor": "i_v", "faults.second.kind": "drift"},
-        **{"faults.second.severity": -per_s},
-        **dict.fromkeys(("faults.start_s", "faults.second.start_s")),
+    at_fault = dict.fromkeys(("faults.start_s", "faults.second.start_s"))
+    return at_fault | {
+        "faults.sensor": "i_u",
+        "faults.kind": "drift",
+        "faults.severity": per_s,
+        "faults.second.sensor": "i_v",
+        "faults.second.kind": "drift",
+        "faults.second.severity": -per_s,
     }
 
 
