@@ -140,6 +140,9 @@ Faults read_faults(TomlReader &in)
     f.earth_ohm = in.number_or("faults.earth_ohm", f.earth_ohm, within(1e-3, 1e9));
     f.jam_s = time_or_never(in, "faults.jam_s");
     f.jam_Nm = in.number_or("faults.jam_Nm", f.jam_Nm, not_negative(1e5));
+    f.hang_s = time_or_never(in, "faults.hang_s");
+    f.hang_periods = in.has("faults.hang_periods") ? in.integer("faults.hang_periods", 0, 1000000)
+                                                   : f.hang_periods;
     return f;
 }
 

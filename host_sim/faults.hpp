@@ -8,6 +8,8 @@
 //   short_s, short_ohm, short_H              legs u and v joined through the inductance of a cable
 //   earth_phase, earth_s, earth_ohm          a leg joined to earth, the dc link's middle
 //   jam_s, jam_Nm                            friction that is added to the shaft's
+//   hang_s, hang_periods                     the control interrupt hangs: its last duties stay for
+//                                            so many periods, then the gates open
 #ifndef ZH_FAULTS_HPP
 #define ZH_FAULTS_HPP
 
@@ -62,6 +64,8 @@ struct Faults {
     double earth_ohm = 1.0;
     double jam_s = never_s;
     double jam_Nm = 100.0;
+    double hang_s = never_s;
+    int hang_periods = 3; // an interrupt of higher priority opens the gates within these
 };
 
 Faults read_faults(TomlReader &in);

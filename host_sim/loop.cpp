@@ -78,25 +78,34 @@ Loop::Loop(const Run &run, LockstepPeer *peer)
 void Loop::control(const Words &words, PlantCommand &command)
 {
     const double t_s = plant_.time_s();
-    hal_sample_t sample = sample_of(words, plant_.broken());
-    hal_output_t output{};
-    if (!period(sample, operator_.said(), output)) {
+    if (!hangs(t_s) && !period(words)) {
         ended_ = true;
         return;
     }
     ++out_.steps;
     if (run_.hash_signals) {
-        fold_signals(firmware_.unit(), output, out_.signal_hashes);
+        fold_signals(firmware_.unit(), output_, out_.signal_hashes);
     }
     if (--until_row_ == 0) {
         until_row_ = run_.decimate;
-        record(output);
+        record();
     }
     watch(t_s);
-    timer_.exchange(output.duty_u, output.duty_v, output.duty_w, command.duty);
-    gates_on_ = output.gates_on;
-    command.gates_on = output.gates_on;
-    command.brake_on = output.brake_on;
+    timer_.exchange(output_.duty_u, output_.duty_v, output_.duty_w, command.duty);
+    command.gates_on = output_.gates_on;
+    command.brake_on = output_.brake_on;
+}
+
+// Nothing is computed any more: the output stays as it is, until somebody else opens the gates.
+bool Loop::hangs(double t_s)
+{
+    const Faults &f = run_.scenario.disturbances.faults;
+    if (t_s < f.hang_s) {
+        return false;
+    }
+    output_.gates_on = output_.gates_on && hung_periods_ < f.hang_periods;
+    ++hung_periods_;
+    return true;
 }
 
 void Loop::follow()
@@ -124,21 +133,23 @@ Outcome Loop::take()
 }
 
 // False when a peer ends the run.
-bool Loop::period(hal_sample_t &sample, const unit_command_t &command, hal_output_t &output)
+bool Loop::period(const Words &words)
 {
+    hal_sample_t sample = sample_of(words, plant_.broken());
+    const unit_command_t &command = operator_.said();
     if (peer_ == nullptr) {
-        output = firmware_.step(sample, command);
+        output_ = firmware_.step(sample, command);
         return true;
     }
     peer_->ask(sample, command);
-    output = firmware_.step(sample, command);
-    return peer_->answer(firmware_.unit(), output);
+    output_ = firmware_.step(sample, command);
+    return peer_->answer(firmware_.unit(), output_);
 }
 
-void Loop::record(const hal_output_t &output)
+void Loop::record()
 {
     const unit_t &unit = firmware_.unit();
-    Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output};
+    Row r{.truth = plant_.truth(), .t = firmware_.telemetry(), .duty = output_};
     const Vec flux_Wb = r.truth.psi_r_Wb;
     r.speed_ref_rpm = static_cast<double>(operator_.speed_ref_rpm(r.truth.t_s));
     r.omega_hat_rad_s = static_cast<double>(unit.drive.estimator.estimate.omega_e_rad_s /
@@ -151,7 +162,7 @@ void Loop::record(const hal_output_t &output)
     r.flux_angle_err_deg = angle_error_deg(r);
     r.i_abs_A = magnitude(r.truth.i_s_A);
     r.e1_abs_A = magnitude({r.t.e1_alpha_A, r.t.e1_beta_A});
-    r.gates_on = output.gates_on ? 1.0 : 0.0;
+    r.gates_on = output_.gates_on ? 1.0 : 0.0;
     r.Rs_true_ohm = run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
     static const NamedSignal x_rad_s("x_rad_s");
     r.x_rad_s = static_cast<double>(x_rad_s.value(unit));

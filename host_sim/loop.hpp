@@ -124,7 +124,7 @@ public:
     // As the last period put them out.
     bool gates_on() const
     {
-        return gates_on_;
+        return output_.gates_on;
     }
     std::uint64_t steps() const
     {
@@ -134,8 +134,9 @@ public:
     Outcome take();
 
 private:
-    bool period(hal_sample_t &sample, const unit_command_t &command, hal_output_t &output);
-    void record(const hal_output_t &output);
+    bool period(const Words &words);
+    bool hangs(double t_s);
+    void record();
     void watch(double t_s);
 
     const Run &run_;
@@ -147,8 +148,9 @@ private:
     FluxFrequency f_s_;
     Outcome out_;
     std::uint32_t until_row_ = 1;
+    int hung_periods_ = 0;
     bool ended_ = false;
-    bool gates_on_ = false;
+    hal_output_t output_{}; // of the last period
 };
 
 } // namespace zh

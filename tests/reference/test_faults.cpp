@@ -447,6 +447,7 @@ void groups_and_several_faults_are_read()
 {
     const zh::Faults f = read("[faults]\nsensor = \"currents\"\nkind = \"stuck\"\nstart_s = 1\n"
                               "open_phase = \"all\"\nopen_s = 2\nopen_end_s = 3\njam_s = 4\n"
+                              "hang_s = 5\nhang_periods = 2\n"
                               "[faults.second]\nsensor = \"voltages\"\nkind = \"noise\"\n"
                               "severity = 0.1\nstart_s = 2\n"
                               "[faults.third]\nsensor = \"all\"\nkind = \"drift\"\n"
@@ -464,6 +465,9 @@ void groups_and_several_faults_are_read()
     CHECK(f.open_phase == zh::all_phases);
     CHECK_NEAR(f.open_end_s, 3.0, 0.0);
     CHECK_NEAR(f.jam_s, 4.0, 0.0);
+    CHECK_NEAR(f.hang_s, 5.0, 0.0);
+    CHECK(f.hang_periods == 2);
+    CHECK(read("").hang_periods == 3);
 }
 
 } // namespace
