@@ -182,7 +182,12 @@ def test_a_motor_that_turns_at_its_start_has_no_exchanged_sensors(
 @pytest.mark.parametrize("seed", [162, 781])
 def test_a_load_that_runs_away_in_the_wedge_ends_with_a_fault(seed: int) -> None:
     """The supervisor only doubts there: it is the flux that tells."""
-    job = monitor_quiet.job(load_setup(monitor.CONFIG), seed)
+    usual = monitor_quiet.job(load_setup(monitor.CONFIG), seed)
+    job = dataclasses.replace(
+        usual,
+        rig_overrides={**usual.rig_overrides, "inverter.model": "averaged"},
+        firmware={**usual.firmware, "voltage_source": 0},
+    )
     told = sim.run(job)
     said = Fault(int(np.bitwise_or.reduce(told["faults"].astype(np.int64))))
     assert said & (Fault.OBSERVER | Fault.SPEED_DEVIATION)
@@ -222,3 +227,35 @@ def test_an_alarm_in_a_mission_that_is_held_is_a_false_one() -> None:
     quiet = monitor_quiet.summary(missions[:1])
     assert monitor.Result({}, quiet).good
     assert not monitor.Result({}, summary).good
+
+
+def test_a_speed_that_is_often_unknown_is_not_good() -> None:
+    known = monitor_quiet.Quiet(1, True, 10.0, 0, "averaged, duty", 5.0, 0.05)
+    lost = dataclasses.replace(known, unknown_s=0.051)
+    not_held = dataclasses.replace(known, held=False, unknown_s=5.0)
+    assert monitor.Result({}, monitor_quiet.summary([known, not_held])).good
+    summary = monitor_quiet.summary([lost])
+    assert summary["plants"]["averaged, duty"]["unknown_share"] == pytest.approx(0.0102)
+    assert not monitor.Result({}, summary).good
+
+
+def test_a_torque_that_swings_before_the_word_is_the_laws_doing() -> None:
+    calm = record(torque_Nm=8.4)
+    swing = record(torque_Nm=lambda t_s: 15.0 * np.sign(np.sin(40.0 * t_s)))
+    told = calm.t_s > 3.0
+    assert not monitor_quiet.swings_before(calm, told)
+    assert monitor_quiet.swings_before(swing, told)
+    assert not monitor_quiet.swings_before(swing, np.zeros(len(told), bool))
+
+
+def test_the_quiet_hours_meet_both_inverters_and_both_voltages() -> None:
+    setup = load_setup(monitor.CONFIG)
+    jobs = [monitor_quiet.job(setup, seed) for seed in range(1, 5)]
+    made = {(j.rig_overrides["inverter.model"], j.firmware["voltage_source"]) for j in jobs}
+    assert made == {("averaged", 0), ("averaged", 1), ("switched", 0), ("switched", 1)}
+    assert {monitor_quiet.mission((setup, seed)).plant for seed in range(1, 5)} == {
+        "averaged, sensors",
+        "averaged, duty",
+        "switched, sensors",
+        "switched, duty",
+    }
