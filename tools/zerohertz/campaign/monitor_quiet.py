@@ -122,15 +122,21 @@ def good(quiet: dict[str, Any]) -> bool:
 
 def _of(every: list[Quiet]) -> dict[str, Any]:
     held_ = [m for m in every if m.held]
-    fast_s = sum(m.fast_s for m in held_)
+    fast_s, unknown_s = (sum(getattr(m, name) for m in held_) for name in ("fast_s", "unknown_s"))
     return {
         "missions": len(every),
         "held": len(held_),
         "held_hours": round(sum(m.run_s for m in held_) / 3600.0, 2),
-        "false_alarms": sum(m.bits != 0 for m in held_),
-        "false_bits": {hex(b): n for b, n in Counter(m.bits for m in held_ if m.bits).items()},
-        "of_a_swing": sum(m.swings for m in held_ if m.bits),
-        "alarms": {m.seed: hex(m.bits) for m in held_ if m.bits},
-        "unknown_share": round(sum(m.unknown_s for m in held_) / fast_s, 5) if fast_s else None,
+        "unknown_share": round(unknown_s / fast_s, 5) if fast_s else None,
         "alarms_not_held": sum(m.bits != 0 for m in every if not m.held),
+        **_told([m for m in held_ if m.bits]),
+    }
+
+
+def _told(alarms: list[Quiet]) -> dict[str, Any]:
+    return {
+        "false_alarms": len(alarms),
+        "of_a_swing": sum(m.swings for m in alarms),
+        "false_bits": {hex(bits): n for bits, n in Counter(m.bits for m in alarms).items()},
+        "alarms": {m.seed: hex(m.bits) for m in alarms},
     }

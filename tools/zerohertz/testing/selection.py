@@ -11,9 +11,10 @@ from zerohertz.testing.stages import all_stages
 
 
 def select(stages: list[Stage], quick: bool, only: str) -> list[Stage]:
-    """The stages named in `only` and what they need, else the quick ones, else all."""
+    """The stages named in `only` and what they need, else the quick ones, else all but those that
+    have to be asked for."""
     if not only:
-        return [stage for stage in stages if stage.quick or not quick]
+        return [stage for stage in stages if stage.quick or not (quick or stage.asked)]
     by_name = {stage.name: stage for stage in stages}
     wanted: set[str] = set()
     todo = [name.strip() for name in only.split(",")]

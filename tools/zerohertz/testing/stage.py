@@ -60,7 +60,7 @@ class Log:
 
 @dataclass(frozen=True)
 class Stage:
-    """`run` is started once all stages named in `needs` have passed."""
+    """`run` is started once all stages named in `needs` have passed; asked: in --only alone."""
 
     name: str
     what: str
@@ -68,6 +68,7 @@ class Stage:
     needs: tuple[str, ...] = ()
     cores: int = 1
     quick: bool = False
+    asked: bool = False
 
 
 @dataclass

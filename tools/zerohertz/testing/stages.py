@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from zerohertz.paths import BUILD, ROOT
-from zerohertz.testing import include_rules, object_rules, shape, source_rules
+from zerohertz.testing import eva, include_rules, object_rules, shape, source_rules
 from zerohertz.testing.counts import junit_outcome
 from zerohertz.testing.misra import cppcheck_suppressions, notices
 from zerohertz.testing.stage import Log, Outcome, Stage
@@ -99,6 +99,7 @@ def _that_read_the_code() -> list[Stage]:
         Stage("ruff", "ruff check and format", _ruff, quick=True),
         Stage("shell", "shellcheck", _shell, quick=True),
         Stage("shape", "size of functions and files, layers, include cycles", _shape, quick=True),
+        Stage("eva", "Frama-C on the guard: any input", _eva, asked=True),
         Stage(
             "rules",
             "identifiers, objects, nothing unbuilt",
@@ -259,6 +260,15 @@ def _cppcheck(log: Log) -> Outcome:
     listed = notices(log.path.read_text(encoding="utf-8", errors="replace"))
     failed = code != 0 or bool(listed)
     return Outcome(int(not failed), int(failed), f"{len(listed)} listed" if listed else "")
+
+
+def _eva(log: Log) -> Outcome:
+    count, text = eva.alarms("eva_guard")
+    log.write(text)
+    seen = eva.alarms_with_defect("eva_guard")
+    log.write(f"with a defect: {seen} alarms")
+    failed = int(count > 0) + int(seen == 0)
+    return Outcome(2 - failed, failed, f"{count} alarms, {seen} with a defect seeded")
 
 
 def _format(log: Log) -> Outcome:
