@@ -15,7 +15,16 @@ from typer.testing import CliRunner
 from zerohertz import sim
 from zerohertz.atlas.run import RunOptions
 from zerohertz.atlas.simulate import Bench
-from zerohertz.campaign.faults import campaign, cases, conditions, judge, kinds, page, run
+from zerohertz.campaign.faults import (
+    campaign,
+    cases,
+    conditions,
+    excepted,
+    judge,
+    kinds,
+    page,
+    run,
+)
 from zerohertz.cli import make_app
 from zerohertz.errors import UserError
 
@@ -141,7 +150,8 @@ def test_rows_are_stored_and_summed_up(sample: campaign.Result, tmp_path: Path) 
     assert campaign.run_all("single", 6, 1, how, told.append, no_bar).rows == first.rows
     assert any("6 of 6 points are stored" in line for line in told)
     total = campaign.as_dict(sample)
-    assert total["runs"] == total["undeclared_harm"] + total["declared"] + total["harmless"]
+    verdicts = ("undeclared_harm", "declared", "harmless", "excepted")
+    assert total["runs"] == sum(total[name] for name in verdicts)
     assert sum(group["runs"] for group in total["groups"].values()) == total["runs"]
     json.dumps(total)
     text = page.page_text(sample, "a command")
@@ -149,6 +159,75 @@ def test_rows_are_stored_and_summed_up(sample: campaign.Result, tmp_path: Path) 
     for words in ("a command", first, "Undeclared, case by case", *page.TITLES.values()):
         assert words in text
     assert max(len(line) for line in page.how_to_read().splitlines()) <= 120
+
+
+EXACT = "currents.gain_0.5@starting,60,+0.5,la2,averaged,duty"
+
+
+def harmful(**changed: Any) -> dict[str, Any]:
+    return {"verdict": judge.UNDECLARED, "undeclared": judge.CURRENT, "peak_A": 24.6, **changed}
+
+
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        (EXACT.replace("starting", "running"), {}),  # words that jump show it once
+        (EXACT.replace("currents.gain_0.5", "i_u.gain_0.5"), {}),
+        (EXACT.replace("currents.gain_0.5", "voltages.gain_0.5"), {}),
+        (EXACT.replace("currents.gain_0.5", "all.gain_1.5"), {}),
+        (EXACT.replace("@", "+J_10@"), {}),
+        (EXACT, {"undeclared": f"{judge.CURRENT} {judge.DEVIATION}"}),
+        (EXACT, {"undeclared": judge.OVERSPEED}),
+        (EXACT, {"peak_A": 45.1}),  # 22.5 A / .5
+        (EXACT, {"verdict": judge.AFTER}),
+        (EXACT, {"verdict": judge.HARMLESS}),
+    ],
+)
+def test_an_exception_is_not_wider_than_its_proof(name: str, changed: dict[str, Any]) -> None:
+    row = harmful(**changed)
+    assert excepted.verdict(cases.case_of(EXACT), harmful(), 22.5) == judge.EXCEPTED
+    assert excepted.verdict(cases.case_of(name), row, 22.5) == row["verdict"]
+
+
+def test_every_exception_has_a_proof_and_is_a_kind_with_its_gain() -> None:
+    for name, proven in excepted.every_proven().items():
+        assert name in kinds.every_kind()
+        assert name.endswith(f".gain_{proven.gain:g}")
+        assert len(proven.proof) > 10
+
+
+def test_words_of_another_motor_are_excepted(bench: Bench) -> None:
+    row = run.run_case(bench, cases.case_of(EXACT))
+    assert row["verdict"] == judge.EXCEPTED
+    assert 22.5 < row["peak_A"] < 45.0
+
+
+def test_the_words_of_a_scaled_motor_are_the_scaled_words(bench: Bench) -> None:
+    """The proof of currents.gain_0.5, by the plant: the motor with twice the impedances."""
+    scaled = run.job(bench, cases.case_of(EXACT))
+    told = dict(scaled.firmware)
+    rig = dict(scaled.rig_overrides)
+    twice = {f"motor.{name}" for name in ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H")}
+    ideal = {
+        "sensors.current_noise_A": 0.0,
+        "sensors.current_offset_A": [0.0, 0.0, 0.0],
+        "inverter.dead_time_s": 0.0,
+        "mechanics.J_kg_m2": 1e4,  # half the current is half the torque: let nothing turn
+    }
+    other = {name: 2.0 * value if name in twice else value for name, value in rig.items()} | ideal
+    rows = {
+        "sensor": dataclasses.replace(scaled, rig_overrides=rig | ideal, max_steps=4000),
+        "motor": dataclasses.replace(
+            scaled, rig_overrides=other, scenario_overrides={}, max_steps=4000
+        ),
+    }
+    records = {
+        name: sim.run(dataclasses.replace(job, firmware=told, seed=1)) for name, job in rows.items()
+    }
+    seen_A = {name: record["i_d_A"] for name, record in records.items()}
+    assert seen_A["motor"] == pytest.approx(seen_A["sensor"], abs=0.02)
+    true_A = {name: record["i_abs_A"].max() for name, record in records.items()}
+    assert true_A["sensor"] == pytest.approx(2.0 * true_A["motor"], rel=0.01)
 
 
 def test_quantiles_are_values_that_occurred() -> None:

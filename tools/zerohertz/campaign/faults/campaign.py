@@ -10,7 +10,7 @@ from typing import Any
 
 from zerohertz.atlas.run import RunOptions, Tell, run_map
 from zerohertz.campaign.faults.cases import case_of, cases, split
-from zerohertz.campaign.faults.judge import AFTER, BEFORE, HARMLESS, UNDECLARED
+from zerohertz.campaign.faults.judge import AFTER, BEFORE, EXCEPTED, HARMLESS, UNDECLARED
 from zerohertz.campaign.faults.kinds import NOTHING
 from zerohertz.campaign.faults.run import bench_of_campaign, run_cases
 
@@ -27,6 +27,7 @@ class Result:
     seed: int
     rows: Mapping[str, list[Row]]
     healthy: list[Row] = dataclasses.field(default_factory=list)
+    i_trip_A: float = 0.0
 
     @property
     def every(self) -> list[Row]:
@@ -37,6 +38,10 @@ class Result:
         """The most current first, then the speed that is furthest off."""
         bad = [row for row in self.every if row["verdict"] == UNDECLARED]
         return sorted(bad, key=lambda row: (-row["over_current"], -severity(row)))
+
+    @property
+    def excepted(self) -> list[Row]:
+        return [row for row in self.every if row["verdict"] == EXCEPTED]
 
     @property
     def of_the_fault(self) -> list[Row]:
@@ -66,7 +71,7 @@ def run_all(which: str, runs: int, seed: int, how: RunOptions, tell: Tell, bar: 
         chosen = cases(group, count, seed)
         with bar(group, len(chosen)) as progress:
             rows[group] = run_map(bench, chosen, how, tell, progress, run_cases)
-    result = Result(seed, rows)
+    result = Result(seed, rows, i_trip_A=bench.i_trip_A)
     wanted = sorted({condition_name(row) for row in result.undeclared})
     if not wanted:
         return result
@@ -88,6 +93,7 @@ def summary(rows: Iterable[Row]) -> dict[str, Any]:
     return {
         "runs": len(every),
         "undeclared_harm": verdicts[UNDECLARED],
+        "excepted": verdicts[EXCEPTED],
         "declared": verdicts[BEFORE] + verdicts[AFTER],
         "declared_before": verdicts[BEFORE],
         "declared_after": verdicts[AFTER],

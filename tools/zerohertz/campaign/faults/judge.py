@@ -45,7 +45,8 @@ STEP_S = 1e-3  # of the speed rules
 # They say that torque is missing, so they name a speed that is off.
 NAMES_SPEED = int(Fault.DERATED | Fault.REGENERATION)
 UNDECLARED, AFTER, BEFORE, HARMLESS = "undeclared", "declared_after", "declared_before", "harmless"
-VERDICTS = (HARMLESS, BEFORE, AFTER, UNDECLARED)
+EXCEPTED = "excepted"  # given by excepted.py alone
+VERDICTS = (HARMLESS, BEFORE, AFTER, UNDECLARED, EXCEPTED)
 RPM = math.pi / 30.0
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from zerohertz.campaign.faults import judge
+from zerohertz.campaign.faults import excepted, judge
 from zerohertz.campaign.faults.campaign import Result, Row, by_kind, summary
 from zerohertz.campaign.faults.conditions import COVERING, covering, every_condition, names
 from zerohertz.campaign.faults.kinds import every_kind
@@ -35,13 +35,15 @@ def page_text(result: Result, command: str) -> str:
     )
     healthy = "\n".join(_healthy(result.healthy)) or "None."
     share = 100.0 * covering()[1]
+    excepted_lines = "\n".join(_excepted(result))
     groups = "\n".join(grouped(result.of_the_fault)) or "None."
     listed = "\n".join(_cases(result.of_the_fault)) or "None."
     return f"""\
 # Harm and whether it is declared
 
 Made by `{command}`. {total["runs"]} runs: **{total["undeclared_harm"]} undeclared**,
-{total["declared"]} declared, {total["harmless"]} harmless. Of the undeclared ones
+{total["declared"]} declared, {total["harmless"]} harmless, {total["excepted"]} excepted. Of the
+undeclared ones
 {len(result.of_the_fault)} show a harm that the drive does not do at that condition by itself. A leg
 was beyond the limit of the current in {total["over_current"]} runs, the worst with
 {total["worst_A"]:g} A.
@@ -64,6 +66,16 @@ the fault is not to blame; such runs are counted above and left out below.
 ## Undeclared, case by case
 
 {listed}
+
+## Excepted
+
+No observer of the words could tell these: the fault alone, there before the gates were ever on, and
+a harm by current alone. Everywhere else the kind counts like any other.
+[The list with its proofs](../zerohertz/campaign/faults/excepted.toml).
+
+| fault | excepted here | worst of these, A | allowed by the proof, A |
+|---|---|---|---|
+{excepted_lines}
 
 ## Conditions of the pairs
 
@@ -94,11 +106,19 @@ speed decide.
 - **declared before**: a word before any harm, or without one. A word is a fault; for the speed also
   `DERATED`, `REGENERATION` or "speed unknown".
 - **declared after**: a word within {1e3 * judge.GRACE_S:g} ms after the harm began.
-- **undeclared**: neither.
+- **undeclared**: neither. **excepted**: neither, and proven to be beyond any observer of the words.
 - Times are median / 95 % / worst. `fault to word` counts from the first fault of a case; a fault
   that is present from the start can only be found once the gates are on.
 - With two or three faults a run counts in the row of each.
 - One case again: `tools/zh campaign faults --case 'NAME'`."""
+
+
+def _excepted(result: Result) -> Iterator[str]:
+    for name, proven in excepted.every_proven().items():
+        rows = [row for row in result.excepted if str(row["name"]).startswith(f"{name}@")]
+        worst = f"{max(row['peak_A'] for row in rows):.1f}" if rows else ""
+        allowed_A = proven.allowed_A(OVER_PU * result.i_trip_A)
+        yield f"| {name} | {len(rows)} | {worst} | {allowed_A:.1f} |"
 
 
 def _lines(rows: Iterable[Row]) -> Iterator[str]:

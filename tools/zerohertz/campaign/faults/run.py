@@ -19,6 +19,7 @@ from zerohertz.atlas.simulate import (
     make_bench,
 )
 from zerohertz.campaign.faults import conditions as where
+from zerohertz.campaign.faults import excepted
 from zerohertz.campaign.faults.cases import Case
 from zerohertz.campaign.faults.conditions import Condition
 from zerohertz.campaign.faults.judge import RPM, Limits, judge
@@ -30,7 +31,8 @@ from zerohertz.scenario.setup import load_setup
 # A row depends on these besides the firmware: a change of one makes stored rows old.
 _HERE = Path(__file__).parent
 SOURCES = (
-    *(_HERE / f"{name}.py" for name in ("cases", "conditions", "judge", "kinds")),
+    *(_HERE / f"{name}.py" for name in ("cases", "conditions", "excepted", "judge", "kinds")),
+    _HERE / "excepted.toml",
     _HERE.parent / "rig.py",
 )
 
@@ -183,7 +185,9 @@ def run_case(bench: Bench, case: Case) -> dict[str, Any]:
     record = sim.run(made)
     from_start = any(kind.from_start for kind in case.kinds)
     since_s = 0.0 if from_start else times.reverse_s
-    row = judge(record, limits_of(bench, case, made), times.fault_s, since_s)
+    limits = limits_of(bench, case, made)
+    row = judge(record, limits, times.fault_s, since_s)
+    row["verdict"] = excepted.verdict(case, row, limits.over_A)
     return {
         **vars(case),
         **{name: getattr(c, name) for name in where.AXES},
