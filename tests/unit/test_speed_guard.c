@@ -110,15 +110,34 @@ static void test_a_load_that_runs_away_is_found_within_a_second(void)
 
 static void test_a_speed_that_comes_nearer_is_left_alone(void)
 {
+    const float ways[] = {1.0f, -1.0f};
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        in.omega_ref_rad_s = ways[n] * 300.0f;
+        in.omega_rad_s = ways[n] * 100.0f;
+        /* 120 rad/s nearer in 10 s */
+        TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, ways[n] * 12.0f));
+    }
+}
+
+/* A warning, and only that: the torque would be larger if it could. */
+static void test_all_the_torque_on_a_long_way_back_is_told(void)
+{
     in.at_limit = true;
     in.omega_ref_rad_s = 300.0f;
     in.omega_rad_s = 100.0f;
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 12.0f)); /* 120 rad/s nearer in 10 s */
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(~FAULT_DERATED, 12.0f));
     setUp();
-    in.omega_ref_rad_s = -300.0f;
-    in.omega_rad_s = -100.0f;
     in.at_limit = true;
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, -12.0f));
+    in.omega_ref_rad_s = 300.0f;
+    in.omega_rad_s = 100.0f;
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.15f, seconds_to(FAULT_DERATED, 12.0f));
+    setUp();
+    in.at_limit = true;
+    in.basis = SPEED_BASIS_CURRENT; /* imposed: always at its limit */
+    in.omega_ref_rad_s = 300.0f;
+    in.omega_rad_s = 100.0f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_DERATED, 12.0f));
 }
 
 /* Of a large reference 6 % are allowed. */
@@ -269,6 +288,7 @@ int main(void)
     RUN_TEST(test_at_the_limit_of_torque_it_is_told_first);
     RUN_TEST(test_a_load_that_runs_away_is_found_within_a_second);
     RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
+    RUN_TEST(test_all_the_torque_on_a_long_way_back_is_told);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);
     RUN_TEST(test_no_number_is_a_deviation_and_none_is_remembered);
