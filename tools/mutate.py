@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Mutation testing of the firmware: does a unit test notice every small, wrong change?
 
-    tools/zh python tools/mutate.py                        all mutants of firmware/law
+    tools/zh python tools/mutate.py                        all mutants of firmware
     tools/zh python tools/mutate.py --sample 400 --seed 1  a seeded sample of them
     tools/zh python tools/mutate.py --file pi.c            those of one file
 

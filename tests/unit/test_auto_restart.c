@@ -59,7 +59,9 @@ static void test_init_refuses_bad_times(void)
     p.period_s = 50e-9f; /* a minute of running is too long to count */
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p.restart_count = 0u;
+    cfg.count = 3u; /* of a configuration before */
     TEST_ASSERT_TRUE(auto_restart_init(&cfg, &p));
+    TEST_ASSERT_FALSE(auto_restart_on(&cfg));
 }
 
 static void test_off_passes_every_command(void)

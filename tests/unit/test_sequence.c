@@ -682,6 +682,9 @@ static void test_init_counts_periods_and_refuses_senseless_times(void)
     odd.coast_s = 1.5f * good.period_s;
     TEST_ASSERT_TRUE(sequence_init(&c, &odd));
     TEST_ASSERT_EQUAL_UINT32(2u, c.coast_periods); /* to the nearest */
+    odd.coast_s = 1.46f * good.period_s;
+    TEST_ASSERT_TRUE(sequence_init(&c, &odd));
+    TEST_ASSERT_EQUAL_UINT32(1u, c.coast_periods);
     odd.period_s = 1.0f;
     odd.coast_s = 1e9f;
     TEST_ASSERT_FALSE(sequence_init(&c, &odd)); /* as many are one too many */

@@ -288,6 +288,8 @@ static void test_refused_configuration_stands_in_fault_with_gates_off(void)
     const hal_output_t out = periods(SEQUENCE_CMD_RUN, 10.0f, 50);
     TEST_ASSERT_FALSE(out.gates_on);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_u);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_v);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, out.duty_w);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_FAULT, telemetry().state);
     TEST_ASSERT_EQUAL_UINT32(FAULT_CONFIG, telemetry().faults);
     (void)periods(0u, 0.0f, 1);

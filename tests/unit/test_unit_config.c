@@ -159,6 +159,15 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(steering.i_q_max_A, 16.5f);
 }
 
+/* A fifth of the level, and no more periods than a float adds up. */
+static void test_a_long_level_is_averaged_over_what_floats_can_add(void)
+{
+    params.period_s = 200e-6f;
+    params.rs_level_s = 100.0f;
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.6382f, drive.rs_measurement.average_s);
+}
+
 static void test_supervisor_and_i_f_get_their_numbers(void)
 {
     EXPECT(supervisor.corner_rad_s, 3.01592898f);
@@ -223,6 +232,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_board_inverter_and_loops_get_their_numbers);
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
+    RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
     RUN_TEST(test_modes_get_their_numbers);
     return UNITY_END();

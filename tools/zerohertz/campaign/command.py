@@ -43,7 +43,7 @@ def register(app: typer.Typer) -> None:
 
 
 def mutation(
-    folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware/law",
+    folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware",
     sample: Annotated[int, typer.Option(min=0, help="How many mutants; 0: all.")] = 0,
     seed: Annotated[int, typer.Option(help="Of the sample.")] = 2005,
     minimum: Annotated[float, typer.Option(help="Score to reach.")] = 0.95,
@@ -52,7 +52,7 @@ def mutation(
     ] = False,
     output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
 ) -> None:
-    """Do the unit tests notice every small, wrong change of the control law?"""
+    """Do the unit tests notice every small, wrong change of the firmware?"""
     request = Request(folder=folder, sample=sample, seed=seed, minimum=minimum)
     result, good = run_and_show(request, output, sys.stderr if as_json else sys.stdout)
     if as_json:

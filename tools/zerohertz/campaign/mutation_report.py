@@ -17,7 +17,7 @@ from zerohertz.campaign.mutation import Result, all_mutants, draw, run
 class Request:
     """What to mutate; sample 0 means all."""
 
-    folder: str = "firmware/law"
+    folder: str = "firmware"
     files: Sequence[str] = ()
     sample: int = 0
     seed: int = 2005
