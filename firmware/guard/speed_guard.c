@@ -60,26 +60,33 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
+/* Away for a time with all the torque there is: also on the way back, but for a current that is
+ * imposed anyhow. */
+static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                         const speed_guard_in_t *in, float far_pu, bool wrong)
+{
+    const bool far = !(absf(far_pu) <= 1.0f) && (in->basis != SPEED_BASIS_CURRENT);
+    const bool away = wrong || far;
+    st->away_s =
+        passed(st->away_s, cfg->schedule_s * (away ? 1.0f : -SPEED_HEALS_PU), cfg->warning_s);
+    return away && in->at_limit && (st->away_s >= cfg->warning_s);
+}
+
 static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                                   const speed_guard_in_t *in)
 {
     const float allowed_rad_s =
         maxf(cfg->deviation_rad_s, SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s));
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
-    const bool far = !(absf(far_pu) <= 1.0f);
     const bool wrong = deviates(cfg, st, in, far_pu);
     const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);
     const float step_s = wrong ? (one_s * clampf(absf(far_pu), 1.0f, SPEED_FARTHEST_PU)) : one_s;
     const float free_s = in->at_limit ? minf(step_s, 0.0f) : step_s;
     st->deviation_s = passed(st->deviation_s, step_s, cfg->deviation_s);
-    st->away_s =
-        passed(st->away_s, cfg->schedule_s * (far ? 1.0f : -SPEED_HEALS_PU), cfg->warning_s);
     st->unexplained_s = passed(st->unexplained_s, free_s, cfg->unexplained_s);
     const bool late =
         (st->deviation_s >= cfg->deviation_s) || (st->unexplained_s >= cfg->unexplained_s);
-    /* Also on the way back, but for a current that is imposed anyhow. */
-    const bool slow = wrong || (far && (in->basis != SPEED_BASIS_CURRENT));
-    const bool told = slow && in->at_limit && (st->away_s >= cfg->warning_s);
+    const bool told = lacks_torque(cfg, st, in, far_pu, wrong);
     return (late ? FAULT_SPEED_DEVIATION : 0u) | (told ? FAULT_DERATED : 0u);
 }
 
