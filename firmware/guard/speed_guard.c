@@ -60,12 +60,12 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
-/* Away for a time with all the torque there is: also on the way back, but for a current that is
- * imposed anyhow. */
+/* Away for a time with all the torque there is; of V/f, whose current limit holds the frequency
+ * back, also on the way there. */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
-    const bool far = !(absf(far_pu) <= 1.0f) && (in->basis != SPEED_BASIS_CURRENT);
+    const bool far = !(absf(far_pu) <= 1.0f) && (in->basis == SPEED_BASIS_VOLTAGE);
     const bool away = wrong || far;
     st->away_s =
         passed(st->away_s, cfg->schedule_s * (away ? 1.0f : -SPEED_HEALS_PU), cfg->warning_s);

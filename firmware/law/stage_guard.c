@@ -81,7 +81,7 @@ uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const dr
         .controlled = (st->mode == MODE_VECTOR) || (st->mode == MODE_TAKE_OVER),
         .oriented = st->mode == MODE_VECTOR,
         /* After a flying start nobody knows what the legs lose, if that was to be found. */
-        .sensed = (cfg->acting.source == ACTING_VOLTAGE_SENSORS) &&
+        .sensed = (cfg->acting.source != ACTING_VOLTAGE_DUTY) &&
                   (found->leg_loss_found || !cfg->modes.premagnetise.identify_leg_loss),
         .u_duty_V = st->acting.ended_V,
         .u_s_V = out->u_s_V,

@@ -127,6 +127,16 @@ static void test_a_drive_that_uses_no_voltage_sensors_judges_none(void)
     TEST_ASSERT_EQUAL_UINT32(0u, faults_in(20 * TURN) & FAULT_VOLTAGE_SENSOR);
 }
 
+/* Where the sensors are what the estimator gets, they are judged: at low frequency. */
+static void test_blended_voltage_sensors_are_judged(void)
+{
+    p.plausibility.u_V = 30.0f;
+    p.acting.source = ACTING_VOLTAGE_BLEND;
+    configure();
+    sample = sampled(4.0, 60.0, 540.0);
+    TEST_ASSERT_NOT_EQUAL(0, period_of(FAULT_VOLTAGE_SENSOR, 20 * TURN));
+}
+
 /* Phase u of a standing field carries sqrt(2/3) of it, and here nothing. */
 static void test_an_open_phase_is_told(void)
 {
@@ -410,6 +420,7 @@ int main(void)
     RUN_TEST(test_a_voltage_that_the_duty_does_not_explain_is_told);
     RUN_TEST(test_a_loss_that_was_not_found_is_no_broken_sensor);
     RUN_TEST(test_a_drive_that_uses_no_voltage_sensors_judges_none);
+    RUN_TEST(test_blended_voltage_sensors_are_judged);
     RUN_TEST(test_an_open_phase_is_told);
     RUN_TEST(test_phases_are_judged_in_run_only);
     RUN_TEST(test_exchanged_current_sensors_are_told_wherever_direct_current_flows);

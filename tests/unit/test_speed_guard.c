@@ -67,6 +67,20 @@ static void test_init_refuses_what_cannot_protect(void)
     ASSERT_REFUSED(deviation_s, 3300.0f);
 }
 
+static void test_its_own_times_end_at_those_it_is_given(void)
+{
+    TEST_ASSERT_TRUE(speed_guard_init(&cfg, &params, &motor, SCHEDULE_S));
+    TEST_ASSERT_EQUAL_FLOAT(0.8f, cfg.unexplained_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.15f, cfg.warning_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.05f, cfg.doubt_s);
+    speed_guard_params_t quick = params;
+    quick.deviation_s = 0.04f;
+    TEST_ASSERT_TRUE(speed_guard_init(&cfg, &quick, &motor, SCHEDULE_S));
+    TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.unexplained_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.warning_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.doubt_s);
+}
+
 static void test_a_speed_at_its_reference_is_none_of_its_business(void)
 {
     TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 0.0f));
@@ -120,24 +134,18 @@ static void test_a_speed_that_comes_nearer_is_left_alone(void)
     }
 }
 
-/* A warning, and only that: the torque would be larger if it could. */
-static void test_all_the_torque_on_a_long_way_back_is_told(void)
+/* A warning, and only that; an imposed current is always at its limit. */
+static void test_all_the_torque_on_the_long_way_of_v_f_is_told(void)
 {
-    in.at_limit = true;
-    in.omega_ref_rad_s = 300.0f;
-    in.omega_rad_s = 100.0f;
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(~FAULT_DERATED, 12.0f));
-    setUp();
-    in.at_limit = true;
-    in.omega_ref_rad_s = 300.0f;
-    in.omega_rad_s = 100.0f;
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.15f, seconds_to(FAULT_DERATED, 12.0f));
-    setUp();
-    in.at_limit = true;
-    in.basis = SPEED_BASIS_CURRENT; /* imposed: always at its limit */
-    in.omega_ref_rad_s = 300.0f;
-    in.omega_rad_s = 100.0f;
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_DERATED, 12.0f));
+    const speed_basis_t basis[] = {SPEED_BASIS_VOLTAGE, SPEED_BASIS_CURRENT, SPEED_BASIS_ESTIMATE};
+    for (int n = 0; n < 3; n++) {
+        setUp();
+        in.at_limit = true;
+        in.basis = basis[n];
+        in.omega_ref_rad_s = 300.0f;
+        in.omega_rad_s = 100.0f;
+        TEST_ASSERT_FLOAT_WITHIN(0.01f, (n == 0) ? 0.15f : -1.0f, seconds_to(FAULT_DERATED, 12.0f));
+    }
 }
 
 /* Of a large reference 6 % are allowed. */
@@ -283,12 +291,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_what_cannot_protect);
+    RUN_TEST(test_its_own_times_end_at_those_it_is_given);
     RUN_TEST(test_a_speed_at_its_reference_is_none_of_its_business);
     RUN_TEST(test_a_standing_deviation_is_a_fault);
     RUN_TEST(test_at_the_limit_of_torque_it_is_told_first);
     RUN_TEST(test_a_load_that_runs_away_is_found_within_a_second);
     RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
-    RUN_TEST(test_all_the_torque_on_a_long_way_back_is_told);
+    RUN_TEST(test_all_the_torque_on_the_long_way_of_v_f_is_told);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);
     RUN_TEST(test_no_number_is_a_deviation_and_none_is_remembered);
