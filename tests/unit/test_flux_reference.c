@@ -100,6 +100,8 @@ static void test_init_refuses_each_bad_number(void)
     TEST_ASSERT_TRUE(refused(p));
     p.voltage_share = 1.01f;
     TEST_ASSERT_TRUE(refused(p));
+    p.voltage_share = 1.0f;
+    TEST_ASSERT_FALSE(refused(p));
     p = good;
     p.pull_out_share = 1.01f;
     TEST_ASSERT_TRUE(refused(p));

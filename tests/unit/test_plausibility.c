@@ -45,6 +45,17 @@ static void test_init_refuses_what_is_no_limit(void)
     TEST_ASSERT_FALSE(plausibility_init(&cfg, &all, 0.0f));
 }
 
+static void test_a_stall_time_is_whole_looks_to_the_nearest(void)
+{
+    plausibility_params_t p = all;
+    p.stall_s = 99.6f * TURN_S;
+    TEST_ASSERT_TRUE(plausibility_init(&cfg, &p, TURN_S));
+    TEST_ASSERT_EQUAL_UINT32(100u, cfg.stall_schedules);
+    p.stall_s = 99.4f * TURN_S;
+    TEST_ASSERT_TRUE(plausibility_init(&cfg, &p, TURN_S));
+    TEST_ASSERT_EQUAL_UINT32(99u, cfg.stall_schedules);
+}
+
 /* How many times on end until the answer is yes; 1000: never. */
 static int times_until_wrong_voltage(ab_t sensed_V, ab_t duty_V)
 {
@@ -323,6 +334,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_what_is_no_limit);
+    RUN_TEST(test_a_stall_time_is_whole_looks_to_the_nearest);
     RUN_TEST(test_a_voltage_may_differ_by_volts_and_a_share);
     RUN_TEST(test_a_phase_without_the_current_asked_for_is_open);
     RUN_TEST(test_a_phase_of_which_little_is_asked_may_be_without_current);

@@ -54,6 +54,29 @@ static rotor_check_t after_looks(rotor_check_in_t in)
     return last;
 }
 
+/* Where the EMF of the flux is as large as Rs i, times a quarter and two. */
+static void test_frequencies_from_which_the_emf_tells(void)
+{
+    for (int k = 0; k < REFERENCE_MACHINES; k++) {
+        use(reference_machine[k]);
+        const float even_rad_s = motor.Rs_ohm / (motor.kr * motor.M_H);
+        TEST_ASSERT_FLOAT_WITHIN(1e-4f * even_rad_s, 0.25f * even_rad_s, cfg.current_rad_s);
+        TEST_ASSERT_FLOAT_WITHIN(1e-3f * even_rad_s, 2.0f * even_rad_s, cfg.voltage_rad_s);
+    }
+}
+
+/* With next to no resistance the EMF tells below 1 rad/s, in either direction. */
+static void test_a_slow_rotor_of_a_large_motor_follows(void)
+{
+    motor_t large = reference_machine[1];
+    large.Rs_ohm *= 0.02f;
+    use(large);
+    TEST_ASSERT_TRUE(cfg.current_rad_s < 0.5f);
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(turned(0.5, 0.3, 10.0, 0.4)));
+    use(large);
+    TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(turned(-0.5, -0.3, 10.0, 0.4)));
+}
+
 static void test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not(void)
 {
     static const double frequency_rad_s[] = {-300.0, -12.0, 12.0, 300.0};
@@ -191,6 +214,8 @@ static void test_residual_flux_of_a_rotor_at_rest_is_no_turning_one(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_frequencies_from_which_the_emf_tells);
+    RUN_TEST(test_a_slow_rotor_of_a_large_motor_follows);
     RUN_TEST(test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not);
     RUN_TEST(test_a_wrong_resistance_does_not_matter_to_a_current_vector);
     RUN_TEST(test_too_slow_to_tell);

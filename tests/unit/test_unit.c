@@ -144,8 +144,10 @@ static void test_a_commissioning_begins_anew(void)
     unit.commissioning.stage = COMMISSIONING_STAGE_END;
     unit.commissioning.result.Rs_ohm = 9.0f;
     unit.commissioned.status = COMMISSIONING_DONE;
+    unit.asked.i_d_ref_A = 5.0f;
     (void)periods(SEQUENCE_CMD_COMMISSION, 0.0f, 1);
     TEST_ASSERT_EQUAL(DRIVE_COMMISSION, unit.asked.mode);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, unit.asked.i_d_ref_A);
     TEST_ASSERT_EQUAL(COMMISSIONING_BUSY, unit.commissioned.status);
     (void)periods(SEQUENCE_CMD_COMMISSION, 0.0f, 1);
     TEST_ASSERT_NOT_EQUAL(COMMISSIONING_STAGE_END, unit.commissioning.stage);

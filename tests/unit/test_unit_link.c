@@ -531,6 +531,21 @@ static void test_a_reset_stands_for_two_periods(void)
     TEST_ASSERT_EQUAL_HEX32(0u, unit_link_command(unit()).command);
 }
 
+/* The watchdog and the checks wait behind it. */
+static void test_a_slice_takes_64_bytes_of_the_line(void)
+{
+    static const uint8_t noise_on_the_line[100] = {0x55u};
+    port.line = (host_port_line_t){.received = noise_on_the_line,
+                                   .received_n = sizeof noise_on_the_line,
+                                   .sent = answer_byte,
+                                   .room = sizeof answer_byte};
+    (void)round_of_the_port();
+    TEST_ASSERT_EQUAL_UINT32(64u, port.line.taken);
+    (void)round_of_the_port();
+    TEST_ASSERT_EQUAL_UINT32(100u, port.line.taken);
+    port.line = (host_port_line_t){0};
+}
+
 static void test_who_is_not_in_session_changes_nothing(void)
 {
     const unit_config_t before = *unit_config(unit());
@@ -691,6 +706,10 @@ static void test_a_trace_round_the_start_is_read_back(void)
         command_writer_t read = ask(UNIT_LINK_TRACE_READ);
         command_put_u32(&read, row);
         TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&read, &body));
+        /* As many whole rows of two words as an answer holds beside its status. */
+        const uint32_t left = 100u - row;
+        const uint32_t whole = (COMMAND_BODY_MAX - 1u) / 8u;
+        TEST_ASSERT_EQUAL_UINT32(8u * ((left < whole) ? left : whole), body.left);
         TEST_ASSERT_EQUAL_UINT32(0u, body.left % 8u);
         TEST_ASSERT_TRUE(body.left > 0u);
         while (body.left > 0u) {
@@ -1400,6 +1419,7 @@ int main(void)
     RUN_TEST(test_a_silent_host_ends_a_commissioning_too);
     RUN_TEST(test_a_reset_is_a_pulse_and_can_be_given_again);
     RUN_TEST(test_a_reset_stands_for_two_periods);
+    RUN_TEST(test_a_slice_takes_64_bytes_of_the_line);
     RUN_TEST(test_who_is_not_in_session_changes_nothing);
     RUN_TEST(test_before_any_session_zero_is_none_either);
     RUN_TEST(test_a_repeated_request_is_answered_again_and_done_once);
