@@ -21,12 +21,13 @@ import numpy as np
 
 from zerohertz import sim
 from zerohertz.atlas.detection import MISSION_S, RUN_STATE, SPLIT_HZ, held, lost, mission_job
-from zerohertz.campaign.faults.conditions import INVERTERS, VOLTAGES
+from zerohertz.campaign.faults.conditions import INVERTERS
 from zerohertz.campaign.rig import FIRMWARE
 from zerohertz.scenario.setup import Setup, load_setup
 
 RS_SHARE = 0.5
-PLANTS = tuple(itertools.product(INVERTERS, VOLTAGES))
+DUTY = 1  # voltage_source; else that of the configuration
+PLANTS = tuple(itertools.product(INVERTERS, ("sensors", "duty")))
 UNKNOWN_SHARE = 0.01  # of the held time above SPLIT_HZ, at most
 SWING_S, SWING_NM = 0.5, 4.2  # before the word; standard deviation, half of rated torque
 
@@ -52,7 +53,7 @@ def job(setup: Setup, seed: int) -> sim.Job:
     rig["motor.Rs_ohm"] *= float(rng.uniform(1.0 - RS_SHARE, 1.0 + RS_SHARE))
     inverter, voltage = PLANTS[seed % len(PLANTS)]
     rig["inverter.model"] = inverter
-    told = {**FIRMWARE, "voltage_source": VOLTAGES.index(voltage)}
+    told = {**FIRMWARE, **({"voltage_source": DUTY} if voltage == "duty" else {})}
     return dataclasses.replace(usual, rig_overrides=rig, firmware=told)
 
 
