@@ -13,7 +13,7 @@ from zerohertz import sim
 from zerohertz.atlas.run import RunOptions
 from zerohertz.atlas.simulate import Bench, make_bench
 from zerohertz.campaign import monitor, monitor_cases, monitor_quiet, monitor_run
-from zerohertz.campaign.rig import bit_names
+from zerohertz.campaign.rig import FIRMWARE, bit_names
 from zerohertz.drive import Fault, State
 from zerohertz.scenario.setup import load_setup
 
@@ -180,21 +180,18 @@ def test_a_motor_that_turns_at_its_start_has_no_exchanged_sensors(
 
 
 @pytest.mark.parametrize("seed", [162, 781])
-def test_a_load_that_runs_away_in_the_wedge_ends_with_a_fault(seed: int) -> None:
-    """The supervisor only doubts there: it is the flux that tells."""
+def test_a_load_that_ran_away_in_the_wedge_is_held(seed: int) -> None:
+    """With nobody looking: they went to 3000 min^-1 before Rs was tracked on slow ramps."""
     usual = monitor_quiet.job(load_setup(monitor.CONFIG), seed)
-    job = dataclasses.replace(
+    blind = dataclasses.replace(
         usual,
         rig_overrides={**usual.rig_overrides, "inverter.model": "averaged"},
-        firmware={**usual.firmware, "voltage_source": 0},
+        firmware={**FIRMWARE, "observer_e1_A": 0.0},
+        guard_recorded=True,
     )
-    told = sim.run(job)
-    said = Fault(int(np.bitwise_or.reduce(told["faults"].astype(np.int64))))
-    assert said & (Fault.OBSERVER | Fault.SPEED_DEVIATION)
-    off = {**job.firmware, "observer_e1_A": 0.0}
-    blind = sim.run(dataclasses.replace(job, firmware=off, guard_recorded=True))
-    assert blind.first_fault == 0
-    assert float(np.abs(blind["speed_rpm"]).max()) > 2000.0
+    record = sim.run(blind)
+    assert record.first_fault == 0
+    assert float(np.abs(record["speed_rpm"]).max()) < 500.0
 
 
 def test_rows_are_stored_and_the_quiet_hours_are_quiet(tmp_path: Path) -> None:
