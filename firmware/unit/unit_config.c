@@ -21,6 +21,11 @@
 #define CONFIG_SUP_LOST_PU     0.6f
 #define CONFIG_SUP_CONFIRM_S   0.5f
 #define CONFIG_SUP_RETURN_S    0.3f
+/* The flux stands although it is steered: below this share of steer_min_Hz, at this share of the
+ * largest torque current, for so long. */
+#define CONFIG_SUP_STILL_PU   0.5f
+#define CONFIG_SUP_STILL_I_PU 0.2f
+#define CONFIG_SUP_STILL_S    0.3f
 
 /* I-f after a lost orientation. */
 #define CONFIG_I_F_PER_S     6.6666667f /* share of the current by which its length changes */
@@ -207,6 +212,9 @@ static void config_confidence(drive_params_t *d, const params_t *p)
                               .lost_pu = CONFIG_SUP_LOST_PU,
                               .confirm_s = CONFIG_SUP_CONFIRM_S,
                               .return_s = CONFIG_SUP_RETURN_S,
+                              .still_rad_s = NUM_TWO_PI * CONFIG_SUP_STILL_PU * p->steer_min_Hz,
+                              .still_A = CONFIG_SUP_STILL_I_PU * p->i_q_max_A,
+                              .still_s = CONFIG_SUP_STILL_S,
                               .lambda_nominal_Wb = p->M_H * p->i_d_A,
                               .omega_max_rad_s = p->omega_max_rad_s};
     d->lost_action = (drive_lost_action_t)p->lost_action;

@@ -132,6 +132,9 @@ static void test_init_refuses_every_bad_parameter(void)
     ASSERT_NOT_NEGATIVE(u_uncertainty_V);
     ASSERT_NOT_NEGATIVE(confirm_s);
     ASSERT_NOT_NEGATIVE(return_s);
+    ASSERT_NOT_NEGATIVE(still_rad_s);
+    ASSERT_NOT_NEGATIVE(still_A);
+    ASSERT_NOT_NEGATIVE(still_s);
     for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
         ASSERT_REFUSED(corner_rad_s, not_positive(k));
         ASSERT_REFUSED(residual_pu, not_positive(k));
@@ -145,6 +148,7 @@ static void test_init_refuses_every_bad_parameter(void)
     ASSERT_ACCEPTED(corner_rad_s, 1247.5f);
     ASSERT_REFUSED(confirm_s, 3.3e6f); /* more turns than a counter takes */
     ASSERT_REFUSED(return_s, 3.3e6f);
+    ASSERT_REFUSED(still_s, 3.3e6f);
     ASSERT_ACCEPTED(confirm_s, 3.1e6f);
     ASSERT_ACCEPTED(return_s, 3.1e6f);
 }
@@ -173,6 +177,8 @@ static void test_init_rounds_times_to_whole_judgements(void)
     TEST_ASSERT_EQUAL_UINT32(5u, cfg.return_schedules);
     ASSERT_ACCEPTED(return_s, 0.01765f);
     TEST_ASSERT_EQUAL_UINT32(6u, cfg.return_schedules);
+    ASSERT_ACCEPTED(still_s, 0.01765f);
+    TEST_ASSERT_EQUAL_UINT32(6u, cfg.still_schedules);
 }
 
 static void test_a_threshold_itself_is_no_reason(void)
@@ -649,6 +655,59 @@ static void test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
+/* Steered away from zero, and yet a field that stands under torque: it is not where it is believed
+ * to be. */
+static void configure_steered(void)
+{
+    supervisor_params_t p = params;
+    p.still_rad_s = 2.0f;
+    p.still_A = 3.0f;
+    p.still_s = 0.016f; /* 5 turns */
+    configure(0, &p);
+    in.i_s_A = (ab_t){0.0f, 3.01f};
+}
+
+static void test_a_field_that_stands_under_torque_is_a_loss(void)
+{
+    configure_steered();
+    judge_times(5, 0.0f, -1.99f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_STILL, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.0f, 1.99f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_STILL | SUPERVISOR_LOST, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    /* I-f turns the field itself, through zero too. */
+    judge_times(100, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.still_schedules);
+}
+
+/* An estimate that jumps out of the band now and then only takes back what it was out. */
+static void test_a_field_that_mostly_stands_is_a_loss_too(void)
+{
+    configure_steered();
+    judge_times(4, 0.0f, 1.0f);
+    judge_times(2, 0.0f, 10.0f); /* the low-pass is behind by a schedule */
+    TEST_ASSERT_TRUE((st.still_schedules > 0u) && (st.still_schedules < 5u));
+    judge_times(20, 0.0f, 10.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.still_schedules);
+    judge_times(100, 0.0f, 10.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+}
+
+static void test_a_field_may_stand_without_torque_or_steering(void)
+{
+    configure_steered();
+    in.i_s_A = (ab_t){8.0f, 2.99f};
+    judge_times(50, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    configure(0, &params);
+    in.i_s_A = (ab_t){0.0f, 8.0f};
+    judge_times(50, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+}
+
 /* I-f operation does not control the flux: a large one there does not keep it from ending. */
 static void test_flux_is_no_loss_indicator_in_impressed_current(void)
 {
@@ -753,6 +812,9 @@ int main(void)
     RUN_TEST(test_a_residual_below_the_corner_is_no_loss);
     RUN_TEST(test_at_zero_frequency_nothing_is_sure_and_the_bound_is_finite);
     RUN_TEST(test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator);
+    RUN_TEST(test_a_field_that_stands_under_torque_is_a_loss);
+    RUN_TEST(test_a_field_that_mostly_stands_is_a_loss_too);
+    RUN_TEST(test_a_field_may_stand_without_torque_or_steering);
     RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);
     RUN_TEST(test_what_is_not_a_number_never_passes_as_closed);

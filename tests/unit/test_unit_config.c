@@ -179,6 +179,9 @@ static void test_supervisor_and_i_f_get_their_numbers(void)
     EXPECT(supervisor.lost_pu, 0.600000024f);
     EXPECT(supervisor.confirm_s, 0.5f);
     EXPECT(supervisor.return_s, 0.300000012f);
+    EXPECT(supervisor.still_rad_s, 0.5f * 6.2831853f * params.steer_min_Hz);
+    EXPECT(supervisor.still_A, 0.2f * params.i_q_max_A);
+    EXPECT(supervisor.still_s, 0.300000012f);
     EXPECT(supervisor.lambda_nominal_Wb, 0.518660784f);
     EXPECT(supervisor.omega_max_rad_s, 673.216003f);
     EXPECT(lost_action, 1.0f);

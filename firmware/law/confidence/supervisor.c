@@ -28,7 +28,8 @@ static bool params_valid(const supervisor_params_t *p)
     const bool residual = (p->residual_pu <= p->lost_pu) && is_finite(p->lost_pu);
     return ALL_POSITIVE(p->corner_rad_s, p->residual_pu, p->lambda_nominal_Wb,
                         p->omega_max_rad_s) &&
-           uncertainty && residual && ALL_NONNEGATIVE(p->confirm_s, p->return_s);
+           uncertainty && residual &&
+           ALL_NONNEGATIVE(p->confirm_s, p->return_s, p->still_rad_s, p->still_A, p->still_s);
 }
 
 bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
@@ -41,8 +42,9 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
     const float schedule_s = (float)SLOT_COUNT * period_s;
     const float confirm = params->confirm_s / schedule_s;
     const float back = params->return_s / schedule_s;
+    const float still = params->still_s / schedule_s;
     if (!(params->corner_rad_s * (float)SLOT_QUARTERS * period_s < 1.0f) ||
-        !(confirm < SUPERVISOR_MAX_SCHEDULES) || !(back < SUPERVISOR_MAX_SCHEDULES)) {
+        !(maxf(maxf(confirm, back), still) < SUPERVISOR_MAX_SCHEDULES)) {
         return false;
     }
     *cfg = (supervisor_config_t){
@@ -58,6 +60,7 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         .lambda_high_Wb = SUPERVISOR_FLUX_HIGH_PU * params->lambda_nominal_Wb,
         .confirm_schedules = (uint32_t)(confirm + 0.5f),
         .return_schedules = (uint32_t)(back + 0.5f),
+        .still_schedules = (uint32_t)(still + 0.5f),
     };
     return true;
 }
@@ -76,6 +79,16 @@ static inline uint32_t schedules_with(bool flag, uint32_t schedules, uint32_t li
     return (schedules < limit) ? (schedules + 1u) : limit;
 }
 
+/* Likewise, but a schedule without takes back one with: the estimate of a field that stands jumps.
+ */
+static inline uint32_t schedules_mostly(bool flag, uint32_t schedules, uint32_t limit)
+{
+    if (!flag) {
+        return (schedules > 0u) ? (schedules - 1u) : 0u;
+    }
+    return (schedules < limit) ? (schedules + 1u) : limit;
+}
+
 /* All comparisons say x <= limit, so that a NaN is a reason. */
 static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t *st,
                              float excess_pu, bool flux_high)
@@ -90,8 +103,14 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
     if (flux_high) {
         reasons |= SUPERVISOR_FLUX;
     }
+    if (st->found.still) {
+        reasons |= SUPERVISOR_STILL;
+    }
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
-    const bool long_enough = suspect && (st->suspect_schedules >= cfg->confirm_schedules);
+    const bool long_enough = (suspect && (st->suspect_schedules >= cfg->confirm_schedules)) ||
+                             (st->found.still && (st->still_schedules >= cfg->still_schedules));
+    st->still_schedules =
+        schedules_mostly(st->found.still, st->still_schedules, cfg->still_schedules);
     st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
     if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
         reasons |= SUPERVISOR_LOST;
@@ -145,10 +164,15 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float estimate_Wb = magnitude(in->lambda_r_hat_Wb);
     const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_low_Wb, cfg->lambda_high_Wb);
     st->omega_s_rad_s += SUPERVISOR_OMEGA_S_GAIN * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
+    const float torque_Wb_A = absf(ab_cross(in->lambda_r_hat_Wb, in->i_s_A));
+    const bool loaded = torque_Wb_A > cfg->p.still_A * lambda_Wb;
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
         .i_s_A = magnitude(in->i_s_A),
+        /* I-f turns the field itself. */
+        .still = (st->confidence != SUPERVISOR_IMPRESSED) && loaded &&
+                 (absf(st->omega_s_rad_s) < cfg->p.still_rad_s),
         /* I-f does not control the flux. */
         .flux_high =
             (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb),

@@ -26,7 +26,8 @@ typedef enum {
 #define SUPERVISOR_UNSURE   (1u << 0) /* bound of the flux error beyond 25 degrees: the wedge */
 #define SUPERVISOR_RESIDUAL (1u << 1) /* d beyond what the uncertainty explains */
 #define SUPERVISOR_FLUX     (1u << 2) /* more flux than any current here makes */
-#define SUPERVISOR_LOST     (1u << 3) /* far beyond, or RESIDUAL or FLUX for too long */
+#define SUPERVISOR_LOST     (1u << 3) /* far beyond, or RESIDUAL, FLUX or STILL for too long */
+#define SUPERVISOR_STILL    (1u << 4) /* torque asked of a field that stands, although steered */
 
 typedef struct {
     float corner_rad_s;      /* w_c */
@@ -38,6 +39,9 @@ typedef struct {
     float lost_pu;           /* likewise, LOST at once; >= residual_pu */
     float confirm_s;         /* RESIDUAL or FLUX for this long: LOST */
     float return_s;          /* all quiet for this long: CLOSED again */
+    float still_rad_s;       /* the flux is steered so that |w_s| stays above; 0: it is not */
+    float still_A;           /* torque current from which it is */
+    float still_s;           /* STILL for this long: LOST */
     float lambda_nominal_Wb;
     float omega_max_rad_s; /* bound that is stated when there is none */
 } supervisor_params_t;
@@ -55,6 +59,7 @@ typedef struct {
     float lambda_high_Wb;
     uint32_t confirm_schedules;
     uint32_t return_schedules;
+    uint32_t still_schedules;
 } supervisor_config_t;
 
 /* What one part of a judgement leaves to the next. */
@@ -63,6 +68,7 @@ typedef struct {
     float lambda_Wb;
     float i_s_A;
     bool flux_high;
+    bool still;
     float excess_pu;
 } supervisor_findings_t;
 
@@ -76,6 +82,7 @@ typedef struct {
     float omega_s_rad_s;        /* low-passed */
     uint32_t suspect_schedules; /* RESIDUAL or FLUX on end */
     uint32_t quiet_schedules;
+    uint32_t still_schedules;  /* with STILL, less those without */
     uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* |omega_e_hat - omega_e| is below, as far as can be known */

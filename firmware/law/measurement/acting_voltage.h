@@ -24,7 +24,8 @@ typedef enum {
 typedef struct {
     acting_voltage_source_t source;
     float filter_comp_s;
-    float blend_rad_s; /* blend: |w_s| up to which the sensors alone count; the duty from twice on */
+    float
+        blend_rad_s; /* blend: |w_s| up to which the sensors alone count; the duty from twice on */
 } acting_voltage_params_t;
 
 typedef struct {
@@ -35,10 +36,10 @@ typedef struct {
 
 /* By the duties. */
 typedef struct {
-    ab_t ended_V;   /* of the interval that ended at this sample */
-    ab_t acting_V;  /* from now to the next sample */
-    ab_t pending_V; /* after that: of the duties of the last step */
-    ab_t lag;       /* the filter's angle as a unit vector, less (1, 0) */
+    ab_t ended_V;     /* of the interval that ended at this sample */
+    ab_t acting_V;    /* from now to the next sample */
+    ab_t pending_V;   /* after that: of the duties of the last step */
+    ab_t lag;         /* the filter's angle as a unit vector, less (1, 0) */
     float duty_share; /* of the blend, 0 to 1 */
 } acting_voltage_state_t;
 

@@ -103,12 +103,15 @@ void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_
 }
 
 /* The integrator holds the torque of the load: it waits while the limits cut what is asked, unless
- * that leads back inside, and never asks for more than they allow. */
+ * that leads back inside, and never asks for more than they allow. A limit that is no number
+ * leaves it alone, or shows in it. */
 static inline void integrate(const speed_control_config_t *cfg, speed_control_state_t *st,
                              float error_rad_s, float cut_A)
 {
     if (error_rad_s * cut_A >= 0.0f) {
-        st->pi.x = clampf(st->pi.x + cfg->pi.ki_T * error_rad_s, st->low_A, st->high_A);
+        float x_A = st->pi.x + cfg->pi.ki_T * error_rad_s;
+        x_A = (x_A > st->high_A) ? st->high_A : x_A;
+        st->pi.x = (x_A < st->low_A) ? st->low_A : x_A;
     }
 }
 

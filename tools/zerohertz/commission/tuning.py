@@ -20,8 +20,8 @@ P1_FROM, P1_TO = 0.2, 0.6
 # Adaptation: s^2 + (|p1| + g kp) s + g ki, g = lambda^2 kr/(sigma Ls) from speed to lambda e1_q.
 ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
 # Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
-SPEED_SLOW, SPEED_FAST = 0.38, 0.64
-SPEED_FROM = 0.1
+SPEED_SLOW, SPEED_FAST = 0.36, 0.51
+SPEED_FROM = 0.15
 # Sensed voltage up to this share of rated frequency, the duty from twice that on.
 BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
