@@ -95,7 +95,7 @@ COLD uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st,
                              const guard_sensors_t *in);
 
 /* A window of voltage and current has ended. */
-COLD uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
+HOT uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
                                     const guard_sensors_t *in);
 
 /* In every period with the gates off: how noisy the current words are. */
@@ -122,11 +122,11 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
 
 /* In every period of direct current: FAULT_CURRENT_SENSOR when two current sensors are exchanged.
  */
-COLD uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
+uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
                              ab_t i_residual_A);
 
 /* Fault bits of the slow judgements. */
-COLD uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
+uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
 
 /* What stays when the gates go off: the limits go on counting, and noise is noise. What needs a
  * running motor starts again. */

@@ -22,7 +22,7 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
 }
 
 /* How far filter and delay turn at the speed of the flux. */
-COLD static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
+HOT static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
 {
     const float omega_s_rad_s = st->estimator.estimate.omega_s_rad_s;
     acting_voltage_angle(&cfg->acting, &st->acting, omega_s_rad_s);
@@ -51,7 +51,7 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
                        .i_ref_A = i_ref_A};
 }
 
-COLD static void other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+HOT static void other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                             drive_out_t *out)
 {
     const bool taken_over = st->mode == MODE_TAKE_OVER;

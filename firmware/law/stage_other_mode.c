@@ -2,19 +2,24 @@
 
 #include "transition.h"
 
-/* Lost orientation: I-f turns the frame. Fast enough the estimator sees the rotor again; below, the
- * rotor follows what is imposed, or nothing helps. */
-static void estimate_beside_i_f(const drive_config_t *cfg, drive_state_t *st, estimator_in_t *in)
+/* Caught in turning: by itself. Lost orientation: I-f turns the frame; fast enough the estimator
+ * sees the rotor again; below, the rotor follows what is imposed, or nothing helps. Else at rest. */
+static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
 {
     const i_f_state_t *i_f = &st->modes.i_f;
-    if (i_f_observable(&cfg->modes.i_f, i_f)) {
+    const bool beside_i_f = st->mode == MODE_TAKE_OVER;
+    estimator_in_t in = stage_estimator_in(st, out);
+    if (beside_i_f && i_f_observable(&cfg->modes.i_f, i_f)) {
         /* What is imposed is a better guess than what was wanted when the angle was lost. */
-        in->prior_rad_s = i_f->omega_rad_s;
-        in->frame_imposed = true;
-        in->omega_frame_rad_s = i_f->omega_rad_s;
-        estimator_step(&cfg->estimator, &st->estimator, in);
+        in.prior_rad_s = i_f->omega_rad_s;
+        in.frame_imposed = true;
+        in.omega_frame_rad_s = i_f->omega_rad_s;
+    }
+    if (in.frame_imposed || (st->mode == MODE_REMAGNETISE)) {
+        estimator_step(&cfg->estimator, &st->estimator, &in);
     } else {
-        estimator_hold(&cfg->estimator, &st->estimator, in, i_f->omega_rad_s);
+        estimator_hold(&cfg->estimator, &st->estimator, &in,
+                       beside_i_f ? i_f->omega_rad_s : 0.0f);
     }
 }
 
@@ -38,16 +43,9 @@ request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const d
     if (open_loop) {
         out->u_s_V = st->acting.ended_V; /* whatever the source: nothing is estimated */
     } else {
-        const bool remagnetising = st->mode == MODE_REMAGNETISE;
-        estimator_in_t in = stage_estimator_in(st, out);
-        if (remagnetising) {
-            estimator_step(&cfg->estimator, &st->estimator, &in);
+        estimate(cfg, st, out);
+        if (st->mode == MODE_REMAGNETISE) {
             return remagnetise(cfg, st, asked, out);
-        }
-        if (st->mode == MODE_TAKE_OVER) {
-            estimate_beside_i_f(cfg, st, &in);
-        } else {
-            estimator_hold(&cfg->estimator, &st->estimator, &in, 0.0f);
         }
     }
     const mode_in_t in = stage_view(cfg, st, asked, out);

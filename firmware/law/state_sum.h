@@ -27,7 +27,7 @@ static inline float state_sum_fast(const drive_state_t *st)
 }
 
 /* The part of this slot: one of those of SLOT_QUARTER_STATE_PARTS. */
-COLD float state_sum_slow(const drive_state_t *st);
+HOT float state_sum_slow(const drive_state_t *st);
 
 /* What is due in this slot. */
 static inline float state_sum_due(const drive_state_t *st)

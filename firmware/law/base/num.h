@@ -36,8 +36,9 @@
 #define INLINE
 #endif
 
-/* The control law of a period: everything it calls is inlined, but for what is COLD. A function of
- * its own, so that state and configuration are each within a load's reach (1 KiB) of a register. */
+/* The control law of a period, and each piece of its slow work: everything it calls is inlined, but
+ * for what is COLD, so that no struct of arguments is built. A function of its own, so that state
+ * and configuration are each within a load's reach (1 KiB) of a register. */
 #if (defined(__GNUC__) && !defined(__clang__)) && defined(__OPTIMIZE__)
 #define HOT __attribute__((flatten, noinline))
 #else

@@ -114,7 +114,7 @@ static inline void supervisor_add(supervisor_state_t *st, ab_t u_s_V, ab_t i_s_A
  * judges in one of sixteen each: measure, weigh, decide, bound. What is not a number never passes
  * as CLOSED.
  */
-COLD void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
+void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
                           const supervisor_in_t *in, uint32_t slot);
 
 static inline bool supervisor_is_due(uint32_t slot)

@@ -44,7 +44,7 @@ COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st
                               const mode_in_t *in);
 
 /* One period of a mode that is not flux-oriented; FAULT_STATOR_RESISTANCE, FAULT_FLYING_START. */
-COLD request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
+request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
                           const mode_in_t *in, uint32_t *faults);
 
 /* The mode works without an estimator. */
