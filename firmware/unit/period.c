@@ -126,9 +126,7 @@ COLD static uint32_t substituted(unit_t *unit, const unit_config_t *cfg, uint32_
 /* The control law with what is asked of it; its faults and those of the command. */
 static inline uint32_t run_law(unit_t *unit, const unit_config_t *cfg, const hal_sample_t *sample)
 {
-    const measurement_in_t words = {sample->i_u_counts,  sample->i_v_counts,  sample->i_w_counts,
-                                    sample->u_uv_counts, sample->u_vw_counts, sample->u_dc_counts};
-    drive_step(&cfg->drive, &unit->drive, &words, &unit->asked, &unit->last);
+    drive_step(&cfg->drive, &unit->drive, sample, &unit->asked, &unit->last);
     uint32_t faults = unit->last.faults | unit->command_faults;
     if ((unit->drive.slot == SLOT_COMMAND) && (cfg->command_timeout_periods > 0u)) {
         faults |= silence_faults(unit, cfg->command_timeout_periods);

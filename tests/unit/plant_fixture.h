@@ -42,12 +42,12 @@ static inline measurement_in_t plant_words(const plant_t *p, const drive_params_
     double i[3];
     phases_of(plant_current(p), i);
     const double u_dc_fs = (double)params->measurement.dc_link_full_scale_V;
-    return (measurement_in_t){counts(i[0], 25.0),
-                              counts(i[1], 25.0),
-                              counts(i[2], 25.0),
-                              8192u,
-                              8192u,
-                              (uint16_t)lrint(p->u_dc_V / u_dc_fs * 16384.0)};
+    return (measurement_in_t){.i_u_counts = counts(i[0], 25.0),
+                              .i_v_counts = counts(i[1], 25.0),
+                              .i_w_counts = counts(i[2], 25.0),
+                              .u_uv_counts = 8192u,
+                              .u_vw_counts = 8192u,
+                              .u_dc_counts = (uint16_t)lrint(p->u_dc_V / u_dc_fs * 16384.0)};
 }
 
 static inline double plant_torque(const plant_t *p)

@@ -24,7 +24,7 @@ static const measurement_params_t paper_params = {
     .swap_vw = false,
 };
 
-static const measurement_in_t centre = {8192u, 8192u, 8192u, 8192u, 8192u, 8192u};
+static const measurement_in_t centre = {8192u, 8192u, 8192u, 8192u, 8192u, 8192u, 0u, 0u};
 static const measurement_state_t no_offset = {.offset_A = {0.0f, 0.0f, 0.0f}};
 
 static measured_t step(const measurement_params_t *params, const measurement_state_t *st,
@@ -88,7 +88,7 @@ static void test_step_is_the_scaling_in_double_precision(void)
             value[c] = (word[c] - 8192.0) / 8192.0;
         }
         const measurement_state_t st = {.offset_A = {0.125f, -0.25f, 0.0625f}};
-        const measurement_in_t in = {word[0], word[1], word[2], word[3], word[4], word[5]};
+        const measurement_in_t in = {word[0], word[1], word[2], word[3], word[4], word[5], 0u, 0u};
         const measured_t out = step(&paper_params, &st, in);
         const double i_u = 25.0 * value[0] - 0.125;
         const double i_v = 25.0 * value[1] + 0.25;
@@ -114,7 +114,7 @@ static void test_step_is_the_scaling_in_double_precision(void)
 /* Line voltages of u_uv 100, u_vw 10 V: alpha sqrt(2/3) 105, beta sqrt(1/2) 10. */
 static void test_the_voltage_offset_is_taken_off_the_line_voltage_only(void)
 {
-    const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
+    const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u, 0u, 0u};
     const measurement_state_t st = {.offset_V = {1.5f, -0.25f}};
     const measured_t plain = step(&exact_params, &no_offset, in);
     const measured_t out = step(&exact_params, &st, in);
@@ -133,7 +133,7 @@ static void test_offsets_that_are_set_are_taken_off_and_put_back(void)
     measurement_state_t st = {0};
     const uvw_t offset_A = {1.5f, -2.0f, 0.5f};
     measurement_set_offsets(&st, offset_A, (ab_t){3.0f, -4.0f});
-    const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
+    const measurement_in_t in = {8202u, 8188u, 8186u, 8292u, 8202u, 300u, 0u, 0u};
     const measured_t plain = step(&exact_params, &no_offset, in);
     const measured_t out = step(&exact_params, &st, in);
     const uvw_t raw_A = measurement_raw_A(&st, out.i_A);
@@ -152,8 +152,8 @@ static double complex complex_of(ab_t x)
 
 static void test_next_phase_is_120_degrees_ahead(void)
 {
-    const measurement_in_t in = {9000u, 8500u, 7076u, 8192u, 8192u, 100u};
-    const measurement_in_t moved = {7076u, 9000u, 8500u, 8192u, 8192u, 100u};
+    const measurement_in_t in = {9000u, 8500u, 7076u, 8192u, 8192u, 100u, 0u, 0u};
+    const measurement_in_t moved = {7076u, 9000u, 8500u, 8192u, 8192u, 100u, 0u, 0u};
     const double complex before = complex_of(step(&paper_params, &no_offset, in).i_s_A);
     const double complex after = complex_of(step(&paper_params, &no_offset, moved).i_s_A);
     ASSERT_NEAR(1e-6, 0.0, cabs(after - before * cexp(I * 2.0943951023931953)));
@@ -161,7 +161,7 @@ static void test_next_phase_is_120_degrees_ahead(void)
 
 static void test_double_full_scale_doubles_the_values(void)
 {
-    const measurement_in_t in = {9000u, 8500u, 7076u, 8300u, 8000u, 100u};
+    const measurement_in_t in = {9000u, 8500u, 7076u, 8300u, 8000u, 100u, 0u, 0u};
     measurement_params_t twice = paper_params;
     twice.current_full_scale_A *= 2.0f;
     twice.line_voltage_full_scale_V *= 2.0f;
@@ -179,8 +179,8 @@ static void test_double_full_scale_doubles_the_values(void)
  * u 70, v -30, w -40 V; currents u 10, v -4, w -6 A. */
 static void test_swapped_wiring_gives_the_motors_own_order(void)
 {
-    const measurement_in_t straight = {8202u, 8188u, 8186u, 8292u, 8202u, 300u};
-    const measurement_in_t wired = {8202u, 8186u, 8188u, 8302u, 8182u, 300u};
+    const measurement_in_t straight = {8202u, 8188u, 8186u, 8292u, 8202u, 300u, 0u, 0u};
+    const measurement_in_t wired = {8202u, 8186u, 8188u, 8302u, 8182u, 300u, 0u, 0u};
     measurement_params_t swapped = exact_params;
     swapped.swap_vw = true;
     const measurement_state_t st = {.offset_A = {0.0f, 1.0f, -1.0f}};
@@ -198,7 +198,7 @@ static uint32_t flags_of(int channel, uint32_t word, uint32_t bits)
     params.adc_bits = bits;
     params.current_sum_max_A = 1e9f;
     const uint16_t mid = (uint16_t)(1u << (bits - 1u));
-    measurement_in_t in = {mid, mid, mid, mid, mid, mid};
+    measurement_in_t in = {mid, mid, mid, mid, mid, mid, 0u, 0u};
     uint16_t *const words[6] = {&in.i_u_counts,  &in.i_v_counts,  &in.i_w_counts,
                                 &in.u_uv_counts, &in.u_vw_counts, &in.u_dc_counts};
     *words[channel] = (uint16_t)word;

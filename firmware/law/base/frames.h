@@ -24,6 +24,12 @@ typedef struct {
     float q;
 } dq_t;
 
+/* A copy part by part: a vector that was just computed is not read back from memory. */
+static inline ab_t ab_by_parts(ab_t a)
+{
+    return (ab_t){a.alpha, a.beta};
+}
+
 static inline ab_t ab_add(ab_t a, ab_t b)
 {
     return (ab_t){a.alpha + b.alpha, a.beta + b.beta};

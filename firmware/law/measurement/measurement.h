@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hal_drive_io.h"
 #include "measured.h"
 
 typedef struct {
@@ -36,14 +37,8 @@ typedef struct {
     ab_t offset_V;
 } measurement_state_t;
 
-typedef struct {
-    uint16_t i_u_counts;
-    uint16_t i_v_counts;
-    uint16_t i_w_counts;
-    uint16_t u_uv_counts;
-    uint16_t u_vw_counts;
-    uint16_t u_dc_counts;
-} measurement_in_t;
+/* ADC words as the port hands them over; what else comes with them is not read. */
+typedef hal_sample_t measurement_in_t;
 
 /* False unless 8..16 bits, full scales of 1e-3..1e6 and a positive current sum limit. */
 CHECKED bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params);

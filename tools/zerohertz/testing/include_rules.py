@@ -49,8 +49,9 @@ MAY_INCLUDE = {
     "hal/include": (),
 }
 # The background works on devices, as one struct of operations (CONVENTIONS 9). The list of signals
-# ends with those of the estimator that is linked.
+# ends with those of the estimator that is linked. ADC words reach the measurement uncopied.
 ALSO = {
+    "firmware/law/measurement": ("hal_drive_io.h",),
     "firmware/host": ("hal_devices.h",),
     "firmware/unit": ("estimator_signals.def",),
 }

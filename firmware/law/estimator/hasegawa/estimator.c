@@ -40,9 +40,9 @@ static inline void observe(const estimator_config_t *cfg, estimator_state_t *st,
                                        .gain = st->gain};
     observer_step(&cfg->observer, &st->observer, &observer_in);
     estimate_t *e = &st->estimate;
-    e->lambda_r_hat_Wb = st->observer.lambda_r_hat_Wb;
+    e->lambda_r_hat_Wb = ab_by_parts(st->observer.lambda_r_hat_Wb);
     e->lambda_Wb = sqrtf(ab_norm2(e->lambda_r_hat_Wb));
-    e->i_residual_A = st->observer.e1_A;
+    e->i_residual_A = ab_by_parts(st->observer.e1_A);
     e->flux_correction_V =
         ab_mul((ab_t){st->gain.l2_re_ohm, st->gain.l2_im_ohm}, st->observer.e1_A);
 }
