@@ -98,17 +98,16 @@ uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A
     return mirrored ? FAULT_CURRENT_SENSOR : 0u;
 }
 
-uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, const guard_sensors_t *in)
+uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V)
 {
-    const liveness_in_t spell = {
-        .i_s_A = in->meas->i_s_A, .u_V = in->u_V, .emf_V = st->current_fit.emf_V};
+    const liveness_in_t spell = {.i_s_A = i_s_A, .u_V = u_V, .emf_V = st->current_fit.emf_V};
     return liveness_frozen(&cfg->liveness, &st->liveness, &spell) ? FAULT_ADC_FROZEN : 0u;
 }
 
 uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
-                               const guard_sensors_t *in)
+                               const measured_t *meas, bool motor_known)
 {
-    const bool fits = current_fit_holds(&cfg->current_fit, &st->current_fit, in->meas->i_s_A,
-                                        in->meas->u_dc_V, in->motor_known);
+    const bool fits = current_fit_holds(&cfg->current_fit, &st->current_fit, meas->i_s_A,
+                                        meas->u_dc_V, motor_known);
     return fits ? 0u : FAULT_CURRENT_SENSOR;
 }

@@ -91,12 +91,11 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
 }
 
 /* Current words that stand still: a fault, or not. */
-COLD uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st,
-                             const guard_sensors_t *in);
+COLD uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
 
 /* A window of voltage and current has ended. */
 HOT uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
-                                    const guard_sensors_t *in);
+                                   const measured_t *meas, bool motor_known);
 
 /* In every period with the gates off: how noisy the current words are. */
 static inline void guard_look_at_noise(const guard_config_t *cfg, guard_state_t *st,
@@ -111,11 +110,11 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
 {
     uint32_t faults = 0u;
     if (liveness_repeats(&st->liveness, &in->meas->i_A)) {
-        faults = guard_repeated(cfg, st, in);
+        faults = guard_repeated(cfg, st, in->meas->i_s_A, in->u_V);
     }
     current_fit_add(&st->current_fit, in->u_V, in->meas->i_s_A);
     if (in->slot == SLOT_GUARD_CURRENT) {
-        faults |= guard_look_at_current(cfg, st, in);
+        faults |= guard_look_at_current(cfg, st, in->meas, in->motor_known);
     }
     return faults;
 }

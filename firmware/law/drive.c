@@ -109,7 +109,7 @@ static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
     uint32_t faults = guard_step(&cfg->guard, &st->guard, &in);
     if (asked->mode != DRIVE_OFF) {
         const guard_sensors_t sensors = {.meas = &out->meas,
-                                         .u_V = st->acting.ended_V,
+                                         .u_V = ab_by_parts(st->acting.ended_V),
                                          .slot = st->slot,
                                          .motor_known = asked->mode != DRIVE_COMMISSION};
         faults |= guard_sensors(&cfg->guard, &st->guard, &sensors);
