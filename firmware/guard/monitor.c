@@ -15,10 +15,11 @@ bool monitor_init(const monitor_config_t *cfg)
            (cfg->plausibility_periods <= MONITOR_PERIODS_MAX);
 }
 
-/* All limits are written as x <= limit, so that a NaN trips and does not pass. */
+/* |x| <= limit; a NaN trips and does not pass. Compared as bits, without the sign: half the
+ * instructions, as in every period nothing else is done with these numbers. */
 static inline bool within(float x, float limit)
 {
-    return absf(x) <= limit;
+    return (float_bits(x) << 1) <= (float_bits(limit) << 1);
 }
 
 static inline bool currents_within(uvw_t i_A, float limit_A)
