@@ -25,12 +25,11 @@
 #define SLOT_SUPERVISOR_DECIDE  0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
-#define SLOT_COMMAND            2u /* is whoever commands still there */
 #define SLOT_GUARD_SPEED        2u /* gates on */
+#define SLOT_COMMAND            3u /* is whoever commands still there */
 #define SLOT_GUARD_VOLTAGE      3u
 #define SLOT_STATE_MODES        4u
 #define SLOT_HEAT               4u
-#define SLOT_GUARD_CURRENT      5u
 #define SLOT_FLUX_REFERENCE     6u
 #define SLOT_GUARD_PHASES       7u
 #define SLOT_STATE_PROTECTION   8u
@@ -40,6 +39,7 @@
 #define SLOT_STATE_CONTROL      12u
 #define SLOT_RS_TRACKING        13u
 #define SLOT_SUPERVISOR_MEASURE 14u
+#define SLOT_GUARD_CURRENT      14u
 #define SLOT_SUPERVISOR_WEIGH   15u
 
 static inline uint32_t slot_next(uint32_t slot)
