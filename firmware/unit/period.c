@@ -48,7 +48,7 @@ COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
 
 /* Electrical and within the largest; none against the direction that is allowed, none in a stop.
  */
-COLD static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
+static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 {
     const float omega_m_ref_rad_s = unit->command.omega_m_ref_rad_s;
     const bool against = cfg->one_way && (cfg->direction * omega_m_ref_rad_s < 0.0f);
@@ -59,7 +59,7 @@ COLD static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 }
 
 /* A new command or aim: what follows for the law. */
-COLD static void ask(unit_t *unit, const unit_config_t *cfg)
+HOT static void ask(unit_t *unit, const unit_config_t *cfg)
 {
     unit->taken = unit->mailbox.published;
     unit->command = unit->mailbox.slot[unit->taken & 1u];
@@ -72,7 +72,7 @@ COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 }
 
 /* The state machine, and what follows from it for the next period. */
-COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
+HOT static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
                             uint32_t faults)
 {
     const measured_t *meas = &unit->last.meas;
@@ -81,7 +81,8 @@ COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t com
                               .i_raw_A = measurement_raw_A(&unit->drive.measurement, meas->i_A),
                               .u_raw_V = ab_add(meas->u_line_V, unit->drive.measurement.offset_V),
                               .premagnetising = unit->last.premagnetising,
-                              .standing = drive_standing(&unit->drive, cfg->stop_speed_rad_s),
+                              .standing = (unit->machine.id == SEQUENCE_RAMP_DOWN) &&
+                                          drive_standing(&unit->drive, cfg->stop_speed_rad_s),
                               .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
     const sequence_out_t out = sequence_step(&cfg->state, &unit->machine, &in);
     if (out.offsets_ready) {
