@@ -38,11 +38,16 @@ static plant_t plant;
 static host_link_t link;
 static int32_t random_file;
 static pil_start_t asked; /* its parameters stand for the image's */
-static uint32_t late_periods, background_calls;
-static uint32_t inject_what, inject_at;
-static volatile uint32_t periods;
+static uint32_t background_calls;
+/* Of the control interrupt; one struct, so that one register reaches all of it. */
+static struct {
+    uint32_t late_periods;
+    uint32_t inject_what;
+    uint32_t inject_at;
+    volatile uint32_t periods;
+    volatile bool hung; /* the gates went off, as it did not come back, hung_ticks later */
+} control;
 static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
-static volatile bool hung; /* the gates went off, as it did not come back, so many ticks later: */
 static volatile uint32_t hung_ticks;
 static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
@@ -134,7 +139,7 @@ _Noreturn static void leave(void)
     const pil_end_t end = {.magic = PIL_MAGIC,
                            .stack_bytes = cm_stack_size(),
                            .stack_used_bytes = cm_stack_used(),
-                           .late_periods = late_periods,
+                           .late_periods = control.late_periods,
                            .background_calls = background_calls};
     (void)plant_leave(&plant, &end);
     semihosting_exit(EXIT_DONE);
@@ -145,16 +150,19 @@ void hang_interrupt(void)
 {
     port_gates_off();
     MPS2_HANG_INTCLR = 1u;
-    hung_ticks = hung ? hung_ticks : (control_entry - MPS2_TIMER_VALUE(MPS2_TIMER1));
-    hung = true;
+    hung_ticks = control.hung ? hung_ticks : (control_entry - MPS2_TIMER_VALUE(MPS2_TIMER1));
+    control.hung = true;
 }
 
 /* After a hang the gates stay off until the drive has opened them as well: a late period is a fault
  * in the next one. */
 static inline void write_gates(bool on)
 {
-    hung = hung && on;
-    MPS2_LEDS = (on && !hung) ? MPS2_LEDS_GATES : 0u;
+    if (control.hung) {
+        control.hung = on;
+        on = false;
+    }
+    MPS2_LEDS = on ? MPS2_LEDS_GATES : 0u;
 }
 
 /* Events since the interrupt began at `entry`; the timer itself only remembers one. */
@@ -177,11 +185,12 @@ __attribute__((noinline, used)) static void counted_interrupt(const hal_sample_t
     unit_control_period(&unit, sample, output);
     write_gates(output->gates_on);
     unit_record_period(&unit, output);
-    if (inject_what != PIL_INJECT_NONE) {
-        inject_delay(inject_what, periods - inject_at, entry, CONTROL_TICKS);
+    if (control.inject_what != PIL_INJECT_NONE) {
+        inject_delay(control.inject_what, control.periods - control.inject_at, entry,
+                     CONTROL_TICKS);
     }
-    late_periods += missed_events(entry);
-    periods++;
+    control.late_periods += missed_events(entry);
+    control.periods++;
 }
 
 _Noreturn static void no_plant(void)
@@ -201,7 +210,7 @@ static void take_sample(hal_sample_t *sample)
         leave();
     }
     *sample = in.sample;
-    sample->late_periods = (uint16_t)late_periods;
+    sample->late_periods = (uint16_t)control.late_periods;
     const unit_command_t command = {.command = in.command,
                                     .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
                                     .torque_ref_Nm = in.torque_ref_Nm,
@@ -218,14 +227,14 @@ void control_interrupt(void)
 
     hal_sample_t sample;
     take_sample(&sample);
-    if (periods == inject_at) {
+    if (control.periods == control.inject_at) {
         inject(&asked, &unit, &patch);
     }
     hal_output_t output;
     out.begin_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
     counted_interrupt(&sample, entry, &output);
     out.end_ticks = UINT32_MAX - MPS2_TIMER_VALUE(MPS2_TIMER1);
-    out.late_periods = late_periods;
+    out.late_periods = control.late_periods;
     inject_take_out(&patch);
     if (!plant_answer(&plant, &unit, &output, &out)) {
         no_plant();
@@ -239,8 +248,8 @@ static bool connect(void)
     if (!plant_connect(&plant, &asked)) {
         return false;
     }
-    inject_what = asked.inject;
-    inject_at = asked.inject_at;
+    control.inject_what = asked.inject;
+    control.inject_at = asked.inject_at;
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);
@@ -294,7 +303,7 @@ int main(void)
             /* The drive has opened the gates by itself; say so in this port's way. */
             cm_stop(CM_END_TABLE_CHANGED);
         }
-        inject_background(inject_what, periods - inject_at, &unit);
+        inject_background(control.inject_what, control.periods - control.inject_at, &unit);
         background_calls++;
     }
 }
