@@ -50,6 +50,6 @@ static inline void current_fit_add(current_fit_state_t *st, ab_t u_V, ab_t i_A)
 
 /* At the end of a window: false when the current does not explain the voltage. */
 bool current_fit_holds(const current_fit_config_t *cfg, current_fit_state_t *st, ab_t i_A,
-                            float u_dc_V, bool motor_known);
+                       float u_dc_V, bool motor_known);
 
 #endif

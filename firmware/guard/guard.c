@@ -104,8 +104,8 @@ uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A
     return liveness_frozen(&cfg->liveness, &st->liveness, &spell) ? FAULT_ADC_FROZEN : 0u;
 }
 
-uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
-                               const measured_t *meas, bool motor_known)
+uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st, const measured_t *meas,
+                               bool motor_known)
 {
     const bool fits = current_fit_holds(&cfg->current_fit, &st->current_fit, meas->i_s_A,
                                         meas->u_dc_V, motor_known);

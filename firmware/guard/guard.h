@@ -122,7 +122,7 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
 /* In every period of direct current: FAULT_CURRENT_SENSOR when two current sensors are exchanged.
  */
 uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
-                             ab_t i_residual_A);
+                        ab_t i_residual_A);
 
 /* Fault bits of the slow judgements. */
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);

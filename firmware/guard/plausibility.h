@@ -62,15 +62,14 @@ CHECKED bool plausibility_init(plausibility_config_t *cfg, const plausibility_pa
 
 /* Each: true when it has lasted. */
 bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
-                                     ab_t sensed_V, ab_t duty_V);
-bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_state_t *st,
-                                  uvw_t i_A, ab_t i_ref_A);
+                                ab_t sensed_V, ab_t duty_V);
+bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_state_t *st, uvw_t i_A,
+                             ab_t i_ref_A);
 bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
-                                      const plausibility_estimate_t *in);
-bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t *st,
-                               bool at_limit, float omega_rad_s, float omega_ref_rad_s);
+                                 const plausibility_estimate_t *in);
+bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t *st, bool at_limit,
+                          float omega_rad_s, float omega_ref_rad_s);
 /* much_A: length of the vector from which on it is told. */
-bool plausibility_current_mirrored(plausibility_state_t *st, ab_t i_A, ab_t i_hat_A,
-                                        float much_A);
+bool plausibility_current_mirrored(plausibility_state_t *st, ab_t i_A, ab_t i_hat_A, float much_A);
 
 #endif

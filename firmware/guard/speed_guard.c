@@ -79,6 +79,10 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
         maxf(cfg->deviation_rad_s, SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s));
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
     const bool wrong = deviates(cfg, st, in, far_pu);
+    /* Neither away nor lately so: nothing to count. */
+    if ((absf(far_pu) <= 1.0f) && (st->deviation_s + st->away_s + st->unexplained_s <= 0.0f)) {
+        return 0u;
+    }
     const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);
     const float step_s = wrong ? (one_s * clampf(absf(far_pu), 1.0f, SPEED_FARTHEST_PU)) : one_s;
     const float free_s = in->at_limit ? minf(step_s, 0.0f) : step_s;
@@ -99,20 +103,29 @@ static uint32_t look_at_frequency(const speed_guard_config_t *cfg, speed_guard_s
 }
 
 /* An imposed frequency is the speed only while the rotor is seen to follow it. */
+static rotor_check_t seen_rotor(const speed_guard_config_t *cfg, speed_guard_state_t *st,
+                                const speed_guard_in_t *in)
+{
+    if (in->basis == SPEED_BASIS_NOBODY) {
+        return ROTOR_NOT_SEEN;
+    }
+    if (in->basis >= SPEED_BASIS_CURRENT) {
+        return rotor_check_step(&cfg->rotor, &st->rotor, &in->rotor);
+    }
+    return ROTOR_FOLLOWS; /* estimated, or taken as 0 */
+}
+
 static uint32_t look_at_rotor(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                               const speed_guard_in_t *in)
 {
-    const bool imposed = in->basis >= SPEED_BASIS_CURRENT;
-    rotor_check_t rotor = ROTOR_FOLLOWS;
-    if (in->basis == SPEED_BASIS_NOBODY) {
-        rotor = ROTOR_NOT_SEEN;
-    } else if (imposed) {
-        rotor = rotor_check_step(&cfg->rotor, &st->rotor, &in->rotor);
-    } else {
-        /* estimated, or taken as 0 */
+    const rotor_check_t rotor = seen_rotor(cfg, st, in);
+    const bool lost = rotor == ROTOR_LOST;
+    /* Neither lost nor lately so: nothing to count. */
+    if ((rotor == ROTOR_FOLLOWS) && (st->lost_s + st->unknown_s <= 0.0f)) {
+        st->speed_unknown = false;
+        return 0u;
     }
     const float one_s = cfg->schedule_s;
-    const bool lost = rotor == ROTOR_LOST;
     st->lost_s = passed(st->lost_s, one_s * (lost ? 1.0f : -SPEED_FOLLOWS_PU), cfg->unexplained_s);
     st->speed_unknown = (rotor == ROTOR_NOT_SEEN) || (lost && (st->lost_s >= cfg->doubt_s));
     st->unknown_s = passed(st->unknown_s, st->speed_unknown ? one_s : -(SPEED_HEALS_PU * one_s),

@@ -77,6 +77,6 @@ CHECKED bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_param
 /* SPEED_DEVIATION, OVER_SPEED, FLYING_START; DERATED: the limits of the current leave too little.
  */
 uint32_t speed_guard_look(const speed_guard_config_t *cfg, speed_guard_state_t *st,
-                               const speed_guard_in_t *in);
+                          const speed_guard_in_t *in);
 
 #endif

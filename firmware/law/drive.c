@@ -52,7 +52,7 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
 }
 
 HOT static void other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                            drive_out_t *out)
+                           drive_out_t *out)
 {
     const bool taken_over = st->mode == MODE_TAKE_OVER;
     const request_t request = stage_other_mode(cfg, st, asked, out);

@@ -3,7 +3,8 @@
 #include "transition.h"
 
 /* Caught in turning: by itself. Lost orientation: I-f turns the frame; fast enough the estimator
- * sees the rotor again; below, the rotor follows what is imposed, or nothing helps. Else at rest. */
+ * sees the rotor again; below, the rotor follows what is imposed, or nothing helps. Else at rest.
+ */
 static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
 {
     const i_f_state_t *i_f = &st->modes.i_f;
@@ -18,8 +19,7 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_o
     if (in.frame_imposed || (st->mode == MODE_REMAGNETISE)) {
         estimator_step(&cfg->estimator, &st->estimator, &in);
     } else {
-        estimator_hold(&cfg->estimator, &st->estimator, &in,
-                       beside_i_f ? i_f->omega_rad_s : 0.0f);
+        estimator_hold(&cfg->estimator, &st->estimator, &in, beside_i_f ? i_f->omega_rad_s : 0.0f);
     }
 }
 

@@ -28,12 +28,12 @@ static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const d
 }
 
 /* One period of a mode other than vector control: estimator and request. */
-request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st,
-                                const drive_in_t *asked, drive_out_t *out);
+request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                           drive_out_t *out);
 
 /* Slow work of flux orientation, before the speed controller. */
 HOT void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                     const drive_out_t *out);
+                    const drive_out_t *out);
 
 _Static_assert((SLOT_RS_TRACKING % SLOT_QUARTERS) == SLOT_QUARTER_REFERENCES,
                "the slot of Rs tracking is one of references: slow work is due in it anyhow");
@@ -48,11 +48,11 @@ void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *
 
 /* How far the estimate is to be believed, and what follows. */
 HOT void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                      drive_out_t *out);
+                     drive_out_t *out);
 
 /* Fault bits of the guard's second looks. */
-HOT uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st,
-                               const drive_in_t *asked, const drive_out_t *out);
+HOT uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                              const drive_out_t *out);
 
 /* Heats or cools motor and inverter: slow work. */
 COLD void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,

@@ -26,7 +26,7 @@ static inline float state_sum_fast(const drive_state_t *st)
     return acting + offsets + st->modes.vector.speed.gain_extra;
 }
 
-/* The part of this slot: one of those of SLOT_QUARTER_STATE_PARTS. */
+/* The part of this slot: one of those of SLOT_QUARTER_STATE. */
 HOT float state_sum_slow(const drive_state_t *st);
 
 /* What is due in this slot. */
@@ -34,11 +34,7 @@ static inline float state_sum_due(const drive_state_t *st)
 {
     float sum = state_sum_passing(st);
     if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE)) {
-        sum += state_sum_fast(st);
-    } else if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE_PARTS)) {
-        sum += state_sum_slow(st);
-    } else {
-        /* the rest has its turn later */
+        sum += state_sum_fast(st) + state_sum_slow(st);
     }
     return sum;
 }

@@ -13,34 +13,33 @@
 #define SLOT_COUNT 16u
 
 /* Every fourth period, by slot modulo 4. */
-#define SLOT_QUARTERS            4u
-#define SLOT_QUARTER_ANGLES      0u /* sines of the delay angles */
-#define SLOT_QUARTER_STATE_PARTS 0u /* one part of the rest of the state: is it a number? */
-#define SLOT_QUARTER_REFERENCES  1u /* ramp, flux reference, limits of the torque current */
-#define SLOT_QUARTER_SUPERVISOR  2u /* its flux is tied to the estimate */
-#define SLOT_QUARTER_STATE       3u /* what the voltage rests on: is it a number? */
+#define SLOT_QUARTERS           4u
+#define SLOT_QUARTER_ANGLES     0u /* sines of the delay angles */
+#define SLOT_QUARTER_REFERENCES 1u /* ramp, flux reference, limits of the torque current */
+#define SLOT_QUARTER_SUPERVISOR 2u /* its flux is tied to the estimate */
+#define SLOT_QUARTER_STATE      3u /* what the voltage rests on, and a part of the rest: numbers? */
 
 /* Once in sixteen periods. */
-#define SLOT_STATE_RESISTANCE   0u
 #define SLOT_SUPERVISOR_DECIDE  0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
 #define SLOT_GUARD_SPEED        2u /* gates on */
 #define SLOT_COMMAND            3u /* is whoever commands still there */
+#define SLOT_STATE_RESISTANCE   3u
 #define SLOT_GUARD_VOLTAGE      3u
-#define SLOT_STATE_MODES        4u
 #define SLOT_HEAT               4u
 #define SLOT_FLUX_REFERENCE     6u
+#define SLOT_STATE_MODES        7u
 #define SLOT_GUARD_PHASES       7u
-#define SLOT_STATE_PROTECTION   8u
 #define SLOT_SPEED_SCHEDULE     8u
 #define SLOT_FLUX_STEERING      10u
+#define SLOT_STATE_PROTECTION   11u
 #define SLOT_GUARD_ESTIMATE     11u
-#define SLOT_STATE_CONTROL      12u
 #define SLOT_RS_TRACKING        13u
 #define SLOT_SUPERVISOR_MEASURE 14u
 #define SLOT_GUARD_CURRENT      14u
 #define SLOT_SUPERVISOR_WEIGH   15u
+#define SLOT_STATE_CONTROL      15u
 
 static inline uint32_t slot_next(uint32_t slot)
 {

@@ -63,13 +63,13 @@ void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const 
     estimate_t *e = &st->estimate;
     const observer_gain_t *g = &st->gain;
     observe(cfg, st, in);
-    const speed_adaptation_in_t adaptation_in = {.lambda_r_hat_Wb = e->lambda_r_hat_Wb,
-                                                 .e1_A = e->i_residual_A,
-                                                 .omega_s_hat_rad_s = e->omega_s_rad_s,
-                                                 .omega_e_hat_rad_s = e->omega_e_rad_s,
-                                                 .prior_rad_s = in->prior_rad_s,
-                                                 .gain = {g->l1_re_per_s, g->l1_im_per_s,
-                                                          g->l2_re_ohm, g->l2_im_ohm}};
+    const speed_adaptation_in_t adaptation_in = {
+        .lambda_r_hat_Wb = e->lambda_r_hat_Wb,
+        .e1_A = e->i_residual_A,
+        .omega_s_hat_rad_s = e->omega_s_rad_s,
+        .omega_e_hat_rad_s = e->omega_e_rad_s,
+        .prior_rad_s = in->prior_rad_s,
+        .gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm, g->l2_im_ohm}};
     e->omega_e_rad_s =
         speed_adaptation_step(&cfg->adaptation, &st->adaptation, &adaptation_in).omega_e_hat_rad_s;
     e->omega_s_rad_s = in->frame_imposed ? in->omega_frame_rad_s : flux_frequency(cfg, st);
