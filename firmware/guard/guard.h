@@ -91,7 +91,7 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
 }
 
 /* Current words that stand still: a fault, or not. */
-COLD uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
+HOT uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
 
 /* A window of voltage and current has ended. */
 HOT uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,

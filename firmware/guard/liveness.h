@@ -74,7 +74,7 @@ static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
 }
 
 /* A sample that repeats: true when it must not. */
-COLD bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st,
+bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st,
                           const liveness_in_t *in);
 
 /* In every period with the gates off: learns whether these words flicker. */
