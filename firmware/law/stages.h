@@ -55,7 +55,7 @@ HOT uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, cons
                               const drive_out_t *out);
 
 /* Heats or cools motor and inverter: slow work. */
-COLD void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
+HOT void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
                      drive_out_t *out);
 
 #endif

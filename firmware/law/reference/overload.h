@@ -41,6 +41,6 @@ CHECKED bool overload_init(overload_config_t *cfg, const overload_params_t *para
                            float schedule_s);
 
 /* True: stop. */
-COLD bool overload_step(const overload_config_t *cfg, overload_state_t *st, float i2_A2);
+bool overload_step(const overload_config_t *cfg, overload_state_t *st, float i2_A2);
 
 #endif
