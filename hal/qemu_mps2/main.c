@@ -42,8 +42,6 @@ static uint32_t background_calls;
 /* Of the control interrupt; one struct, so that one register reaches all of it. */
 static struct {
     uint32_t late_periods;
-    uint32_t inject_what;
-    uint32_t inject_at;
     volatile uint32_t periods;
     volatile bool hung; /* the gates went off, as it did not come back, hung_ticks later */
 } control;
@@ -52,7 +50,6 @@ static volatile uint32_t hung_ticks;
 static uint32_t trace_memory[TRACE_WORDS];
 static char identity[CM_IMAGE_BANNER_BYTES];
 static inject_patch_t patch;
-
 __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
 __attribute__((section(".device"))) static ram_flash_t flash_memory;
 
@@ -185,9 +182,8 @@ __attribute__((noinline, used)) static void counted_interrupt(const hal_sample_t
     unit_control_period(&unit, sample, output);
     write_gates(output->gates_on);
     unit_record_period(&unit, output);
-    if (control.inject_what != PIL_INJECT_NONE) {
-        inject_delay(control.inject_what, control.periods - control.inject_at, entry,
-                     CONTROL_TICKS);
+    if (asked.inject != PIL_INJECT_NONE) {
+        inject_delay(asked.inject, control.periods - asked.inject_at, entry, CONTROL_TICKS);
     }
     control.late_periods += missed_events(entry);
     control.periods++;
@@ -227,7 +223,7 @@ void control_interrupt(void)
 
     hal_sample_t sample;
     take_sample(&sample);
-    if (control.periods == control.inject_at) {
+    if (control.periods == asked.inject_at) {
         inject(&asked, &unit, &patch);
     }
     hal_output_t output;
@@ -248,8 +244,6 @@ static bool connect(void)
     if (!plant_connect(&plant, &asked)) {
         return false;
     }
-    control.inject_what = asked.inject;
-    control.inject_at = asked.inject_at;
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);
@@ -263,19 +257,16 @@ static void start_devices(void)
     MPS2_TIMER_RELOAD(MPS2_TIMER1) = UINT32_MAX;
     MPS2_TIMER_VALUE(MPS2_TIMER1) = UINT32_MAX;
     MPS2_TIMER_CTRL(MPS2_TIMER1) = MPS2_TIMER_ENABLE;
-
     MPS2_UART_BAUDDIV = BAUD_DIVIDER;
     MPS2_UART_CTRL = MPS2_UART_TXEN | MPS2_UART_RXEN;
     MPS2_WATCHDOG_LOCK = MPS2_WATCHDOG_UNLOCK;
     MPS2_WATCHDOG_LOAD = WATCHDOG_PERIODS * CONTROL_TICKS;
     MPS2_WATCHDOG_CTRL = MPS2_WATCHDOG_INTEN | MPS2_WATCHDOG_RESEN;
     MPS2_WATCHDOG_LOCK = 0u;
-
     MPS2_HANG_CTRL = MPS2_HANG_RUN;
     MPS2_HANG_LOAD = HANG_TICKS;
     cm_nvic_level(MPS2_HANG_IRQ, CM_LEVEL_HANG);
     cm_nvic_enable(MPS2_HANG_IRQ);
-
     MPS2_TIMER_RELOAD(MPS2_TIMER0) = CONTROL_TICKS - 1u;
     MPS2_TIMER_VALUE(MPS2_TIMER0) = CONTROL_TICKS - 1u;
     MPS2_TIMER_CTRL(MPS2_TIMER0) = MPS2_TIMER_ENABLE | MPS2_TIMER_INTERRUPT;
@@ -303,7 +294,7 @@ int main(void)
             /* The drive has opened the gates by itself; say so in this port's way. */
             cm_stop(CM_END_TABLE_CHANGED);
         }
-        inject_background(control.inject_what, control.periods - control.inject_at, &unit);
+        inject_background(asked.inject, control.periods - asked.inject_at, &unit);
         background_calls++;
     }
 }

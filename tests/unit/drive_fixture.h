@@ -140,14 +140,13 @@ static inline measurement_in_t words(const drive_params_t *p, int k, double amps
     phases_of(i, ip);
     phases_of(u, up);
     const double fs = (double)p->measurement.line_voltage_full_scale_V;
-    return (measurement_in_t){
-        .i_u_counts = counts(ip[0], 25.0),
-        .i_v_counts = counts(ip[1], 25.0),
-        .i_w_counts = counts(ip[2], 25.0),
-        .u_uv_counts = counts(up[0] - up[1], fs),
-        .u_vw_counts = counts(up[1] - up[2], fs),
-        .u_dc_counts =
-            (uint16_t)lrint(u_dc / (double)p->measurement.dc_link_full_scale_V * 16384.0)};
+    return (measurement_in_t){.i_u_counts = counts(ip[0], 25.0),
+                              .i_v_counts = counts(ip[1], 25.0),
+                              .i_w_counts = counts(ip[2], 25.0),
+                              .u_uv_counts = counts(up[0] - up[1], fs),
+                              .u_vw_counts = counts(up[1] - up[2], fs),
+                              .u_dc_counts = (uint16_t)lrint(
+                                  u_dc / (double)p->measurement.dc_link_full_scale_V * 16384.0)};
 }
 
 static inline drive_params_t both_machines(int n)
