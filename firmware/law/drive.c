@@ -22,7 +22,7 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
 }
 
 /* How far filter and delay turn at the speed of the flux. */
-HOT static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
+COLD static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
 {
     const float omega_s_rad_s = st->estimator.estimate.omega_s_rad_s;
     acting_voltage_angle(&cfg->acting, &st->acting, omega_s_rad_s);
