@@ -74,8 +74,7 @@ static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
 }
 
 /* A sample that repeats: true when it must not. */
-bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st,
-                          const liveness_in_t *in);
+bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st, const liveness_in_t *in);
 
 /* In every period with the gates off: learns whether these words flicker. */
 COLD void liveness_look(const liveness_config_t *cfg, liveness_noise_t *noise, uvw_t i_A);

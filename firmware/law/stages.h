@@ -56,6 +56,6 @@ HOT uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, cons
 
 /* Heats or cools motor and inverter: slow work. */
 HOT void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
-                     drive_out_t *out);
+                    drive_out_t *out);
 
 #endif

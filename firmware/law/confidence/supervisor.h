@@ -115,7 +115,7 @@ static inline void supervisor_add(supervisor_state_t *st, ab_t u_s_V, ab_t i_s_A
  * as CLOSED.
  */
 void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
-                          const supervisor_in_t *in, uint32_t slot);
+                     const supervisor_in_t *in, uint32_t slot);
 
 static inline bool supervisor_is_due(uint32_t slot)
 {

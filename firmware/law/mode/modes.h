@@ -45,7 +45,7 @@ COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st
 
 /* One period of a mode that is not flux-oriented; FAULT_STATOR_RESISTANCE, FAULT_FLYING_START. */
 request_t modes_step(const modes_config_t *cfg, modes_state_t *st, mode_id_t mode,
-                          const mode_in_t *in, uint32_t *faults);
+                     const mode_in_t *in, uint32_t *faults);
 
 /* The mode works without an estimator. */
 static inline bool modes_open_loop(mode_id_t mode)

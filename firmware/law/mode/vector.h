@@ -57,7 +57,7 @@ static inline float vector_lambda_min_Wb(const vector_config_t *cfg, bool runnin
 /* Slow work of this slot: flux reference, steering, bandwidth; ramp and limits of the next periods.
  */
 void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limits,
-                      vector_state_t *st, const mode_in_t *in);
+                 vector_state_t *st, const mode_in_t *in);
 
 static inline bool vector_slow_is_due(const vector_state_t *st, uint32_t slot)
 {
