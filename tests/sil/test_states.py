@@ -102,7 +102,7 @@ def test_a_stop_by_ramp_brings_the_speed_down_first():
     assert record["gates_on"][on].all()
     assert abs(at(record, ready_s, "speed_rpm")) < 40.0
     assert states(record)[-3:] == [State.RUN, State.RAMP_DOWN, State.READY]
-    slope = np.gradient(ramp(record, 1.01, 1.6), RAMP_S)
+    slope = np.gradient(ramp(record, 1.01, 1.58), RAMP_S)
     assert slope == pytest.approx(-200.0, rel=0.02)
 
 

@@ -172,12 +172,17 @@ def test_floors_of_the_performance():
 
 @pytest.mark.parametrize("f_Hz", [1.0, 3.0, 8.0])
 def test_the_sine_sees_the_loop_as_designed(f_Hz):
-    """The speed PI on an inertia, speed filter in the feedback, current loop as one pole."""
+    """The speed PI on an inertia, estimate and speed filter in the feedback, current loop as one
+    pole. Estimate: s^2 + (|p1| + g kp) s + g ki, g = lambda^2/(sigma Ls), with the p1 of the table
+    at 450 min^-1."""
     s = 2j * np.pi * f_Hz
+    kp, ki = FIXED.params["adapt_kp"], FIXED.params["adapt_ki"]
+    g = (0.102 * FIXED.params["i_d_A"]) ** 2 / 0.008
+    estimate = g * (kp * s + ki) / (s * s + (335.0 + g * kp) * s + g * ki)
     bandwidth = FIXED.params["speed_bandwidth_rad_s"]
     forward = bandwidth * (1.0 + 0.25 * bandwidth / s) / s / (1.0 + s / 400.0)
-    truth = abs(forward / (1.0 + forward / (1.0 + 3e-3 * s)))
-    assert performance.sine_gain(FIXED, 450.0, 0.0, f_Hz) == pytest.approx(truth, rel=0.08)
+    truth = abs(forward / (1.0 + forward * estimate / (1.0 + 3e-3 * s)))
+    assert performance.sine_gain(FIXED, 450.0, 0.0, f_Hz) == pytest.approx(truth, rel=0.05)
 
 
 def test_findings_are_json_whatever_they_measured():

@@ -25,6 +25,7 @@ _STEERING_I_Q_SHARE = 0.95  # flux_steering.c
 # Constants of unit_config.c.
 _PHI_RAMP_TAU = 1.7760728
 _SPEED_FAST_PU = 1.5079365
+_SPEED_SLIP_MAX = 2.0
 _FLUX_RAD_S = 10.0
 _STEER_HYSTERESIS_PU = 0.28231797
 _STEER_TORQUE_PU = 0.051262339
@@ -200,8 +201,12 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
 def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
     bandwidth = p["speed_bandwidth_rad_s"]
     torque_per_A = p["pole_pairs"] ** 2 * circuit.M_H / circuit.Lr_H * lambda_Wb
-    kp = p["speed_J_kg_m2"] * bandwidth / torque_per_A
-    return Pi(kp, p["speed_ki_factor"] * bandwidth * kp * p["period_s"])
+    wanted = p["speed_J_kg_m2"] * bandwidth / torque_per_A
+    # The largest gain, speed_control.h: so much slip of the torque that a speed error asks for.
+    faster = max(p["speed_fast_bandwidth_rad_s"] / bandwidth, 1.0)
+    slip_per_A = circuit.tau_per_s * circuit.M_H / lambda_Wb
+    kp = min(wanted, _SPEED_SLIP_MAX / (slip_per_A * faster))
+    return Pi(kp, p["speed_ki_factor"] * bandwidth * (kp / wanted) * kp * p["period_s"])
 
 
 def _flux_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
