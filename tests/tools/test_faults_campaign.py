@@ -116,7 +116,7 @@ def test_without_its_detectors_the_same_drive_is_undeclared(bench: Bench) -> Non
     off |= {"speed_deviation_rad_s": 100.0, "speed_deviation_s": 10.0}
     off |= dict.fromkeys(("observer_e1_A", "observer_rate_rad_s2", "observer_power_W"), 0.0)
     blind = dataclasses.replace(bench, firmware={**bench.firmware, **off})
-    case = cases.case_of("u_vw.gain_0.5@running,300,+1,la0,averaged,sensors")
+    case = cases.case_of("u_vw.gain_0.5@running,300,-1,la0,averaged,sensors")
     assert run.run_case(bench, case)["verdict"] == judge.BEFORE
     assert run.run_case(blind, case)["verdict"] == judge.UNDECLARED
 
