@@ -129,7 +129,7 @@ _HEAD = """\
 Made by `tools/zh atlas --features{names} --write` from the recipes and reasons of
 `tools/zerohertz/atlas/features.py`. The firmware is told the nameplate only. Cells: % of the points
 oriented / held ([classes](../zerohertz/atlas/README.md#classes)). Columns: maps i and ii of the
-atlas (245 points each); map ii with the voltage from the duty instead of sensors; Rs drifting by
+atlas (245 points each); map ii with the voltage from the duty alone; Rs drifting by
 +20 % under load ({drift} of that map's 245 points, drawn once for all rows); a random sample with
 every error at once ({random} points, seed {seed}: nothing was tuned on it). Unsafe and silent:
 points of all five columns together. Verdicts are about what the recipe tries: "kept" in a row that
