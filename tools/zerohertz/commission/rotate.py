@@ -42,6 +42,7 @@ TORQUE_PU = 0.2  # of rated torque at most, for the inertia that is assumed
 RAMP_S = 1.0  # at least: a serial line gives a hundred samples a second
 SETTLE_S, HOLD_S = 1.0, 2.0
 NEAR_PU = 0.005
+SENSORS, BLEND = 0.0, 2.0  # voltage_source
 # Without load an estimate need not find zero: friction brings the rest.
 SLOW_PU, COAST_S = 0.05, 3.0
 ROUNDS = 2
@@ -185,7 +186,10 @@ class _Run:
         most = TORQUE_PU * plate.torque_Nm / J_kg_m2
         slew = min(most, (HIGH - LOW) * self._rated / RAMP_S)
         values = {"speed_J_kg_m2": J_kg_m2, "speed_slew_rad_s2": slew * plate.pole_pairs}
-        put(drive, values)
+        # Power is compared between speeds: from one source, where there are sensors.
+        self._source = drive.get(["voltage_source"])
+        source = {"voltage_source": SENSORS} if self._source["voltage_source"] == BLEND else {}
+        put(drive, values | source)
 
     def __enter__(self) -> _Run:
         waited_s, step_s = 0.0, 0.1
@@ -204,6 +208,7 @@ class _Run:
             self._drive.stop()
             self._pause(COAST_S)
             at_rest(self._drive, self._pause)
+            put(self._drive, self._source)
 
     def _command(self) -> link.Status:
         self._drive.command(link.RUN, self._speed_pu * self._rated, _VALID_S)
