@@ -70,6 +70,17 @@ static void test_start_averages_offsets_and_waits_for_the_run_command(void)
     TEST_ASSERT_FALSE(step(0u, 0u).offsets_ready); /* once */
 }
 
+static void test_one_period_is_an_average_too(void)
+{
+    cfg.offset_periods = 1u;
+    st = (sequence_state_t){.id = SEQUENCE_SELF_TEST};
+    const sequence_in_t in = {.i_raw_A = {0.25f, 0.0f, -0.25f}};
+    (void)sequence_step(&cfg, &st, &in);
+    TEST_ASSERT_TRUE(sequence_step(&cfg, &st, &in).offsets_ready);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, st.offset_A.u);
+    TEST_ASSERT_EQUAL_FLOAT(-0.25f, st.offset_A.w);
+}
+
 static void test_no_averaging_leaves_the_offsets_alone(void)
 {
     cfg.offset_periods = 0u;
@@ -775,9 +786,9 @@ static void test_an_offset_at_its_limit_is_allowed(void)
 static void test_a_voltage_offset_at_its_limit_is_allowed(void)
 {
     cfg.offset_periods = 4u;
-    cfg.offset_max_V = 4.0f;
-    const ab_t offset_V[] = {{4.0f, 0.0f}, {0.0f, -4.0f}, {0.0f, 0.5f}};
-    const float swing_V[] = {0.0f, 0.0f, 1.0f}; /* a quarter of 4 V */
+    cfg.offset_max_V = 8.0f;
+    const ab_t offset_V[] = {{8.0f, 0.0f}, {0.0f, -8.0f}, {0.0f, 0.5f}};
+    const float swing_V[] = {0.0f, 0.0f, 2.0f}; /* a quarter of 8 V */
     for (int n = 0; n < 3; n++) {
         st = (sequence_state_t){.id = SEQUENCE_SELF_TEST};
         for (int again = 0; again < 2; again++) { /* with the sums of before taken back */
@@ -851,6 +862,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_start_averages_offsets_and_waits_for_the_run_command);
+    RUN_TEST(test_one_period_is_an_average_too);
     RUN_TEST(test_no_averaging_leaves_the_offsets_alone);
     RUN_TEST(test_an_impossible_offset_is_a_fault);
     RUN_TEST(test_run_builds_flux_first);

@@ -215,6 +215,9 @@ static void test_init_derives_whole_quanta(void)
     wild.acceleration_rad_s2 = 1e9f; /* no slew limit: the jerk alone counts */
     TEST_ASSERT_TRUE(speed_ramp_init(&cfg, &wild, PERIOD_S));
     TEST_ASSERT_EQUAL_FLOAT(4000.0f, cfg.steps_max);
+    wild.stop_rad_s2 = 1.2f; /* one quantum, .8, and a half */
+    TEST_ASSERT_TRUE(speed_ramp_init(&cfg, &wild, PERIOD_S));
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, cfg.stop_steps_max);
 }
 
 #define ASSERT_REFUSED(field, value)                                                               \

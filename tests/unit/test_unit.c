@@ -214,6 +214,7 @@ static void test_a_stop_ramp_ignores_the_reference(void)
     params.stop_mode = 1u;
     params.ramp_down_rad_s2 = 100.0f; /* .08 rad/s in four periods */
     run_up(10.0f);
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, unit_config(&unit)->stop_speed_rad_s);
     (void)periods(0u, 10.0f, 1);
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_RAMP_DOWN, telemetry().state);
     TEST_ASSERT_EQUAL_FLOAT(20.0f, unit.drive.modes.vector.speed.omega_ref_rad_s);

@@ -374,6 +374,7 @@ static void test_a_standing_run_command_counts_as_gates_on(void)
 static void test_a_command_runs_and_stops_the_drive(void)
 {
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 3.5f, 0u));
+    TEST_ASSERT_FALSE(unit()->link.reset);
     rounds(200u);
     TEST_ASSERT_EQUAL(SEQUENCE_RUN, unit()->machine.id);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, unit_link_command(unit()).omega_m_ref_rad_s);
