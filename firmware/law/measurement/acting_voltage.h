@@ -24,8 +24,8 @@ typedef enum {
 typedef struct {
     acting_voltage_source_t source;
     float filter_comp_s;
-    float
-        blend_rad_s; /* blend: |w_s| up to which the sensors alone count; the duty from twice on */
+    /* Of the blend: |w_s| up to which the sensors alone count; from twice that on the duty does. */
+    float blend_rad_s;
 } acting_voltage_params_t;
 
 typedef struct {
