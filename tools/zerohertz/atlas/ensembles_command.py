@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import Annotated, Any
 
 import typer
@@ -82,6 +81,6 @@ def _number(value: float | None) -> str:
 
 def _print_runs(rows: list[dict[str, Any]]) -> None:
     for row in rows:
-        words = (f"{k} {v:.6g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items())
-        print(", ".join(words).replace("value inf", "value lost") if math.isinf(row["value"])
-              else ", ".join(words))  # fmt: skip
+        shown = row | {"value": "lost" if row["lost"] else row["value"]}
+        words = (f"{k} {v:.6g}" if isinstance(v, float) else f"{k} {v}" for k, v in shown.items())
+        print(", ".join(words))
