@@ -24,10 +24,9 @@ OHM = 0.05
 SETUP = load_setup("recommended")
 # Where the drive was lost and said nothing: light regeneration next to zero frequency.
 LOST = [p for p in standard_map("ii") if (p.speed_rpm, p.load_pu) == (15.0, -0.33)]
-SENSED_BLEND, DUTY = 2.0, 1.0
-# Not mended: a field that is believed to stand while the shaft runs away from it. Threshold, speed,
-# load and Rs of the point; nothing at zero frequency tells the flux that is gone from the one that
-# should be there.
+BLEND, DUTY = 2.0, 1.0
+# Not mended: the shaft runs away from a field that is believed to stand, and the drive is only
+# DEGRADED. Threshold, speed, load and Rs of the point.
 OPEN = {(0.05, 0.0, 0.33, 0.67)}
 
 
@@ -45,7 +44,7 @@ def rows(points: Iterable[Point], threshold_A: float, **firmware: float) -> list
     return found
 
 
-@pytest.mark.parametrize("source", [SENSED_BLEND, DUTY], ids=["as_shipped", "duty"])
+@pytest.mark.parametrize("source", [BLEND, DUTY], ids=["as_shipped", "duty"])
 @pytest.mark.parametrize("threshold_A", THRESHOLDS_A)
 def test_no_point_of_the_map_is_lost_without_a_word(threshold_A: float, source: float) -> None:
     points = standard_map("ii")
