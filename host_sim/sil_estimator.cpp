@@ -39,16 +39,17 @@ estimator_in_t input_of(const zh_estimator_event &e)
 {
     return {.u_s_V = {e.u_alpha_V, e.u_beta_V},
             .i_s_A = {e.i_alpha_A, e.i_beta_A},
-            .prior_rad_s = e.prior_rad_s,
+            .expected_step_rad_s = e.expected_step_rad_s,
             .frame_imposed = e.frame_imposed != 0,
             .omega_frame_rad_s = e.omega_frame_rad_s};
 }
 
 bool finite(const zh_estimator_event &e)
 {
-    const std::array values{e.u_alpha_V,     e.u_beta_V,        e.i_alpha_A,
-                            e.i_beta_A,      e.prior_rad_s,     e.omega_frame_rad_s,
-                            e.omega_e_rad_s, e.lambda_alpha_Wb, e.lambda_beta_Wb};
+    const std::array values{
+        e.u_alpha_V,           e.u_beta_V,          e.i_alpha_A,     e.i_beta_A,
+        e.expected_step_rad_s, e.omega_frame_rad_s, e.omega_e_rad_s, e.lambda_alpha_Wb,
+        e.lambda_beta_Wb};
     float sum = 0.0F;
     for (const float value : values) {
         sum += value * 0.0F;

@@ -39,10 +39,10 @@ typedef struct {
     float u_beta_V;
     float i_alpha_A; /* sampled now */
     float i_beta_A;
-    float prior_rad_s;       /* STEP: best guess of the speed beside the estimate */
-    float omega_frame_rad_s; /* STEP with frame_imposed */
-    float omega_e_rad_s;     /* HOLD, OFF, SEED */
-    float lambda_alpha_Wb;   /* SEED */
+    float expected_step_rad_s; /* STEP: how much the speed should have changed since the last */
+    float omega_frame_rad_s;   /* STEP with frame_imposed */
+    float omega_e_rad_s;       /* HOLD, OFF, SEED */
+    float lambda_alpha_Wb;     /* SEED */
     float lambda_beta_Wb;
 } zh_estimator_event;
 

@@ -35,7 +35,8 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
 {
     const vector_config_t *vector = &cfg->modes.vector;
     const estimate_t *e = &st->estimator.estimate;
-    const estimator_in_t in = stage_estimator_in(st, out);
+    estimator_in_t in = stage_estimator_in(st, out);
+    in.expected_step_rad_s = st->modes.vector.speed.expected_step_rad_s;
     estimator_step(&cfg->estimator, &st->estimator, &in);
     supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
     if (stage_slow_is_due(st)) {

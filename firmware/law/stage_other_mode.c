@@ -11,8 +11,6 @@ static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_o
     const bool beside_i_f = st->mode == MODE_TAKE_OVER;
     estimator_in_t in = stage_estimator_in(st, out);
     if (beside_i_f && i_f_observable(&cfg->modes.i_f, i_f)) {
-        /* What is imposed is a better guess than what was wanted when the angle was lost. */
-        in.prior_rad_s = i_f->omega_rad_s;
         in.frame_imposed = true;
         in.omega_frame_rad_s = i_f->omega_rad_s;
     }

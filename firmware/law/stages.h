@@ -23,8 +23,7 @@ static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const d
 {
     const float Rs_extra_ohm = st->modes.premagnetise.Rs_delta_ohm + st->rs_tracking.delta_ohm;
     return (estimator_in_t){.u_s_V = ab_sub(out->u_s_V, ab_scale(out->meas.i_s_A, Rs_extra_ohm)),
-                            .i_s_A = out->meas.i_s_A,
-                            .prior_rad_s = st->modes.vector.speed.omega_ref_rad_s};
+                            .i_s_A = out->meas.i_s_A};
 }
 
 /* One period of a mode other than vector control: estimator and request. */

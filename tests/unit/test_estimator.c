@@ -43,7 +43,7 @@ static estimator_in_t sample(uint32_t *seed)
 {
     return (estimator_in_t){.u_s_V = {40.0f * noise(seed), 40.0f * noise(seed)},
                             .i_s_A = {5.0f * noise(seed), 5.0f * noise(seed)},
-                            .prior_rad_s = 12.0f};
+                            .expected_step_rad_s = 0.2f * noise(seed)};
 }
 
 static cplx of(ab_t x)
@@ -158,7 +158,7 @@ static void compare_by_hand(int machine)
                                                      .e1_A = o.e1_A,
                                                      .omega_s_hat_rad_s = omega_s_rad_s,
                                                      .omega_e_hat_rad_s = omega_rad_s,
-                                                     .prior_rad_s = in.prior_rad_s,
+                                                     .expected_step_rad_s = in.expected_step_rad_s,
                                                      .gain = observer_in.gain};
         omega_rad_s = speed_adaptation_step(&cfg.adaptation, &a, &adaptation_in).omega_e_hat_rad_s;
         estimator_step(&cfg, &st, &in);
@@ -231,7 +231,7 @@ static void test_the_mirror_image_turns_the_speed_round(void)
         estimator_step(&cfg, &st, &in);
         in.u_s_V = ab_conj(in.u_s_V);
         in.i_s_A = ab_conj(in.i_s_A);
-        in.prior_rad_s = -in.prior_rad_s;
+        in.expected_step_rad_s = -in.expected_step_rad_s;
         estimator_step(&cfg, &mirrored, &in);
         assert_same_ab(ab_conj(st.estimate.lambda_r_hat_Wb), mirrored.estimate.lambda_r_hat_Wb);
         ASSERT_SAME_FLOAT(-st.estimate.omega_e_rad_s, mirrored.estimate.omega_e_rad_s);

@@ -27,8 +27,8 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_TRUE_MESSAGE(info->group < PARAM_GROUPS, info->name);
         TEST_ASSERT_EQUAL_size_t(i, params_find(info->name)); /* names are unique */
     }
-    TEST_ASSERT_TRUE(params_count() <=
-                     105u); /* 100, four of the guard of the speed, one of the blend */
+    /* 100, four of the guard of the speed, one of the blend, one of the expected acceleration */
+    TEST_ASSERT_TRUE(params_count() <= 106u);
     TEST_ASSERT_NULL(params_info(params_count()));
     TEST_ASSERT_EQUAL_STRING("", params_text(params_count()));
 }

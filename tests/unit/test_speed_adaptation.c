@@ -14,7 +14,7 @@ static const speed_adaptation_params_t plain = {
     .ki_rad_per_s2_Wb_A = KI,
     .leak_per_s_Wb_A = LEAK,
     .eps1_mode = SPEED_ADAPTATION_EPS1_OFF,
-    .leak_to_prior = false,
+    .accel_share = 0.0f,
     .near_zero_on_rad_s = 16.0f,
     .near_zero_off_rad_s = 20.0f,
     .omega_max_rad_s = OMEGA_MAX,
@@ -48,11 +48,10 @@ static speed_adaptation_config_t config_of(int machine, const speed_adaptation_p
     return cfg;
 }
 
-static speed_adaptation_config_t leaking(bool to_prior)
+static speed_adaptation_config_t leaking(void)
 {
     speed_adaptation_params_t params = plain;
     params.eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS;
-    params.leak_to_prior = to_prior;
     return config_of(0, &params);
 }
 
@@ -68,7 +67,7 @@ static speed_adaptation_in_t random_in(uint32_t *seed)
                                    .e1_A = {5.0f * noise(seed), 5.0f * noise(seed)},
                                    .omega_s_hat_rad_s = 60.0f * noise(seed),
                                    .omega_e_hat_rad_s = 60.0f * noise(seed),
-                                   .prior_rad_s = 100.0f * noise(seed),
+                                   .expected_step_rad_s = 0.5f * noise(seed),
                                    .gain = {500.0f * noise(seed) - 400.0f, 60.0f * noise(seed),
                                             3.0f * noise(seed), 2.0f * noise(seed)}};
 }
@@ -92,8 +91,9 @@ static void test_no_error_holds_the_speed(void)
         params.phi_factor = 0.5f;
         const speed_adaptation_config_t cfg = config_of(0, &params);
         speed_adaptation_state_t st = {.x_rad_s = 123.0f};
-        const speed_adaptation_in_t in = {
-            .lambda_r_hat_Wb = {0.4f, 0.3f}, .omega_s_hat_rad_s = 3.0f, .prior_rad_s = 50.0f};
+        const speed_adaptation_in_t in = {.lambda_r_hat_Wb = {0.4f, 0.3f},
+                                          .omega_s_hat_rad_s = 3.0f,
+                                          .expected_step_rad_s = 50.0f};
         for (int k = 0; k < 100; k++) {
             const speed_adaptation_out_t out = speed_adaptation_step(&cfg, &st, &in);
             ASSERT_SAME_FLOAT(123.0f, out.omega_e_hat_rad_s);
@@ -126,12 +126,13 @@ static double g1_angle(int machine, const speed_adaptation_in_t *in)
 }
 
 /* The whole law in double precision. */
-static void assert_step_is_eq_19(speed_adaptation_eps1_mode_t mode, bool to_prior, float phi_factor)
+static void assert_step_is_eq_19(speed_adaptation_eps1_mode_t mode, float accel_share,
+                                 float phi_factor)
 {
     uint32_t seed = 17u;
     speed_adaptation_params_t params = plain;
     params.eps1_mode = mode;
-    params.leak_to_prior = to_prior;
+    params.accel_share = accel_share;
     params.phi_factor = phi_factor;
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         const speed_adaptation_config_t cfg = config_of(machine, &params);
@@ -143,10 +144,10 @@ static void assert_step_is_eq_19(speed_adaptation_eps1_mode_t mode, bool to_prio
             const double phi = (double)phi_factor * ramp * g1_angle(machine, &in);
             const double z =
                 cimag(conj(complex_of(in.lambda_r_hat_Wb)) * complex_of(in.e1_A) * cexp(-I * phi));
-            const double x0 = to_prior ? (double)in.prior_rad_s : 0.0;
+            const double step = (double)accel_share * (double)in.expected_step_rad_s;
             const double c = (mode == SPEED_ADAPTATION_EPS1_OFF) ? 0.0 : (double)LEAK;
             const double T = (double)PERIOD_S;
-            const double x_next = x + T * ((double)KI * z - c * fabs(z) * (x - x0));
+            const double x_next = x + T * ((double)KI * z - c * fabs(z) * x) + step;
             const speed_adaptation_out_t out = speed_adaptation_step(&cfg, &st, &in);
             /* A micro-radian in phi, times |lambda| |e1| < 6; the sum of speeds below 500 rad/s. */
             ASSERT_NEAR(2e-5, z, out.z_Wb_A);
@@ -158,24 +159,24 @@ static void assert_step_is_eq_19(speed_adaptation_eps1_mode_t mode, bool to_prio
 
 static void test_step_without_leak_is_a_pi_law(void)
 {
-    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_OFF, false, 0.0f);
-    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_OFF, true, 0.0f);
+    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_OFF, 0.0f, 0.0f);
+    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_OFF, 0.7f, 0.0f);
 }
 
 static void test_step_leaks_to_zero(void)
 {
-    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_ALWAYS, false, 0.0f);
+    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_ALWAYS, 0.0f, 0.0f);
 }
 
-static void test_step_leaks_to_the_prior(void)
+static void test_step_takes_its_share_of_the_expected_acceleration(void)
 {
-    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_ALWAYS, true, 0.0f);
+    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_ALWAYS, 0.7f, 0.0f);
 }
 
 static void test_step_turns_the_projection_by_phi(void)
 {
-    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_OFF, false, 0.576f);
-    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_ALWAYS, true, 1.0f);
+    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_OFF, 0.0f, 0.576f);
+    assert_step_is_eq_19(SPEED_ADAPTATION_EPS1_ALWAYS, 0.7f, 1.0f);
 }
 
 static void test_error_does_not_depend_on_the_frames_angle(void)
@@ -221,7 +222,7 @@ static void test_step_mirrors_bit_for_bit(void)
     uint32_t seed = 23u;
     speed_adaptation_params_t params = plain;
     params.eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS;
-    params.leak_to_prior = true;
+    params.accel_share = 0.7f;
     params.phi_factor = 0.576f;
     const speed_adaptation_config_t cfg = config_of(1, &params);
     speed_adaptation_state_t st = {.x_rad_s = 40.0f};
@@ -232,7 +233,7 @@ static void test_step_mirrors_bit_for_bit(void)
                                        .e1_A = ab_conj(in.e1_A),
                                        .omega_s_hat_rad_s = -in.omega_s_hat_rad_s,
                                        .omega_e_hat_rad_s = -in.omega_e_hat_rad_s,
-                                       .prior_rad_s = -in.prior_rad_s,
+                                       .expected_step_rad_s = -in.expected_step_rad_s,
                                        .gain = in.gain};
         other.gain.l1_im_per_s = -in.gain.l1_im_per_s;
         other.gain.l2_im_ohm = -in.gain.l2_im_ohm;
@@ -291,7 +292,7 @@ static void test_readings_of_eps1_are_different_numbers(void)
 /* The leak's bound: |x| <= K_I/c, reached under a constant error. */
 static void test_constant_error_ends_at_the_bound_of_the_leak(void)
 {
-    const speed_adaptation_config_t cfg = leaking(false);
+    const speed_adaptation_config_t cfg = leaking();
     speed_adaptation_state_t st = {0};
     const speed_adaptation_in_t in = in_with_z(4.0f);
     for (int k = 0; k < 10000; k++) {
@@ -300,40 +301,19 @@ static void test_constant_error_ends_at_the_bound_of_the_leak(void)
     ASSERT_NEAR(1e-3, KI / LEAK, st.x_rad_s);
 }
 
-static void test_leak_of_a_whole_sample_lands_on_the_prior(void)
+static void test_leak_of_a_whole_sample_lands_on_zero(void)
 {
     speed_adaptation_params_t params = plain;
     params.eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS;
-    params.leak_to_prior = true;
     params.ki_rad_per_s2_Wb_A = 0.0f;
     params.leak_per_s_Wb_A = 1e5f; /* 20 per sample and Wb A */
     const speed_adaptation_config_t cfg = config_of(0, &params);
     const float z[2] = {3.0f, -0.06f};
     for (int k = 0; k < 2; k++) {
         speed_adaptation_state_t st = {.x_rad_s = 100.0f};
-        speed_adaptation_in_t in = in_with_z(z[k]);
-        in.prior_rad_s = -20.0f;
+        const speed_adaptation_in_t in = in_with_z(z[k]);
         (void)speed_adaptation_step(&cfg, &st, &in);
-        ASSERT_SAME_FLOAT(-20.0f, st.x_rad_s);
-    }
-}
-
-static void test_prior_is_limited_like_the_speed(void)
-{
-    speed_adaptation_params_t params = plain;
-    params.eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS;
-    params.leak_to_prior = true;
-    params.leak_per_s_Wb_A = 100.0f; /* .02 per sample and Wb A: a fiftieth of the way */
-    params.ki_rad_per_s2_Wb_A = 0.0f;
-    const speed_adaptation_config_t cfg = config_of(0, &params);
-    const float prior[3] = {1e6f, -1e6f, NAN};
-    const double expected[3] = {0.02 * OMEGA_MAX, -0.02 * OMEGA_MAX, -0.02 * OMEGA_MAX};
-    for (int k = 0; k < 3; k++) {
-        speed_adaptation_state_t st = {0};
-        speed_adaptation_in_t in = in_with_z(1.0f);
-        in.prior_rad_s = prior[k];
-        (void)speed_adaptation_step(&cfg, &st, &in);
-        ASSERT_NEAR(1e-5, expected[k], st.x_rad_s);
+        ASSERT_SAME_FLOAT(0.0f, st.x_rad_s);
     }
 }
 
@@ -374,7 +354,7 @@ static void test_leak_of_the_other_modes_does_not_look_at_the_frequency(void)
     const speed_adaptation_config_t off = config_of(0, &plain);
     TEST_ASSERT_FALSE(leaks(&off, &st, 0.0f));
     st.near_zero = false;
-    const speed_adaptation_config_t always = leaking(false);
+    const speed_adaptation_config_t always = leaking();
     TEST_ASSERT_TRUE(leaks(&always, &st, 300.0f));
 }
 
@@ -495,7 +475,7 @@ static void test_no_input_makes_the_speed_non_finite(void)
 {
     speed_adaptation_params_t params = plain;
     params.eps1_mode = SPEED_ADAPTATION_EPS1_ALWAYS;
-    params.leak_to_prior = true;
+    params.accel_share = 0.7f;
     params.phi_factor = 0.576f;
     const speed_adaptation_config_t cfg = config_of(1, &params);
     for (int bad = 0; bad < NOT_FINITE_COUNT; bad++) {
@@ -508,7 +488,7 @@ static void test_no_input_makes_the_speed_non_finite(void)
                                        &in.e1_A.beta,
                                        &in.omega_s_hat_rad_s,
                                        &in.omega_e_hat_rad_s,
-                                       &in.prior_rad_s,
+                                       &in.expected_step_rad_s,
                                        &in.gain.l1_re_per_s,
                                        &in.gain.l1_im_per_s,
                                        &in.gain.l2_re_ohm,
@@ -589,6 +569,21 @@ static void test_init_refuses_more_than_the_whole_angle(void)
     TEST_ASSERT_FALSE(accepted(&params));
 }
 
+static void test_init_refuses_more_than_the_whole_acceleration(void)
+{
+    const float taken[2] = {0.0f, 1.0f};
+    const float refused[3] = {-0.001f, 1.001f, NAN};
+    speed_adaptation_params_t params = plain;
+    for (int k = 0; k < 2; k++) {
+        params.accel_share = taken[k];
+        TEST_ASSERT_TRUE(accepted(&params));
+    }
+    for (int k = 0; k < 3; k++) {
+        params.accel_share = refused[k];
+        TEST_ASSERT_FALSE(accepted(&params));
+    }
+}
+
 static void test_init_refuses_an_unknown_mode(void)
 {
     speed_adaptation_params_t params = plain;
@@ -620,7 +615,7 @@ int main(void)
     RUN_TEST(test_no_error_holds_the_speed);
     RUN_TEST(test_step_without_leak_is_a_pi_law);
     RUN_TEST(test_step_leaks_to_zero);
-    RUN_TEST(test_step_leaks_to_the_prior);
+    RUN_TEST(test_step_takes_its_share_of_the_expected_acceleration);
     RUN_TEST(test_step_turns_the_projection_by_phi);
     RUN_TEST(test_error_does_not_depend_on_the_frames_angle);
     RUN_TEST(test_phi_is_taken_anew_in_every_fourth_period);
@@ -629,8 +624,7 @@ int main(void)
     RUN_TEST(test_three_readings_of_eps1_give_their_difference_equations);
     RUN_TEST(test_readings_of_eps1_are_different_numbers);
     RUN_TEST(test_constant_error_ends_at_the_bound_of_the_leak);
-    RUN_TEST(test_leak_of_a_whole_sample_lands_on_the_prior);
-    RUN_TEST(test_prior_is_limited_like_the_speed);
+    RUN_TEST(test_leak_of_a_whole_sample_lands_on_zero);
     RUN_TEST(test_leak_near_zero_frequency_has_hysteresis);
     RUN_TEST(test_leak_of_the_other_modes_does_not_look_at_the_frequency);
     RUN_TEST(test_phi_makes_the_adaptation_gain_positive_everywhere);
@@ -646,6 +640,7 @@ int main(void)
     RUN_TEST(test_init_takes_zero_gains_but_no_zero_limits);
     RUN_TEST(test_init_refuses_crossed_thresholds);
     RUN_TEST(test_init_refuses_more_than_the_whole_angle);
+    RUN_TEST(test_init_refuses_more_than_the_whole_acceleration);
     RUN_TEST(test_init_refuses_an_unknown_mode);
     RUN_TEST(test_init_refuses_senseless_machine_data_and_period);
     return UNITY_END();

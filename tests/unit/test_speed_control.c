@@ -288,6 +288,10 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         ASSERT_NEAR(1e-5, 41.0, st.omega_ref_rad_s);
         ASSERT_NEAR(1e-5, kp * error - 1.5, i_q_A);
         ASSERT_NEAR(1e-6, -1.5 + 0.25 * 31.0 * kp * 2e-4 * error, st.pi.x);
+        /* What is left beside the load accelerates: p^2 kr lambda/J. */
+        const double accel_rad_s2_per_A = 31.0 / kp;
+        ASSERT_NEAR(1e-5, accel_rad_s2_per_A * 2e-4 * (double)(i_q_A - st.pi.x),
+                    st.expected_step_rad_s);
     }
 }
 
@@ -717,11 +721,27 @@ static void test_one_that_is_tracked_follows_the_speed(void)
     TEST_ASSERT_EQUAL_FLOAT(2.5f, st.i_q_A);
 }
 
+/* Whoever else sets the torque current: nobody knows what is left to accelerate. */
+static void test_no_change_of_speed_is_expected_unless_the_controller_acts(void)
+{
+    const speed_control_state_t acted = {.i_q_A = 2.0f, .expected_step_rad_s = 0.3f};
+    speed_control_state_t st = acted;
+    speed_control_track(&st, 2.5f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.expected_step_rad_s);
+    st = acted;
+    speed_control_wait(&st, 31.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.expected_step_rad_s);
+    st = acted;
+    speed_control_seed(&simple, &st, 2.5f, 5.0f, 31.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.expected_step_rad_s);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_at_the_limit_is_within_a_twentieth_of_it);
     RUN_TEST(test_one_that_is_tracked_follows_the_speed);
+    RUN_TEST(test_no_change_of_speed_is_expected_unless_the_controller_acts);
     RUN_TEST(test_init_derives_the_gains_of_both_machines);
     RUN_TEST(test_init_takes_the_square_of_the_pole_pairs);
     RUN_TEST(test_init_refuses_every_bad_number_and_leaves_the_config);

@@ -191,6 +191,23 @@ static void test_a_torque_is_wanted_as_its_current(void)
     ASSERT_NEAR(1e-3, 100.0, st.speed.omega_ref_rad_s); /* speed mode goes on from it */
 }
 
+/* The estimate knows of an M that is not what was told; of no flux at all it says nothing. */
+static void test_torque_mode_makes_up_for_the_flux_that_is_there(void)
+{
+    const double there[4] = {0.85, 1.15, 0.1, 3.0};
+    const double made_up_for[4] = {0.85, 1.15, VECTOR_FLUX_LEAST_PU, VECTOR_FLUX_MOST_PU};
+    const double kr = (double)p.motor.M_H / (double)p.motor.Lr_H;
+    asked.aim = DRIVE_AIM_TORQUE;
+    asked.torque_ref_Nm = -3.0f;
+    for (int n = 0; n < 4; n++) {
+        estimate.lambda_Wb = (float)there[n] * cfg->flux.lambda_ref_Wb;
+        for (int k = 0; k < 100; k++) {
+            (void)step();
+        }
+        ASSERT_NEAR(2e-5, -3.0 / (2.0 * kr * (double)p.speed.lambda_Wb) / made_up_for[n], step().q);
+    }
+}
+
 static void test_a_stop_takes_its_own_ramp(void)
 {
     asked.aim = DRIVE_AIM_STOP;
@@ -487,6 +504,7 @@ int main(void)
     RUN_TEST(test_a_speed_is_wanted_of_flux_and_speed_control);
     RUN_TEST(test_slow_work_is_due_in_its_slots);
     RUN_TEST(test_a_torque_is_wanted_as_its_current);
+    RUN_TEST(test_torque_mode_makes_up_for_the_flux_that_is_there);
     RUN_TEST(test_a_stop_takes_its_own_ramp);
     RUN_TEST(test_not_running_there_is_flux_without_torque);
     RUN_TEST(test_the_torque_current_stays_in_its_window);

@@ -45,7 +45,7 @@ EVENT = np.dtype(
         ("u_beta_V", np.float32),
         ("i_alpha_A", np.float32),
         ("i_beta_A", np.float32),
-        ("prior_rad_s", np.float32),
+        ("expected_step_rad_s", np.float32),
         ("omega_frame_rad_s", np.float32),
         ("omega_e_rad_s", np.float32),
         ("lambda_alpha_Wb", np.float32),

@@ -25,11 +25,12 @@
 
 /* One period: what the estimator is given. */
 typedef struct {
-    ab_t u_s_V;         /* mean over the interval that just ended, less what an Rs other than the
-                           parameter's takes: the estimator keeps the resistance it was designed with */
-    ab_t i_s_A;         /* sampled now */
-    float prior_rad_s;  /* best guess of the speed beside the estimate */
-    bool frame_imposed; /* the stator frequency is known: a mode turns the frame */
+    ab_t u_s_V; /* mean over the interval that just ended, less what an Rs other than the
+                   parameter's takes: the estimator keeps the resistance it was designed with */
+    ab_t i_s_A; /* sampled now */
+    float expected_step_rad_s; /* how much the torque current should have changed the speed since
+                                  the last period, as far as inertia and load are known; else 0 */
+    bool frame_imposed;        /* the stator frequency is known: a mode turns the frame */
     float omega_frame_rad_s;
 } estimator_in_t;
 

@@ -46,6 +46,10 @@ typedef struct {
     speed_control_in_t plan;    /* of every fourth period */
 } vector_state_t;
 
+/* Torque mode makes up for a flux that is so much off at most. */
+#define VECTOR_FLUX_LEAST_PU 0.67f
+#define VECTOR_FLUX_MOST_PU  1.5f
+
 /* Flux below which the estimate does not say where it points. Caught in turning without flux, it
  * says so from the first: nothing else builds it up. */
 #define VECTOR_CAUGHT_MIN_PU 0.01f

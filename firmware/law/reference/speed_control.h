@@ -6,6 +6,9 @@
  * The integrator waits at a limit. Electrical speeds. Inside, i_q is meant at nominal flux. The
  * bandwidth may grow with speed: where the estimate is slow, at low speed, the loop has to be
  * slower than at high speed.
+ *
+ * The integrator is the torque of the load; what i_q is beyond it accelerates. That much change of
+ * the speed is expected, and the estimator may be told.
  */
 #ifndef SPEED_CONTROL_H
 #define SPEED_CONTROL_H
@@ -18,7 +21,7 @@
 #define SPEED_CONTROL_AT_LIMIT_PU 0.95f
 
 /* Largest slip, over the speed error, of the torque that the error asks for. */
-#define SPEED_CONTROL_SLIP_MAX 2.0f
+#define SPEED_CONTROL_SLIP_MAX 2.5f
 
 typedef struct {
     float bandwidth_rad_s;
@@ -47,7 +50,8 @@ typedef struct {
     float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float gain_extra_max;       /* ... up to 1 + this */
     float slow_rad_s;
-    float A_per_Nm; /* torque to current at nominal flux */
+    float A_per_Nm;         /* torque to current at nominal flux */
+    float step_rad_s_per_A; /* change of the speed in one period, per ampere that accelerates */
     float torque_step_A;
     float torque_max_rad_s;
     float torque_min_rad_s;
@@ -56,10 +60,11 @@ typedef struct {
 typedef struct {
     pi_state_t pi;
     float omega_filtered_rad_s;
-    float omega_ref_rad_s; /* after the slew limit */
-    float gain_extra;      /* bandwidth over that of slow speed is 1 + this */
-    float i_q_A;           /* allowed last, at nominal flux: where torque mode begins */
-    float low_A;           /* what is allowed, at nominal flux */
+    float omega_ref_rad_s;     /* after the slew limit */
+    float gain_extra;          /* bandwidth over that of slow speed is 1 + this */
+    float expected_step_rad_s; /* what that current does to the speed until the next period */
+    float i_q_A;               /* allowed last, at nominal flux: where torque mode begins */
+    float low_A;               /* what is allowed, at nominal flux */
     float high_A;
 } speed_control_state_t;
 
@@ -117,6 +122,7 @@ static inline void speed_control_track(speed_control_state_t *st, float i_q_A)
 {
     st->pi.x = i_q_A;
     st->i_q_A = i_q_A;
+    st->expected_step_rad_s = 0.0f;
     st->omega_ref_rad_s = st->omega_filtered_rad_s;
 }
 
@@ -130,6 +136,7 @@ static inline void speed_control_follow(speed_control_state_t *st, float omega_r
 static inline void speed_control_wait(speed_control_state_t *st, float omega_hat_rad_s)
 {
     st->pi.x = 0.0f;
+    st->expected_step_rad_s = 0.0f;
     st->omega_ref_rad_s = omega_hat_rad_s;
     st->omega_filtered_rad_s = omega_hat_rad_s;
 }
@@ -140,6 +147,7 @@ static inline void speed_control_seed(const speed_control_config_t *cfg, speed_c
 {
     st->pi.x = limitf(i_q_A, cfg->i_q_max_A);
     st->i_q_A = st->pi.x;
+    st->expected_step_rad_s = 0.0f;
     st->omega_ref_rad_s = omega_ref_rad_s;
     st->omega_filtered_rad_s = omega_hat_rad_s;
 }

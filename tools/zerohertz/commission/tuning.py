@@ -20,8 +20,8 @@ P1_FROM, P1_TO = 0.2, 0.6
 # Adaptation: s^2 + (|p1| + g kp) s + g ki, g = lambda^2 kr/(sigma Ls) from speed to lambda e1_q.
 ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
 # Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
-SPEED_SLOW, SPEED_FAST = 0.36, 0.51
-SPEED_FROM = 0.15
+SPEED_SLOW, SPEED_FAST = 0.37, 0.72
+SPEED_FROM = 0.144
 # Sensed voltage up to this share of rated frequency, the duty from twice that on.
 BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
@@ -132,7 +132,8 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
         "speed_bandwidth_rad_s": SPEED_SLOW * slow,
         "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
         "speed_slow_rad_s": SPEED_FROM * slow,
-        "speed_ki_factor": 0.08,
+        "speed_ki_factor": 0.14,
+        "adapt_accel_share": 0.85,
         "speed_filter_s": 0.0005,
         "speed_J_kg_m2": J_kg_m2,
         "speed_slew_rad_s2": slew,

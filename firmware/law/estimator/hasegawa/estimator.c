@@ -68,7 +68,7 @@ void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const 
         .e1_A = e->i_residual_A,
         .omega_s_hat_rad_s = e->omega_s_rad_s,
         .omega_e_hat_rad_s = e->omega_e_rad_s,
-        .prior_rad_s = in->prior_rad_s,
+        .expected_step_rad_s = in->expected_step_rad_s,
         .gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm, g->l2_im_ohm}};
     e->omega_e_rad_s =
         speed_adaptation_step(&cfg->adaptation, &st->adaptation, &adaptation_in).omega_e_hat_rad_s;

@@ -26,7 +26,7 @@ static speed_adaptation_params_t adaptation_params(const params_t *p)
                                        .ki_rad_per_s2_Wb_A = p->adapt_ki,
                                        .leak_per_s_Wb_A = leak(p),
                                        .eps1_mode = (speed_adaptation_eps1_mode_t)p->eps1_mode,
-                                       .leak_to_prior = false,
+                                       .accel_share = p->adapt_accel_share,
                                        .near_zero_on_rad_s = NUM_TWO_PI * p->eps1_on_Hz,
                                        .near_zero_off_rad_s = NUM_TWO_PI * p->eps1_off_Hz,
                                        .omega_max_rad_s = p->omega_max_rad_s,

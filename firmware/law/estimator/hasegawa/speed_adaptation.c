@@ -11,10 +11,11 @@ static bool params_valid(const speed_adaptation_params_t *p)
                            (p->near_zero_off_rad_s >= p->near_zero_on_rad_s);
     const bool phi =
         (p->phi_factor >= 0.0f) && (p->phi_factor <= 1.0f) && positivef(p->phi_ramp_rad_s);
+    const bool accel = (p->accel_share >= 0.0f) && (p->accel_share <= 1.0f);
     const bool mode = (p->eps1_mode == SPEED_ADAPTATION_EPS1_OFF) ||
                       (p->eps1_mode == SPEED_ADAPTATION_EPS1_ALWAYS) ||
                       (p->eps1_mode == SPEED_ADAPTATION_EPS1_NEAR_ZERO);
-    return gains && near_zero && phi && mode;
+    return gains && near_zero && phi && accel && mode;
 }
 
 bool speed_adaptation_init(speed_adaptation_config_t *cfg, const speed_adaptation_params_t *params,
@@ -102,12 +103,12 @@ speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cf
 {
     const float limit = cfg->p.omega_max_rad_s;
     const float z_Wb_A = adaptation_error(cfg, st, in);
-    float x_rad_s = st->x_rad_s + cfg->ki_T_rad_per_s_Wb_A * z_Wb_A;
+    float x_rad_s = st->x_rad_s + cfg->ki_T_rad_per_s_Wb_A * z_Wb_A +
+                    cfg->p.accel_share * in->expected_step_rad_s;
     if (leak_on(cfg, st, in->omega_s_hat_rad_s)) {
-        /* eq. (19); a share above 1 would overshoot the prior. */
-        const float x0_rad_s = cfg->p.leak_to_prior ? limitf(in->prior_rad_s, limit) : 0.0f;
+        /* eq. (19); a share above 1 would overshoot zero. */
         const float share = minf(cfg->leak_T_per_Wb_A * absf(z_Wb_A), 1.0f);
-        x_rad_s -= share * (st->x_rad_s - x0_rad_s);
+        x_rad_s -= share * st->x_rad_s;
     }
     st->x_rad_s = limitf(x_rad_s, limit);
     const float omega_rad_s = cfg->p.kp_rad_per_s_Wb_A * z_Wb_A + st->x_rad_s;

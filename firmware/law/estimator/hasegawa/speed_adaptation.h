@@ -1,10 +1,13 @@
 /* Rotor speed from the observer's current error: PI adaptation with the eps1-modification, eq.
  * (19).
  *
- *   z = Im(conj(lambda_hat) e1 exp(-j phi)),  x' = K_I z - c |z| (x - x0),  w_hat = K_P z + x
+ *   z = Im(conj(lambda_hat) e1 exp(-j phi)),  x' = K_I z - c |z| x + f a,  w_hat = K_P z + x
  *
  * c in 1/(s Wb A). The paper's eps1 has no unit; three readings convert to c (THEORY 3).
  * phi (default 0) widens the region that stays stable with a wrong Rs (THEORY 2).
+ * a is the acceleration that the torque current should make, f the share of it that is believed
+ * (default 0). Without it the estimate of an accelerating shaft lags until z has grown to a/K_I,
+ * and the speed loop that sees this lag resonates.
  */
 #ifndef SPEED_ADAPTATION_H
 #define SPEED_ADAPTATION_H
@@ -29,7 +32,7 @@ typedef struct {
     float ki_rad_per_s2_Wb_A;
     float leak_per_s_Wb_A; /* c */
     speed_adaptation_eps1_mode_t eps1_mode;
-    bool leak_to_prior;        /* x0 = prior instead of 0 */
+    float accel_share;         /* f, 0..1 */
     float near_zero_on_rad_s;  /* |w_s| below: leak on */
     float near_zero_off_rad_s; /* |w_s| above: leak off; >= on */
     float omega_max_rad_s;     /* bound of x and of w_hat, electrical */
@@ -58,10 +61,10 @@ typedef struct {
 typedef struct {
     ab_t lambda_r_hat_Wb;
     ab_t e1_A;
-    float omega_s_hat_rad_s; /* stator frequency estimate */
-    float omega_e_hat_rad_s; /* speed estimate of the last period: phi's operating point */
-    float prior_rad_s;       /* x0 when leak_to_prior */
-    observer_gain_t gain;    /* L in use: phi needs D(j w_s) */
+    float omega_s_hat_rad_s;   /* stator frequency estimate */
+    float omega_e_hat_rad_s;   /* speed estimate of the last period: phi's operating point */
+    float expected_step_rad_s; /* a T */
+    observer_gain_t gain;      /* L in use: phi needs D(j w_s) */
 } speed_adaptation_in_t;
 
 typedef struct {
@@ -70,7 +73,8 @@ typedef struct {
 } speed_adaptation_out_t;
 
 /* False unless all are finite, gains, leak and near_zero_on >= 0, near_zero_off >= on,
- * omega_max and phi_ramp > 0, 0 <= phi_factor <= 1, and machine data and period are positive. */
+ * omega_max and phi_ramp > 0, phi_factor and accel_share in 0..1, and machine data and period are
+ * positive. */
 CHECKED bool speed_adaptation_init(speed_adaptation_config_t *cfg,
                                    const speed_adaptation_params_t *params,
                                    const motor_model_t *motor, float period_s);
