@@ -21,7 +21,7 @@
 #define SPEED_CONTROL_AT_LIMIT_PU 0.95f
 
 /* Largest slip, over the speed error, of the torque that the error asks for. */
-#define SPEED_CONTROL_SLIP_MAX 2.5f
+#define SPEED_CONTROL_SLIP_MAX 2.0f
 
 typedef struct {
     float bandwidth_rad_s;
