@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import itertools
 import json
 import shutil
-from pathlib import Path
 
 import pytest
 import typer
@@ -121,7 +121,6 @@ def test_beside_a_peer_both_forms_tell_the_ratios(
     rounds = [peer.Round(0.8, 2400.0, 1200.0), peer.Round(1.0, 2000.0, 1000.0)]
     rounds.append(peer.Round(0.5, 2000.0, 1000.0))
     again = itertools.cycle(rounds)
-    monkeypatch.setattr(peer, "peer_python", lambda _: Path("python"))
     monkeypatch.setattr(peer, "_round", lambda *_: next(again))
     counted = peer.Instructions(firmware=1254.6, plant=759.4)
     monkeypatch.setattr(peer, "instructions", lambda _: counted)
@@ -136,6 +135,10 @@ def test_beside_a_peer_both_forms_tell_the_ratios(
     shown = CliRunner().invoke(app, ["bench", "--peer"]).stdout
     for text in ("motulator 0.5.0", "3000", "1255", "759"):
         assert text in shown
+
+
+def test_the_peer_is_the_version_that_is_told() -> None:
+    assert importlib.metadata.version(peer.PACKAGE) == peer.VERSION
 
 
 def test_the_peer_gets_the_case_of_the_files() -> None:

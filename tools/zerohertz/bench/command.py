@@ -60,7 +60,7 @@ def bench(
         ),
     ] = False,
     peer: Annotated[
-        bool, typer.Option("--peer", help="Only the SIL beside motulator, installed for this.")
+        bool, typer.Option("--peer", help="Only the SIL beside motulator 0.5.0.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:

@@ -1,6 +1,6 @@
 """The SIL beside motulator, a simulator of drives in Python: same case, same machine, same minute.
 
-motulator is installed for this alone, into a virtual environment of its own under .cache.
+motulator runs in a process of its own; tools/zh installs it with the test packages.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from zerohertz.bench import measure
 from zerohertz.bench.measure import BOARD, MOTOR, RIG, SCENARIO, Say
 from zerohertz.build import ensure_built
 from zerohertz.errors import UserError
-from zerohertz.paths import ROOT
 
 PACKAGE, VERSION = "motulator", "0.5.0"
 PEER_S = 3.0  # of simulation; its speed does not depend on the length
@@ -52,12 +51,11 @@ class Instructions:
 
 def measure_peer(say: Say, rounds: int = ROUNDS) -> dict[str, Any]:
     """Both inverters; every ratio is the median over the rounds."""
-    python = peer_python(say)
     peer: dict[str, Any] = {"package": f"{PACKAGE} {VERSION}"}
     counted: dict[str, Any] = {}
     for model in ("averaged", "switched"):
         say(f"{PACKAGE} and the SIL in turn, {model} inverter")
-        done = [_round(python, model) for _ in range(rounds)]
+        done = [_round(model) for _ in range(rounds)]
         for part in ("peer", "batch", "single"):
             speed = statistics.median(getattr(r, part) for r in done)
             peer[f"{model}_{part}_sim_s_per_cpu_s"] = round(speed, 2)
@@ -66,18 +64,6 @@ def measure_peer(say: Say, rounds: int = ROUNDS) -> dict[str, Any]:
         say(f"counting instructions, {model} inverter")
         counted[model] = dataclasses.asdict(instructions(model))
     return {"peer": peer, "instructions_per_period": counted}
-
-
-def peer_python(say: Say) -> Path:
-    """The interpreter that has the package, made when there is none."""
-    folder = ROOT / ".cache" / f"{PACKAGE}-{VERSION}"
-    python = folder / "bin" / "python"
-    if not (folder / "ready").is_file():
-        say(f"installing {PACKAGE} {VERSION} into {folder}")
-        _must(sys.executable, "-m", "venv", "--clear", str(folder))
-        _must(str(python), "-m", "pip", "install", "--quiet", f"{PACKAGE}=={VERSION}")
-        (folder / "ready").touch()
-    return python
 
 
 def peer_case(model: str) -> dict[str, Any]:
@@ -117,7 +103,7 @@ def instructions(model: str) -> Instructions:
     return Instructions(firmware=round(firmware, 1), plant=round(count(None) - firmware, 1))
 
 
-def _round(python: Path, model: str) -> Round:
+def _round(model: str) -> Round:
     jobs = [
         sim.Job(
             scenario=SCENARIO,
@@ -132,7 +118,7 @@ def _round(python: Path, model: str) -> Round:
         for seed in range(1, DRIVES + 1)
     ]
     sim.run_batch([dataclasses.replace(job, max_steps=1000) for job in jobs])  # library warm
-    peer = _peer_speed(python, model)
+    peer = _peer_speed(model)
     batch = _speed(lambda: sim.run_batch(jobs))
     return Round(peer=peer, batch=batch, single=_speed(lambda: [sim.run(jobs[0])]))
 
@@ -146,9 +132,10 @@ def _speed(run: Any) -> float:
     return sum(record.steps * record.period_s for record in records) / cpu_s
 
 
-def _peer_speed(python: Path, model: str) -> float:
+def _peer_speed(model: str) -> float:
     case = peer_case(model)
-    done = _must(str(python), str(Path(__file__).with_name("peer_case.py")), stdin=json.dumps(case))
+    program = Path(__file__).with_name("peer_case.py")
+    done = _must(sys.executable, str(program), stdin=json.dumps(case))
     told = json.loads(done)
     wanted_rpm = case["speed_ref_rpm"][-1][1]
     if not abs(told["speed_rpm"] - wanted_rpm) < 0.05 * wanted_rpm:
