@@ -26,6 +26,8 @@ class Machine:
 
 # Table 1 of Hasegawa (2005).
 TABLE_1 = Machine(Rs_ohm=0.93, Rr_ohm=0.50, Ls_H=0.110, Lr_H=0.102, M_H=0.102)
+# data/im_bench/motor.toml
+IM_BENCH = Machine(Rs_ohm=0.0697, Rr_ohm=0.03471, Ls_H=2.77e-3, Lr_H=2.77e-3, M_H=2.66e-3)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,6 +44,7 @@ def record(
     duration_s: float = 1.5,
     period_s: float = 200e-6,
     omega_e_rad_s: tuple[float, float] = (180.0, 195.0),
+    move_s: float = 0.05,
     slip_rad_s: float = 5.0,
     flux_Wb: float = 0.45,
 ) -> Recording:
@@ -52,8 +55,8 @@ def record(
     det = machine.Ls_H * machine.Lr_H - machine.M_H**2
 
     def speed(t_s: float) -> float:
-        # Half way through, within 50 ms, from the first speed to the second.
-        share = min(max((t_s - before_s - 0.5 * duration_s) / 0.05, 0.0), 1.0)
+        # Half way through, within move_s, from the first speed to the second.
+        share = min(max((t_s - before_s - 0.5 * duration_s) / move_s, 0.0), 1.0)
         return omega_e_rad_s[0] + share * (omega_e_rad_s[1] - omega_e_rad_s[0])
 
     def voltage(angle_rad: float, t_s: float) -> complex:

@@ -9,13 +9,11 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from zerohertz.errors import UserError
 from zerohertz.motor import Motor, load_motor
 from zerohertz.replay import plot
-from zerohertz.replay.estimate import Estimate, run_estimator
 from zerohertz.replay.log import (
     Declaration,
     Log,
@@ -25,30 +23,16 @@ from zerohertz.replay.log import (
     parse_columns,
     read_log,
 )
-from zerohertz.replay.motor_folder import folder_with_table
-from zerohertz.replay.resample import Stream, resample
-from zerohertz.replay.statistics import SpeedError, speed_error
+from zerohertz.replay.nuisance import fit_voltage
+from zerohertz.replay.output import Result, as_dict, show
+from zerohertz.replay.run import METHODS, Replay, Settings, Voltage
+from zerohertz.replay.statistics import speed_error
+from zerohertz.replay.tuning import own_table
 
-METHODS = {"euler": 0, "second": 1}
-GAINS = ("table", "zero")
+GAINS = ("design", "table", "zero")
 PERIODS_S = (20e-6, 2e-3)  # param_list.def: period_s
-HEADROOM = 4.0
-FULL_SCALES_A = (0.1, 1e4)  # param_list.def: current_full_scale_A
 # A log begins in mid run; the start is wrong by this much on purpose, so that convergence is seen.
 INITIAL_PU = 0.8
-
-
-@dataclasses.dataclass(frozen=True)
-class Settings:
-    """How the log is run."""
-
-    period_s: float
-    method: str
-    table: bool
-    voltage_delay_s: float
-    initial_rad_s: float
-    overrides: dict[str, float]
-
 
 LogArgument = Annotated[Path, typer.Argument(metavar="LOG.csv", help="Recorded log.")]
 MotorOption = Annotated[
@@ -71,11 +55,27 @@ OwnOption = Annotated[bool, typer.Option("--own", help="Run at the log's own per
 MethodOption = Annotated[
     str, typer.Option(help="Discretisation: second (order, bias-free) or euler.")
 ]
-GainOption = Annotated[str, typer.Option(help="L: table (of the motor's method) or zero.")]
+GainOption = Annotated[
+    str,
+    typer.Option(
+        help="L: table (of the motor's method), zero, or design (for this log, with K_I and lag "
+        "correction). Default: table where DIR has one, else design."
+    ),
+]
 InitialOption = Annotated[
     float | None, typer.Option(help="First speed estimate, rad/s electrical; default: 20 % wrong.")
 ]
 DelayOption = Annotated[float, typer.Option(help="The logged voltage acted this much later, s.")]
+VoltageGainOption = Annotated[
+    float, typer.Option(help="The voltage that acted, over the logged one.")
+]
+CornerOption = Annotated[
+    float | None,
+    typer.Option(help="Of the lag correction, rad/s; 0: the estimate as the drive has it."),
+]
+FitOption = Annotated[
+    bool, typer.Option(help="Say as well what is left when the voltage is fitted to the sensor.")
+]
 SettleOption = Annotated[float, typer.Option(help="Statistics begin here, s into the log.")]
 UntilOption = Annotated[float, typer.Option(help="Statistics end here, s.")]
 SetOption = Annotated[
@@ -101,9 +101,12 @@ def replay(
     period: PeriodOption = None,
     own: OwnOption = False,
     method: MethodOption = "second",
-    gain: GainOption = "table",
+    gain: GainOption = "",
     initial: InitialOption = None,
     voltage_delay: DelayOption = 0.0,
+    voltage_gain: VoltageGainOption = 1.0,
+    corner: CornerOption = None,
+    fit: FitOption = True,
     settle: SettleOption = 0.1,
     until: UntilOption = math.inf,
     override: SetOption = None,
@@ -125,52 +128,30 @@ def replay(
     settings = Settings(
         period_s=_period_s(period, own, log, motor),
         method=_choice(method, "--method", METHODS),
-        table=_choice(gain, "--gain", GAINS) == "table",
-        voltage_delay_s=_finite(voltage_delay, "--voltage-delay"),
+        gain=_choice(gain or ("table" if own_table(motor_dir) else "design"), "--gain", GAINS),
         initial_rad_s=_initial_rad_s(initial, log),
         overrides=_overrides(override or []),
+        corner_rad_s=None if corner is None else _corner_rad_s(corner),
     )
-    stream, estimate = run(log, motor, motor_dir, settings)
-    error = speed_error(stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, settle, until)
+    voltage = Voltage(
+        gain=_positive(voltage_gain, "--voltage-gain"),
+        delay_s=_finite(voltage_delay, "--voltage-delay"),
+    )
+    replayed = Replay.of(log, motor, motor_dir, settings)
+    stream, speed = replayed.run(voltage)
+    error = speed_error(stream.t_s, speed, stream.omega_e_rad_s, settle, until)
+    result = Result(replayed, voltage, error, None)
+    if fit:
+        result = dataclasses.replace(result, fit=fit_voltage(replayed, voltage, settle, until))
     if plot_file is not None:
         title = f"{log_csv.name}, motor {motor.name}, {1e6 * settings.period_s:g} µs"
-        plot.write_plot(
-            plot_file, title, stream.t_s, estimate.omega_e_rad_s, stream.omega_e_rad_s, error
-        )
-    settings = dataclasses.replace(settings, table=_uses_table(motor, settings))
+        plot.write_plot(plot_file, title, stream.t_s, speed, stream.omega_e_rad_s, error)
     if as_json:
-        print(json.dumps(_as_dict(log, motor, settings, error)))
+        print(json.dumps(as_dict(result)))
     else:
-        _show(log, motor, settings, error)
+        show(result)
     if plot_file is not None:
         print(f"plot: {plot_file}", file=sys.stderr)
-
-
-def run(log: Log, motor: Motor, motor_dir: Path, settings: Settings) -> tuple[Stream, Estimate]:
-    """The observer over the log, as the settings say."""
-    stream = resample(log, settings.period_s, settings.voltage_delay_s)
-    if len(stream.t_s) == 0:
-        raise UserError(
-            f"{log.file}: too short for a period of {settings.period_s:g} s and a voltage delay "
-            f"of {settings.voltage_delay_s:g} s"
-        )
-    # The observer bounds its states at twice the full scale of a board, which a log does not have:
-    # wide enough that a wrong start is not held back.
-    full_scale_A = float(np.clip(HEADROOM * np.max(np.abs(log.i_s_A)), *FULL_SCALES_A))
-    overrides = {
-        "current_full_scale_A": full_scale_A,
-        "observer_method": METHODS[settings.method],
-        "observer_gain_enable": int(settings.table),
-        **settings.overrides,
-    }
-    folder = folder_with_table(motor, motor_dir)
-    return stream, run_estimator(folder, overrides, stream, settings.initial_rad_s)
-
-
-def _uses_table(motor: Motor, settings: Settings) -> bool:
-    """Whether the firmware had an L other than 0: a table may be all zero or be switched off."""
-    enabled = settings.overrides.get("observer_gain_enable", float(settings.table))
-    return enabled != 0.0 and motor.design.method != "zero"
 
 
 def _period_s(period: float | None, own: bool, log: Log, motor: Motor) -> float:
@@ -199,6 +180,18 @@ def _finite(value: float, option: str) -> float:
     return value
 
 
+def _positive(value: float, option: str) -> float:
+    if not (math.isfinite(value) and value > 0.0):
+        raise UserError(f"{option}: is {value}; a number above 0 is needed")
+    return value
+
+
+def _corner_rad_s(value: float) -> float:
+    if not (math.isfinite(value) and value >= 0.0):
+        raise UserError(f"--corner: is {value}; 0 or a number above 0 is needed")
+    return value
+
+
 def _initial_rad_s(initial: float | None, log: Log) -> float:
     if initial is None:
         return INITIAL_PU * float(log.omega_e_rad_s[0])
@@ -215,34 +208,3 @@ def _overrides(assignments: list[str]) -> dict[str, float]:
         except ValueError:
             raise UserError(f"--set: '{text}' is not NAME=VALUE with a number") from None
     return overrides
-
-
-def _as_dict(log: Log, motor: Motor, settings: Settings, error: SpeedError) -> dict[str, Any]:
-    return {
-        "log": log.file,
-        "motor": motor.name,
-        "log_period_s": log.period_s,
-        "scaling": log.scaling,
-        "scaling_declared": log.scaling_declared,
-        **dataclasses.asdict(settings),
-        "error": dataclasses.asdict(error),
-    }
-
-
-def _show(log: Log, motor: Motor, settings: Settings, error: SpeedError) -> None:
-    declared = "" if log.scaling_declared else " (assumed; declare it with --scaling)"
-    own = " (the log's own)" if settings.period_s == log.period_s else ""
-    # A shaft speed means more to most people than an electrical one.
-    rpm = 60.0 / (2.0 * math.pi * motor.nameplate.pole_pairs)
-    share = f", {100.0 * error.rms_pu:.2f} % of the speed" if error.rms_pu is not None else ""
-    settled = f"from {error.settled_s:.3f} s on" if error.settled_s is not None else "never"
-    print(f"log       {log.file}: {len(log.t_s)} rows, {1e6 * log.period_s:g} µs")
-    print(f"scaling   {log.scaling} invariant{declared}")
-    print(f"motor     {motor.name}; L {motor.design.method if settings.table else 'zero'}")
-    print(f"period    {1e6 * settings.period_s:g} µs{own}, method {settings.method}")
-    print(f"start     {settings.initial_rad_s:.1f} rad/s el., flux 0")
-    print(f"compared  {error.from_s:.4g} s to {error.until_s:.4g} s, {error.samples} periods")
-    print(f"rms       {error.rms_rad_s:.2f} rad/s el. ({error.rms_rad_s * rpm:.2f} min⁻¹{share})")
-    print(f"mean      {error.mean_rad_s:+.2f} rad/s el. ({error.mean_rad_s * rpm:+.2f} min⁻¹)")
-    print(f"largest   {error.max_rad_s:.2f} rad/s el. ({error.max_rad_s * rpm:.2f} min⁻¹)")
-    print(f"within 5% {settled}")

@@ -18,8 +18,9 @@ class Estimate:
     """What the estimator believed after each sample; power invariant, electrical."""
 
     omega_e_rad_s: FloatArray
+    omega_s_rad_s: FloatArray  # stator frequency
     lambda_r_Wb: FloatArray  # magnitude
-    residual_A: FloatArray  # magnitude of estimated minus measured current
+    z_Wb_A: FloatArray  # Im(conj(lambda) e1), what the adaptation integrates
 
 
 def run_estimator(
@@ -39,8 +40,11 @@ def run_estimator(
     start = events(1, verb=Verb.SEED, omega_e_rad_s=initial_omega_e_rad_s)
     with Estimator(motor_dir, overrides, period_s=stream.period_s) as estimator:
         out = estimator.run(np.concatenate((start, steps)))[1:]
+    flux_Wb = out["lambda_alpha_Wb"] + 1j * out["lambda_beta_Wb"].astype(np.float64)
+    residual_A = out["residual_alpha_A"] + 1j * out["residual_beta_A"].astype(np.float64)
     return Estimate(
         omega_e_rad_s=out["omega_e_rad_s"].astype(np.float64),
-        lambda_r_Wb=np.hypot(out["lambda_alpha_Wb"], out["lambda_beta_Wb"]),
-        residual_A=np.hypot(out["residual_alpha_A"], out["residual_beta_A"]),
+        omega_s_rad_s=out["omega_s_rad_s"].astype(np.float64),
+        lambda_r_Wb=np.abs(flux_Wb),
+        z_Wb_A=np.imag(np.conj(flux_Wb) * residual_A),
     )
