@@ -114,11 +114,12 @@ def _experiment(figure: int | None, situation: str | None) -> tuple[int, str]:
 
 def _print_verdicts(report: Report) -> None:
     from zerohertz.report.page import short_reason
+    from zerohertz.scenario.evaluate import score, score_by_eye
     from zerohertz.scenario.figures import PAPER, our_verdict
 
     console = Console()
     table = Table(title="Hasegawa (2005) and ours", title_justify="left")
-    for name in ("fig.", "experiment", "paper", "ours, worst seed", "match", "seeds"):
+    for name in ("fig.", "experiment", "paper", "ours, worst seed", "match", "seeds", "by eye"):
         table.add_column(name, justify="right" if name in ("fig.", "seeds") else "left")
     for result in report.results:
         table.add_row(
@@ -127,14 +128,16 @@ def _print_verdicts(report: Report) -> None:
             our_verdict(result),
             "[blue]yes[/blue]" if result.match else "[red]NO[/red]",
             f"{result.seeds_matched}/{len(result.judgements)}",
+            "[blue]yes[/blue]" if result.match_by_eye else "[red]NO[/red]",
         )
     console.print()
     console.print(table)
     for result in report.results:
-        if not result.match:
+        if not result.match_by_eye:
             console.print(f"Fig. {result.key}: {short_reason(result)}", highlight=False)
-    matched = sum(result.match for result in report.results)
-    console.print(f"paper: {matched} of {len(report.results)} figures match", highlight=False)
+    matched, seen = score(report.results), score_by_eye(report.results)
+    said = f"paper: {matched} of {len(report.results)} figures match, {seen} by eye"
+    console.print(said, highlight=False)
     for result in report.situations:
         word = "held" if result.match else "not held"
         console.print(f"recommended: {result.key}: {word} ({our_verdict(result)})", highlight=False)

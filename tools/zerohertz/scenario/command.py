@@ -47,7 +47,8 @@ def figures(
     """Run the experiments of Hasegawa (2005), Figs. 6-18, and judge them.
 
     Configuration `paper` is judged by the paper's outcomes: a figure matches only with margin and
-    for every seed. Any other configuration is judged as a good drive in the same four situations.
+    for every seed; "by eye" asks more, so that who sees both plots agrees. Any other configuration
+    is judged as a good drive in the same four situations.
     The score is a report: exit 0 whatever it is, unless --require asks for one.
     """
     # Here and not above: other commands need not wait for scipy.
@@ -99,16 +100,21 @@ def _print_table(content: dict[str, Any], results: list[Any], setup: Setup) -> N
     table.add_column("ours")
     table.add_column("match")
     table.add_column("seeds", justify="right")
+    if paper:
+        table.add_column("by eye")
     table.add_column("guard acting")
     table.add_column("why not, worst seed")
     for result in results:
         row = [result.key, *(PAPER[int(result.key)] if paper else ()), our_verdict(result)]
-        word = "[green]yes[/green]" if result.match else "[red]no[/red]"
-        seeds = f"{result.seeds_matched}/{len(result.judgements)}"
-        table.add_row(*row, word, seeds, _acting(content, result), result.reason or "")
+        row += [_word(result.match), f"{result.seeds_matched}/{len(result.judgements)}"]
+        row += [_word(result.match_by_eye)] if paper else []
+        table.add_row(*row, _acting(content, result), _why_not(result))
     console = Console()
     console.print(table)
     console.print(f"score {content['score']} of {len(results)}", highlight=False)
+    if paper:
+        eye = f"by eye {content['score_by_eye']} of {len(results)}: a stricter reading of its own"
+        console.print(eye, highlight=False)
     console.print(f"beside the predicates, our own: {content['own_condition']}", highlight=False)
     if paper:
         spread = content["sensitivity"]
@@ -118,6 +124,17 @@ def _print_table(content: dict[str, Any], results: list[Any], setup: Setup) -> N
             f"({content['sensitivity_source']})",
             highlight=False,
         )
+
+
+def _word(match: bool) -> str:
+    return "[green]yes[/green]" if match else "[red]no[/red]"
+
+
+def _why_not(result: Any) -> str:
+    """What the eye objects to only where the predicate holds."""
+    if result.reason or not result.reason_by_eye:
+        return result.reason or ""
+    return f"by eye: {result.reason_by_eye}"
 
 
 def _acting(content: dict[str, Any], result: Any) -> str:

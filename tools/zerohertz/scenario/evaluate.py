@@ -11,6 +11,7 @@ import numpy as np
 
 from zerohertz import sim
 from zerohertz.scenario import predicates
+from zerohertz.scenario.by_eye import judge_by_eye
 from zerohertz.scenario.predicates import (
     FIGURES,
     NEEDS,
@@ -55,6 +56,25 @@ class Result:
     key: str
     predicate: str
     judgements: tuple[Judgement, ...]
+    by_eye: tuple[Judgement, ...] = ()  # the stricter reading, of the paper's figures alone
+
+    @property
+    def seeds_by_eye(self) -> int:
+        return sum(j.match for j in self.by_eye)
+
+    @property
+    def match_by_eye(self) -> bool:
+        return bool(self.by_eye) and self.seeds_by_eye == len(self.by_eye)
+
+    @property
+    def reason_by_eye(self) -> str | None:
+        """What an eye objects to in the worst seed, the predicate's own clauses left out."""
+        if not self.by_eye or self.match_by_eye:
+            return None
+        worst = min(self.by_eye, key=lambda j: j.margin)
+        own = {c.text for j in self.judgements for c in j.clauses}
+        seen = [str(c) for c in worst.failing if c.text not in own]
+        return "; ".join(seen) or "its predicate does not hold"
 
     @property
     def seeds_matched(self) -> int:
@@ -76,13 +96,18 @@ class Result:
     def as_json(self) -> dict[str, Any]:
         """Measured are the numbers of the first seed, then margin and reason of the worst."""
         extra = {"worst_margin": _finite(self.worst.margin), "reason": self.reason}
+        eye = {
+            "match": self.match_by_eye,
+            "seeds_matched": self.seeds_by_eye,
+            "reason": self.reason_by_eye,
+        }
         return {
             "match": self.match,
             "seeds_matched": self.seeds_matched,
             "seeds": len(self.judgements),
             "predicate": self.predicate,
             "measured": dict(self.judgements[0].measured) | extra,
-        }
+        } | ({"by_eye": eye} if self.by_eye else {})
 
 
 def job(run: Run) -> sim.Job:
@@ -162,17 +187,18 @@ def evaluate_figures(
     found = dict(
         zip(((r.seed, r.figure) for r in runs), measure_all(runs, workers, progress), strict=True)
     )
-    return [
-        Result(
-            str(figure),
-            predicates.TEXT[figure],
-            tuple(
-                judge(figure, {n: found[seed, n] for n in (figure, *NEEDS.get(figure, ()))})
-                for seed in range(1, seeds + 1)
-            ),
-        )
-        for figure in FIGURES
-    ]
+    return [_result(figure, seeds, found) for figure in FIGURES]
+
+
+def _result(figure: int, seeds: int, found: Mapping[tuple[int, int], Measures]) -> Result:
+    compared = (figure, *NEEDS.get(figure, ()))
+    measures = [{n: found[seed, n] for n in compared} for seed in range(1, seeds + 1)]
+    return Result(
+        str(figure),
+        predicates.TEXT[figure],
+        tuple(judge(figure, m) for m in measures),
+        tuple(judge_by_eye(figure, m) for m in measures),
+    )
 
 
 def evaluate_situations(
@@ -204,6 +230,10 @@ def evaluate_situations(
 
 def score(results: Iterable[Result]) -> int:
     return sum(r.match for r in results)
+
+
+def score_by_eye(results: Iterable[Result]) -> int:
+    return sum(r.match_by_eye for r in results)
 
 
 def _finite(value: float) -> float:

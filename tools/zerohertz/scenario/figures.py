@@ -10,7 +10,7 @@ from typing import Any
 
 from zerohertz import param_list
 from zerohertz.paths import ROOT
-from zerohertz.scenario.evaluate import Result, score
+from zerohertz.scenario.evaluate import Result, score, score_by_eye
 from zerohertz.scenario.predicates import NOT_HELD_SHARE, NOT_HELD_TEXT
 from zerohertz.scenario.setup import Setup, figure_scenario, scenario_file
 
@@ -111,6 +111,7 @@ def result_json(
     return {
         "config": setup.name,
         "score": score(results),
+        **({"score_by_eye": score_by_eye(results)} if any(r.by_eye for r in results) else {}),
         "figures": {r.key: r.as_json() for r in results},
         "ours": {r.key: our_verdict(r) for r in results if r.worst.measured.keys() & _TELLING},
         "guard_acting": {

@@ -16,6 +16,7 @@ from zerohertz.scenario.signals import (
     Signals,
     largest,
     load_pu_at,
+    longest_s,
     lost_at_s,
     ripple,
     sustained,
@@ -33,6 +34,9 @@ STABLE_FIGURES = (6, 7, 10, 11, 12, 16)
 # the firmware (lambda_max_Wb, omega_max_rad_s), it is the bound that holds the drive.
 NOT_HELD_TEXT = "estimate not held by its bounds"
 NOT_HELD_SHARE = 0.05
+
+# Of by_eye.py: zero held again; i_q* stuck; estimate and shaft agree.
+STANDING_RPM, STANDING_A, STUCK_A, AGREE_RPM = 30.0, 5.0, 12.0, 30.0
 
 # What each figure is compared with.
 NEEDS: Mapping[int, tuple[int, ...]] = {7: (6,), 11: (10,), 12: (11,), 18: (17,)}
@@ -142,6 +146,11 @@ class StepMeasures:
     sustained_error_rpm: float
     sustained_error_tight_rpm: float
     worst_second_limit_share: float
+    # Of by_eye.py.
+    pre_estimate_rms_rpm: float
+    regained_s: float  # longest time on end that zero is held, t0+20 s .. t0+30 s
+    last_current_share: float  # of the last 10 s with |i_q*| at 12 A or more
+    agree_share: float  # of hold with |w_hat - w| <= 30
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
         apart = ("trip", "first_fault", "sustained_error_tight_rpm")
@@ -190,7 +199,21 @@ def measure_step(s: Signals) -> StepMeasures:
         sustained_error_rpm=sustained(late_error, 0.5, s.step_s),
         sustained_error_tight_rpm=sustained(late_error, 0.5 * (1.0 + TIGHT), s.step_s),
         worst_second_limit_share=worst_share(s.at_limit[late], 1.0, s.step_s),
+        **_measure_by_eye(s),
     )
+
+
+def _measure_by_eye(s: Signals) -> dict[str, float]:
+    pre, hold, last = s.window(-1.0, -s.step_s), s.window(3.0, 30.0), s.window(20.0, 30.0)
+    off_rpm = s.speed_hat_rpm - s.speed_rpm
+    i_q_ref_A = np.abs(s.i_q_ref_A[last])
+    standing = (np.abs(s.speed_rpm[last]) <= STANDING_RPM) & (i_q_ref_A < STANDING_A)
+    return {
+        "pre_estimate_rms_rpm": float(np.sqrt(_mean(np.square(off_rpm[pre])))),
+        "regained_s": longest_s(standing, s.step_s) if s.covers(30.0) else np.nan,
+        "last_current_share": _mean(i_q_ref_A >= STUCK_A) if s.covers(30.0) else np.nan,
+        "agree_share": _mean(np.abs(off_rpm[hold]) <= AGREE_RPM) if s.covers(30.0) else np.nan,
+    }
 
 
 def _mean(values: np.ndarray) -> float:
@@ -302,9 +325,10 @@ class RampMeasures:
     lost_late_pu: float
     f_s_end_Hz: float
     f_s_abs_end_Hz: float
+    before_loss_rpm: float  # |w_hat - w| one second before LOST; NaN: never LOST
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
-        names = ("lost_s", "lost_pu", "f_s_end_Hz", "f_s_abs_end_Hz")
+        names = ("lost_s", "lost_pu", "f_s_end_Hz", "f_s_abs_end_Hz", "before_loss_rpm")
         return {k: _number(getattr(self, k)) for k in names}
 
 
@@ -314,7 +338,10 @@ def measure_ramp(s: Signals) -> RampMeasures:
     # of |f_s| and not of f_s: one that swings about zero is not near zero.
     f_s_Hz = s.f_s_Hz[s.window(39.5, 40.0)]
     loads_pu = (load_pu_at(s, t) for t in lost)
-    return RampMeasures(*lost, *loads_pu, _mean(f_s_Hz), _mean(np.abs(f_s_Hz)))
+    off_rpm = np.abs(s.speed_hat_rpm - s.speed_rpm)
+    before_s = s.event_s + lost[0] - 1.0
+    before_rpm = float(np.interp(before_s, s.t_s, off_rpm)) if np.isfinite(lost[0]) else np.nan
+    return RampMeasures(*lost, *loads_pu, _mean(f_s_Hz), _mean(np.abs(f_s_Hz)), before_rpm)
 
 
 def _figure_17(m: RampMeasures, tight: float) -> tuple[Clause, ...]:

@@ -123,6 +123,15 @@ def worst_share(flags: NDArray[np.bool_], duration_s: float, step_s: float) -> f
     return float(np.max(total[n:] - total[:-n]) / n)
 
 
+def longest_s(flags: NDArray[np.bool_], step_s: float) -> float:
+    """The longest time on end that the flags are true; NaN when there is none to look at."""
+    if len(flags) == 0:
+        return np.nan
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
+    lengths = edges[1::2] - edges[::2]
+    return float(np.max(lengths - 1, initial=0) * step_s)
+
+
 def lost_at_s(signals: Signals, error_rpm: float, limit_s: float) -> float:
     """Seconds from the start of the ramp to LOST; infinity when it never is.
 
