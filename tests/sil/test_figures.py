@@ -43,6 +43,7 @@ def test_the_committed_result_is_of_this_rig_and_tuning(name):
 def test_the_committed_score_is_the_number_of_matches():
     stored = committed("paper")
     assert stored["score"] == sum(f["match"] for f in stored["figures"].values())
+    assert stored["score_by_eye"] == sum(f["by_eye"]["match"] for f in stored["figures"].values())
     assert stored["score"] >= 9
     assert set(stored["figures"]) == {str(n) for n in FIGURES}
     assert all(f["seeds"] == 6 for f in stored["figures"].values())
@@ -65,3 +66,7 @@ def same_verdict(result, stored):
     elif stored["seeds_matched"] == 0:
         assert not result.match, "better than committed: run zh figures --sensitivity --write"
     assert set(result.as_json()["measured"]) == set(stored["measured"])
+    if "by_eye" in stored and stored["by_eye"]["match"]:
+        assert result.match_by_eye, result.reason_by_eye
+    elif "by_eye" in stored and stored["by_eye"]["seeds_matched"] == 0:
+        assert not result.match_by_eye, "better than committed, by eye: run zh figures --write"
