@@ -25,7 +25,7 @@ from zerohertz.commission.folder import BOARD, store, stored_parameters
 from zerohertz.commission.plate import Plate
 from zerohertz.commission.run import inertia_kg_m2
 from zerohertz.commission.solve import solve
-from zerohertz.drive import State
+from zerohertz.drive import Fault, State
 from zerohertz.errors import UserError
 from zerohertz.gain_design.command import JSON_NAME
 from zerohertz.gain_design.table import design_table, table_json
@@ -193,12 +193,25 @@ class _Run:
 
     def __enter__(self) -> _Run:
         waited_s, step_s = 0.0, 0.1
-        while (state := self._command().state) != State.RUN:
-            if state == State.FAULT or waited_s > _PATIENCE_S:
-                raise UserError(f"turning: the drive does not start; it is {State(state).name}")
+        while (status := self._command()).state != State.RUN:
+            if status.faults & Fault.FLYING_START and waited_s < _PATIENCE_S:
+                waited_s += self._coast()
+                continue
+            if status.state == State.FAULT or waited_s > _PATIENCE_S:
+                name = State(status.state).name
+                raise UserError(f"turning: the drive does not start; it is {name}")
             self._pause(step_s)
             waited_s += step_s
         return self
+
+    def _coast(self) -> float:
+        """A heavy rotor still turned, and the drive refused it: waits, and takes the fault back."""
+        self._drive.stop()
+        self._pause(COAST_S)
+        self._drive.command(link.RESET)
+        self._pause(1.0)
+        self._drive.stop()
+        return COAST_S
 
     def __exit__(self, kind: object, *_: object) -> None:
         try:
