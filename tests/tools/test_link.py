@@ -27,8 +27,9 @@ from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.line import SerialLine, TcpLine
 from zerohertz.link.live import picture
 from zerohertz.link.parameters import Parameter, record_lines
+from zerohertz.link.ports import BrokerEnd
 from zerohertz.link.recording import recording, unit_of, write
-from zerohertz.link.server import LinkedDrive, PtyEnd, TcpEnd, serve
+from zerohertz.link.server import LinkedDrive, PtyEnd, serve
 from zerohertz.link.siphash import DEVELOPMENT_KEY, load_key, siphash_2_4
 from zerohertz.paths import ROOT
 
@@ -393,7 +394,7 @@ def test_the_picture_of_the_live_plot_names_its_curves() -> None:
 
 
 @contextlib.contextmanager
-def served(end: TcpEnd | PtyEnd) -> Iterator[None]:
+def served(end: BrokerEnd | PtyEnd) -> Iterator[None]:
     """The drive in a thread, as fast as it goes."""
     stop = threading.Event()
     with LinkedDrive(job()) as drive:
@@ -405,10 +406,11 @@ def served(end: TcpEnd | PtyEnd) -> Iterator[None]:
         finally:
             stop.set()
             thread.join(10.0)
+            end.close()
 
 
 def test_the_commands_over_tcp(tmp_path: Path) -> None:
-    end = TcpEnd(0)
+    end = BrokerEnd(0)
     app, runner = make_app(), CliRunner()
 
     def zh(*words: str) -> str:
@@ -500,10 +502,9 @@ def test_a_terminal_device_serves_the_same_bytes() -> None:
 
 
 def test_a_line_that_closes_is_told() -> None:
-    end = TcpEnd(0)
+    end = BrokerEnd(0)
     line = TcpLine(end.port)
-    end.exchange(b"", 1.0)
-    end._peer.close()  # type: ignore[union-attr]
+    end.close()
     with pytest.raises(UserError, match="the other end has closed"):
         line.receive(1.0)
 

@@ -100,7 +100,7 @@ def commission(
     for doubt in warnings(told):
         notes.print(f"warning: nameplate: {doubt}")
     if linked:
-        with open_client(port, baud, sil, tcp, key) as drive:
+        with open_client(port, baud, sil, tcp, key, share=True) as drive:
             unlock_drive(drive, unlock, key)
             found = finding.of_drive(drive, path.stem, told, notes.print, rotate)
             if save:

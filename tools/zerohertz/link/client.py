@@ -19,13 +19,15 @@ from zerohertz.link.siphash import DEVELOPMENT_KEY, Seal, response
 
 PROTOCOL = 1
 RUN, RESET, TORQUE_OFF, COMMISSION, TORQUE_MODE = 1, 2, 4, 8, 16
-_ANSWER = 0x80
+ANSWER = 0x80
 _TRIES = 4
 _WORDS_U, _WORDS_F = 9, 10  # of a status
 _TRACE_WORDS, _RECORD_WORDS = 6, 5
 _STORE_CONFLICT_AT = struct.calcsize("<8I")
 _STORE_TAIL_AT = _STORE_CONFLICT_AT + struct.calcsize("<HHBf")
 _NOT_NOW, _REFUSED, _NOT_SEALED = 8, 10, 11  # statuses of an answer
+TAKEN = 12  # by another client of the broker
+_BROKERS_OWN = (TAKEN, 13)  # they come with their reason
 _LOCKED_OUT_S = 11.0
 _POLL_S = 0.05
 
@@ -57,6 +59,10 @@ class Op(IntEnum):
     FAULT_READ = 0x42
     FAULT_CLEAR = 0x43
     SEALED = 0x50
+    # Of a broker alone (broker.py); a drive does not know them.
+    CLIENT = 0x60
+    ROLES = 0x61
+    TICKET = 0x62
 
 
 REASONS = {
@@ -70,6 +76,8 @@ REASONS = {
     8: "not now: only with the gates off, or the drive is locked out for a while",
     9: "is protected; give --unlock",
     11: "needs the key of the drive; give --key FILE",
+    TAKEN: "another program has it",
+    13: "the drive does not answer",
     10: "is in range, but refused together with the other values, or by the drive as it stands",
 }
 
@@ -216,11 +224,27 @@ class FaultRecord:
     signals: tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class Roles:
+    """Clients of a broker by number."""
+
+    own: int
+    commander: int  # 0: nobody runs the drive
+    names: dict[int, str]
+
+
 class Client:
     """Requests to one drive, each answered before the next is sent."""
 
-    def __init__(self, line: Line, timeout_s: float = 0.5, key: bytes = DEVELOPMENT_KEY) -> None:
+    def __init__(
+        self,
+        line: Line,
+        timeout_s: float = 0.5,
+        key: bytes = DEVELOPMENT_KEY,
+        wait_for_lock: bool = True,
+    ) -> None:
         self._line = line
+        self._wait_for_lock = wait_for_lock
         self._key = key
         self._seal: Seal | None = None
         self._timeout_s = timeout_s
@@ -243,11 +267,11 @@ class Client:
             until = time.monotonic() + self._timeout_s
             while (left_s := until - time.monotonic()) > 0.0:
                 for frame in self._reader.feed(self._line.receive(left_s)):
-                    if (frame.sequence, frame.op) == (self._sequence, op | _ANSWER):
+                    if (frame.sequence, frame.op) == (self._sequence, op | ANSWER):
                         return self._body(frame, what or op.name.lower())
         heard = self._reader.noise.decode(errors="replace").strip()
         raise UserError(
-            f"no answer to {op.name.lower()}"
+            f"no answer to {what or op.name.lower()}"
             + (f"; what came instead: {heard[-200:]!r}" if heard else "; is the drive powered?")
         )
 
@@ -270,7 +294,7 @@ class Client:
     def _open(self, what: str, unlock: bool = False) -> None:
         """Answers a challenge; a drive gives none for a second from its power-up on, and for ten
         from the third wrong answer."""
-        until_s = time.monotonic() + _LOCKED_OUT_S
+        until_s = time.monotonic() + (_LOCKED_OUT_S if self._wait_for_lock else 0.0)
         while True:
             try:
                 body = self.request(Op.CHALLENGE, self._acting, what)
@@ -289,7 +313,9 @@ class Client:
 
     def _body(self, frame: Frame, what: str) -> bytes:
         if not frame.body or frame.body[0] != 0:
-            raise RefusedError(what, frame.body[0] if frame.body else -1, frame.body[1:])
+            status, detail = (frame.body[0] if frame.body else -1), frame.body[1:]
+            why = take_text(detail)[0] if status in _BROKERS_OWN and detail else ""
+            raise RefusedError(what, status, detail, why)
         return frame.body[1:]
 
     # --- what there is ---------------------------------------------------------------------
@@ -341,6 +367,27 @@ class Client:
     def session(self) -> int:
         """From here on this client acts on the drive, and nobody else."""
         return struct.unpack("<I", self.request(Op.SESSION))[0]
+
+    def forget_session(self) -> None:
+        """The next request that acts asks for a new one."""
+        self.__dict__.pop("session", None)
+        self._seal = None
+
+    def introduce(self, name: str) -> None:
+        """Tells a broker who is there; a drive does not want to know."""
+        told = name.encode()[:40]
+        with contextlib.suppress(RefusedError):
+            self.request(Op.CLIENT, bytes((len(told),)) + told, "hello")
+
+    def roles(self) -> Roles:
+        """Who else is at this broker, and who runs the drive."""
+        body = self.request(Op.ROLES)
+        own, commander = struct.unpack_from("<II", body)
+        names, rest = {}, body[9:]
+        for _ in range(body[8]):
+            number = struct.unpack_from("<I", rest)[0]
+            names[number], rest = take_text(rest[4:])
+        return Roles(own, commander, names)
 
     def get(self, names: list[str]) -> dict[str, float]:
         values: dict[str, float] = {}

@@ -6,9 +6,11 @@ import contextlib
 import dataclasses
 import json
 import math
+import os
 import re
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,9 +23,10 @@ from rich.text import Text
 from zerohertz.drive import Fault, State
 from zerohertz.errors import UserError
 from zerohertz.link import client as link
-from zerohertz.link.client import Client
+from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, SerialLine, TcpLine
 from zerohertz.link.parameters import record_lines
+from zerohertz.link.ports import BrokerEnd, line_to
 from zerohertz.link.recording import Recording, recording, write
 from zerohertz.link.siphash import load_key
 
@@ -59,14 +62,29 @@ def register(app: typer.Typer) -> None:
         app.command(command.__name__.rstrip("_"))(command)
 
 
+@contextlib.contextmanager
 def open_client(
-    port: str | None, baud: int, sil: bool, tcp: int, key: Path | None = None
-) -> Client:
-    """The drive that the options name; what can hurt is asked for with that key."""
+    port: str | None,
+    baud: int,
+    sil: bool,
+    tcp: int,
+    key: Path | None = None,
+    *,
+    share: bool = False,
+) -> Iterator[Client]:
+    """The drive that the options name; what can hurt is asked for with that key.
+
+    A broker that owns the drive's port is found. share: this command becomes one, for as long as
+    it runs, so that others can watch.
+    """
     if (port is not None) == sil:
         raise UserError("which drive? give --port DEVICE, or --sil for the one of tools/zh serve")
-    line = SerialLine(port, baud) if port is not None else TcpLine(tcp)
-    return Client(line, key=load_key(key))
+    secret = load_key(key)
+    line, hub = line_to(port, baud, secret, share) if port is not None else (TcpLine(tcp), None)
+    with hub or contextlib.nullcontext(), Client(line, key=secret) as drive:
+        if not isinstance(line, SerialLine):
+            drive.introduce(f"zh {' '.join(sys.argv[1:2])} ({os.getpid()})")
+        yield drive
 
 
 def serve(
@@ -99,11 +117,11 @@ def serve(
     """Run the firmware on the simulated rig and serve its host link, until interrupted."""
     from zerohertz.link import server
 
-    end = server.PtyEnd() if pty else server.TcpEnd(tcp)
+    end = server.PtyEnd() if pty else BrokerEnd(tcp)
     job = sil_job(config, load_Nm, set_params or [])
     if rig is not None:
         job = with_motor(job, rig)
-    with server.LinkedDrive(job, keep=keep) as drive:
+    with contextlib.closing(end), server.LinkedDrive(job, keep=keep) as drive:
         option = f"--port {end.name}" if pty else "--sil"
         option += f" --tcp {tcp}" if not pty and tcp != DEFAULT_TCP_PORT else ""
         print(f"zh: serving on {end.name}; try: tools/zh connect {option}", file=sys.stderr)
@@ -334,8 +352,16 @@ def take(
     wait_s: float,
 ) -> Recording:
     """Arms, waits, reads; UserError when the trigger does not come."""
-    drive.arm(names, **trigger, before=before, decimation=every, rows=rows)
     until_s = time.monotonic() + wait_s
+    while True:
+        try:
+            drive.arm(names, **trigger, before=before, decimation=every, rows=rows)
+            break
+        except RefusedError as refused:
+            # One trace at a time: whoever has it is done soon.
+            if refused.status != link.TAKEN or time.monotonic() > until_s:
+                raise
+            time.sleep(POLL_S)
     while (state := drive.trace_state()).state != 3:
         if time.monotonic() > until_s:
             drive.stop_trace()

@@ -28,18 +28,11 @@ class Line(Protocol):
     def close(self) -> None: ...
 
 
-class TcpLine:
-    """A socket on this machine."""
+class SocketLine:
+    """A connected socket."""
 
-    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
-        self._where = f"{host}:{port}"
-        try:
-            self._socket = socket.create_connection((host, port), timeout=_CONNECT_S)
-        except OSError as error:
-            raise UserError(
-                f"{self._where}: nobody answers ({error}); start tools/zh serve"
-            ) from None
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    def __init__(self, connected: socket.socket, where: str) -> None:
+        self._socket, self._where = connected, where
 
     def send(self, data: bytes) -> None:
         try:
@@ -48,44 +41,59 @@ class TcpLine:
             raise UserError(f"{self._where}: the connection is gone ({error})") from None
 
     def receive(self, timeout_s: float) -> bytes:
-        readable, _, _ = select.select([self._socket], [], [], timeout_s)
-        if not readable:
-            return b""
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, ValueError):  # closed meanwhile
+            readable, _, _ = select.select([self._socket], [], [], timeout_s)
+            if not readable:
+                return b""
             if data := self._socket.recv(65536):
                 return data
         raise UserError(f"{self._where}: the other end has closed the connection")
 
     def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
 
-class UnixLine(TcpLine):
-    """A socket in the file system: the emulated image's. Waits for it to be there."""
+class TcpLine(SocketLine):
+    """A socket on this machine."""
 
-    def __init__(self, path: Path) -> None:
-        self._where = str(path)
-        self._socket = socket.socket(socket.AF_UNIX)
-        until_s = time.monotonic() + _CONNECT_S
+    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
+        where = f"{host}:{port}"
+        try:
+            connected = socket.create_connection((host, port), timeout=_CONNECT_S)
+        except OSError as error:
+            raise UserError(f"{where}: nobody answers ({error}); start tools/zh serve") from None
+        connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        super().__init__(connected, where)
+
+
+class UnixLine(SocketLine):
+    """A socket in the file system: the emulated image's, or a broker's. Waits for it."""
+
+    def __init__(self, path: Path, wait_s: float = _CONNECT_S) -> None:
+        connected = socket.socket(socket.AF_UNIX)
+        until_s = time.monotonic() + wait_s
         while True:
             try:
-                self._socket.connect(self._where)
-                return
+                connected.connect(str(path))
+                break
             except OSError as error:
                 if time.monotonic() > until_s:
                     raise UserError(f"{path}: nobody answers ({error})") from None
             time.sleep(0.01)
+        super().__init__(connected, str(path))
 
 
 class SerialLine:
-    """A serial port, or the terminal that `zh serve --pty` names."""
+    """A serial port, or the terminal that `zh serve --pty` names; one program has it at a time."""
 
     def __init__(self, device: str, baud: int = DEFAULT_BAUD) -> None:
         import serial
 
         self._device = device
         try:
-            self._serial = serial.Serial(device, baud, timeout=0)
+            self._serial = serial.Serial(device, baud, timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
             raise UserError(f"--port {device}: cannot be opened ({error})") from None
 

@@ -78,7 +78,7 @@ def run(
         raise UserError("give --rpm SPEED or --torque-Nm TORQUE, or --stop, or --reset")
     if not all(map(math.isfinite, wanted)):
         raise UserError("--rpm, --torque-Nm: a finite number is needed")
-    with open_client(port, baud, sil, tcp, key) as drive:
+    with open_client(port, baud, sil, tcp, key, share=True) as drive:
         if reset:
             drive.command(link.RESET)
             time.sleep(POLL_S)

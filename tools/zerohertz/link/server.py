@@ -6,7 +6,6 @@ import contextlib
 import ctypes
 import os
 import select
-import socket
 import time
 import tty
 from collections.abc import Callable
@@ -27,7 +26,6 @@ from typing import Protocol, Self
 
 from zerohertz import sim
 from zerohertz.drive import check, library, raise_last_error
-from zerohertz.errors import UserError
 
 _CHUNK_BYTES = 4096
 _SLICE_S = 2e-3  # of the drive's time, between two looks at the line
@@ -137,41 +135,6 @@ class _End(Protocol):
     def exchange(self, say: bytes, wait_s: float) -> bytes: ...
 
 
-class TcpEnd:
-    """Listens on the loopback; one host at a time, the next when it has gone."""
-
-    def __init__(self, port: int) -> None:
-        self._peer: socket.socket | None = None
-        self._listener = socket.socket()
-        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            self._listener.bind(("127.0.0.1", port))
-        except OSError as error:
-            raise UserError(f"--tcp {port}: cannot be used ({error}); give another one") from None
-        self._listener.listen(1)
-        self.name = f"127.0.0.1:{self._listener.getsockname()[1]}"
-        self.port = self._listener.getsockname()[1]
-
-    def exchange(self, say: bytes, wait_s: float) -> bytes:
-        where = self._peer or self._listener
-        if self._peer and say:
-            with contextlib.suppress(OSError):
-                self._peer.sendall(say)
-        if not select.select([where], [], [], wait_s)[0]:
-            return b""
-        if self._peer is None:
-            self._peer, _ = self._listener.accept()
-            self._peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            return b""
-        data = b""
-        with contextlib.suppress(OSError):
-            data = self._peer.recv(_CHUNK_BYTES)
-        if not data:
-            self._peer.close()
-            self._peer = None
-        return data
-
-
 class PtyEnd:
     """A terminal device, for programs that know serial ports only."""
 
@@ -189,6 +152,9 @@ class PtyEnd:
                 return os.read(self._master, _CHUNK_BYTES)
         return b""
 
+    def close(self) -> None:
+        os.close(self._master)
+
 
 def serve(
     drive: LinkedDrive,
@@ -198,7 +164,7 @@ def serve(
 ) -> None:
     """Until `going_on` says no. speed: drive seconds per second, 0: as fast as it goes."""
     drive.run(1)
-    period_s = drive.state.time_s
+    period_s = drive.state.time_s / drive.state.periods
     periods = max(round(_SLICE_S / period_s), 1)
     slice_s = periods * period_s
     waiting, said = b"", b""

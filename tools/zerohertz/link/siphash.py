@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hmac
 from pathlib import Path
 
 from zerohertz.errors import UserError
@@ -62,7 +63,18 @@ class Seal:
     def of(self, request: bytes) -> bytes:
         """The request with what shows that it is ours, and the next one."""
         self._counter += 1
-        message = request + self._counter.to_bytes(4, "little")
+        return self._of(request, self._counter)
+
+    def fits(self, request: bytes, sealed: bytes) -> bool:
+        """The other end: whether who has the key sealed this, after all that came before."""
+        counter = int.from_bytes(sealed[len(request) : len(request) + 4], "little")
+        if counter <= self._counter or not hmac.compare_digest(self._of(request, counter), sealed):
+            return False
+        self._counter = counter
+        return True
+
+    def _of(self, request: bytes, counter: int) -> bytes:
+        message = request + counter.to_bytes(4, "little")
         return message + siphash_2_4(self._key, message).to_bytes(8, "little")
 
 
