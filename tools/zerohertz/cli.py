@@ -28,6 +28,7 @@ COMMAND_MODULES = (
     "zerohertz.replay.command",
     "zerohertz.link.command",
     "zerohertz.link.run_command",
+    "zerohertz.studio.command",
     "zerohertz.image.command",
     "zerohertz.image.params",
     "zerohertz.flash.command",

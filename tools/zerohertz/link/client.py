@@ -62,7 +62,6 @@ class Op(IntEnum):
     # Of a broker alone (broker.py); a drive does not know them.
     CLIENT = 0x60
     ROLES = 0x61
-    TICKET = 0x62
 
 
 REASONS = {

@@ -122,10 +122,16 @@ def serve(
     if rig is not None:
         job = with_motor(job, rig)
     with contextlib.closing(end), server.LinkedDrive(job, keep=keep) as drive:
-        option = f"--port {end.name}" if pty else "--sil"
-        option += f" --tcp {tcp}" if not pty and tcp != DEFAULT_TCP_PORT else ""
-        print(f"zh: serving on {end.name}; try: tools/zh connect {option}", file=sys.stderr)
+        where = f"--port {end.name}" if pty else None
+        print(serving_note(end.name, tcp, where), file=sys.stderr)
         server.serve(drive, end, speed)
+
+
+def serving_note(name: str, tcp: int, where: str | None = None) -> str:
+    """Where a served drive is, and how another command finds it."""
+    if where is None:
+        where = "--sil" if tcp == DEFAULT_TCP_PORT else f"--sil --tcp {tcp}"
+    return f"zh: serving on {name}; try: tools/zh connect {where}"
 
 
 def sil_job(config: str, load_Nm: str, assignments: list[str]) -> Any:

@@ -32,7 +32,7 @@ _READING = frozenset(
         *(Op.SAMPLE, Op.COMMISSIONING, Op.FAULT_LOG, Op.FAULT_RECORD, Op.FAULT_READ),
     }
 )
-_SEALED_OPS = frozenset({Op.SET, Op.SAVE, Op.COMMAND, Op.FAULT_CLEAR, Op.TICKET})
+_SEALED_OPS = frozenset({Op.SET, Op.SAVE, Op.COMMAND, Op.FAULT_CLEAR})
 
 
 class Lockout:
@@ -55,9 +55,9 @@ class Lockout:
 class Guest:
     """Bytes of one client in, answers out. One thread at a time calls `feed`."""
 
-    def __init__(self, broker: Broker, lockout: Lockout, issue: Callable[[], bytes] | None) -> None:
+    def __init__(self, broker: Broker, lockout: Lockout) -> None:
         self.name = "a client"
-        self._broker, self._lockout, self._issue = broker, lockout, issue
+        self._broker, self._lockout = broker, lockout
         self._reader = Reader()
         self._last: tuple[Frame, bytes] | None = None
         self._session = 0
@@ -178,8 +178,6 @@ class Guest:
     def _act(self, op: int, rest: bytes) -> bytes:
         if op == Op.COMMAND:
             return self._broker.command(self, rest)
-        if op == Op.TICKET:
-            return bytes((OK,)) + self._issue() if self._issue else refusal(_NO_SUCH_OP)
         if op == Op.SET and not self._may_set(rest):
             return refusal(PROTECTED)
         return self._broker.act(op, rest)

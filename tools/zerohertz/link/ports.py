@@ -7,13 +7,11 @@ import os
 import select
 import socket
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
 from zerohertz.errors import UserError
 from zerohertz.link.broker import Broker
-from zerohertz.link.client import Client
 from zerohertz.link.guest import Guest, Lockout
 from zerohertz.link.line import Line, SerialLine, SocketLine, UnixLine
 from zerohertz.link.siphash import DEVELOPMENT_KEY
@@ -28,7 +26,6 @@ class Hub:
     def __init__(self, line: Line, key: bytes = DEVELOPMENT_KEY) -> None:
         self._line = line
         self.broker = Broker(line, key)
-        self.issue: Callable[[], bytes] | None = None  # tickets for a page's tools
         self._lockout = Lockout()
         self._listeners: list[socket.socket] = []
         self._peers: set[socket.socket] = set()
@@ -41,13 +38,7 @@ class Hub:
 
     def guest(self) -> Guest:
         """One more client, whatever brings its bytes."""
-        return Guest(self.broker, self._lockout, self.issue)
-
-    def client(self, name: str) -> Client:
-        """One in this process."""
-        drive = Client(self.line(), timeout_s=1.0, key=self.broker.key)
-        drive.introduce(name)
-        return drive
+        return Guest(self.broker, self._lockout)
 
     def line(self) -> SocketLine:
         """To this broker, from inside."""

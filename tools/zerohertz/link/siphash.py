@@ -51,6 +51,11 @@ def response(key: bytes, nonce: int, unlock: bool = True) -> int:
     return siphash_2_4(key, purpose + nonce.to_bytes(8, "little"))
 
 
+def tools_response(key: bytes, nonce: int) -> int:
+    """What opens the tools behind a page of `zh studio`; nothing that a drive would take."""
+    return siphash_2_4(key, b"zhtools\0" + nonce.to_bytes(8, "little"))
+
+
 class Seal:
     """Counter and MAC of the requests of one session."""
 

@@ -1,0 +1,1 @@
+"""`zh studio`: a page in the browser for one drive."""
