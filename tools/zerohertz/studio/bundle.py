@@ -17,7 +17,7 @@ from zerohertz.studio import catalog
 WEB = ROOT / "tools" / "web"
 FOLDER = BUILD / "web"
 PACKAGES = ("package.json", "package-lock.json", ".npmrc")
-_ESBUILD = Path("node_modules") / "esbuild" / "bin" / "esbuild"
+_ESBUILD = Path("node_modules") / ".bin" / "esbuild"
 
 
 def ensure_bundle() -> Path:
@@ -48,14 +48,14 @@ def install(folder: Path) -> None:
     print("zh: fetching uPlot and esbuild from npm (5 MB)", file=sys.stderr)
     for path in locks:
         shutil.copy(path, folder / path.name)
-    _run(npm, "ci", "--silent", "--no-audit", "--no-fund", cwd=folder)
+    _run(npm, "ci", "--silent", "--ignore-scripts", "--no-audit", "--no-fund", cwd=folder)
     _note("packages.sha256", locks)
 
 
 def bundle(entry: Path, out: Path) -> None:
     """One file of the entry and all it imports; a classic script, so that file:// works too."""
     words = ("--bundle", "--minify", "--format=iife", "--target=es2022", "--log-level=warning")
-    _run(shutil.which("node") or "node", _ESBUILD, entry, *words, f"--outfile={out}", cwd=FOLDER)
+    _run(FOLDER / _ESBUILD, entry, *words, f"--outfile={out}", cwd=FOLDER)
 
 
 def _run(*command: object, cwd: Path) -> None:

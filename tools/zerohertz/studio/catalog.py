@@ -29,7 +29,7 @@ def catalogue() -> dict[str, object]:
     """All texts, ready for JSON."""
     return {
         "parameters": {name: entry.text for name, entry in param_list.entries().items()},
-        "groups": {name: text for name, text in param_list.groups().values()},
+        "groups": dict(param_list.groups().values()),
         "states": {int(state): state.name for state in State},
         "faults": {
             entry.bit: {

@@ -1,0 +1,252 @@
+/**
+ * One drive as the page sees it: polled while connected, commanded by one hand.
+ *
+ * Events: `change` (connected, lost), `status`, `samples`, `roles`, `message` (detail: {text, bad}).
+ */
+
+import { Client, NO_SESSION, RESET, RUN, TORQUE_OFF, WrongKeyError } from '../link/client.js';
+import { sleep } from './clock.js';
+
+export const RPM_PER_RAD_S = 30 / Math.PI;
+const STATUS_MS = 100, MONITOR_MS = 50, ROLES_MS = 1000, SAMPLE_MS = 10, KEEP_ALIVE_MS = 200;
+const VALID_S = 1.0; // without news the drive stops after this
+const AT_ONCE = 8; // signals of one sample
+
+/** What the side panel shows beside the status. */
+const MONITOR = [
+  'i_s_alpha_A', 'i_s_beta_A', 'lambda_r_hat_alpha_Wb', 'lambda_r_hat_beta_Wb',
+  'overload_motor_pu', 'overload_inverter_pu', 'gates_on', 'brake_on',
+];
+
+export class Session extends EventTarget {
+  state = 'connecting'; // connected, lost
+  progress = 0;
+  why = '';
+  status = null;
+  roles = null;
+  monitor = new Map();
+  wanted = null; // what this page commands: {speed_rad_s} or {torque_Nm}
+  watched = []; // signals that the scope wants
+  #askKey;
+  #make;
+
+  /** @param {{transport: () => object, catalog: object, askKey: (why: string) => Promise<Uint8Array | null>}} wiring */
+  constructor({ transport, catalog, askKey }) {
+    super();
+    this.catalog = catalog;
+    this.#make = transport;
+    this.#askKey = askKey;
+    this.#harmless = Object.entries(catalog.faults)
+      .filter(([, fault]) => fault.reaction === 'WARN' || fault.reaction === 'DERATE')
+      .reduce((bits, [bit]) => (bits | (1 << Number(bit))) >>> 0, 0);
+  }
+  #harmless;
+
+  tell(text, bad = false) {
+    this.dispatchEvent(new CustomEvent('message', { detail: { text, bad } }));
+  }
+
+  #event(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  async connect() {
+    this.#to('connecting');
+    const transport = this.#make();
+    const client = new Client(transport);
+    try {
+      await client.open();
+      transport.onClose((why) => client === this.client && this.#lost(why));
+      this.client = client;
+      const atBroker = await client.introduce('studio page');
+      await client.describe((share) => {
+        this.progress = share;
+        this.#event('change');
+      });
+      this.roles = atBroker ? await client.roles() : null;
+      this.status = await client.status();
+      this.#to('connected');
+    } catch (error) {
+      client.close();
+      this.#lost(error.message);
+      return;
+    }
+    this.#poll(client);
+    this.#pollScope(client);
+    this.#keepAlive(client);
+  }
+
+  #to(state) {
+    this.state = state;
+    this.#event('change');
+  }
+
+  #lost(why) {
+    if (this.state === 'lost') return;
+    this.client = null;
+    this.wanted = null;
+    this.why = why;
+    this.#to('lost');
+  }
+
+  #alive(client) {
+    return this.client === client && this.state === 'connected';
+  }
+
+  async #poll(client) {
+    const due = { status: 0, monitor: 0, roles: 0 };
+    const names = MONITOR.filter((name) => client.signals.has(name));
+    const jobs = [
+      ['status', STATUS_MS, () => this.#readStatus(client)],
+      ['monitor', MONITOR_MS, () => this.#readMonitor(client, names)],
+      ['roles', ROLES_MS, () => this.#readRoles(client)],
+    ];
+    while (this.#alive(client)) {
+      try {
+        for (const [name, every, job] of jobs) {
+          if (performance.now() < due[name]) continue;
+          due[name] = performance.now() + every;
+          await job();
+        }
+      } catch (error) {
+        if (!this.#alive(client)) return;
+        client.close();
+        this.#lost(error.message);
+        return;
+      }
+      await sleep(10);
+    }
+  }
+
+  async #readStatus(client) {
+    this.status = await client.status();
+    const stopping = (this.status.faults & ~this.#harmless) >>> 0;
+    if (this.wanted && stopping) {
+      this.wanted = null;
+      await client.command(0).catch(() => {});
+      this.tell(`stopped by ${this.faultNames(stopping).join(', ')}: see Faults`, true);
+    }
+    this.#event('status');
+  }
+
+  async #readMonitor(client, names) {
+    const { values } = await client.sample(names);
+    names.forEach((name, k) => this.monitor.set(name, values[k]));
+  }
+
+  async #readRoles(client) {
+    if (!this.roles) return;
+    this.roles = await client.roles();
+    this.#event('roles');
+  }
+
+  async #pollScope(client) {
+    while (this.#alive(client)) {
+      const names = this.watched.filter((name) => client.signals.has(name));
+      const begun = performance.now();
+      try {
+        const row = new Map();
+        let period = 0;
+        for (let at = 0; at < names.length; at += AT_ONCE) {
+          const some = names.slice(at, at + AT_ONCE);
+          const sample = await client.sample(some);
+          if (at === 0) period = sample.period;
+          some.forEach((name, k) => row.set(name, sample.values[k]));
+        }
+        if (names.length) this.#event('samples', { t: period * client.identity.period_s, row });
+      } catch {
+        await sleep(STATUS_MS); // the status poll says what is wrong
+      }
+      await sleep(Math.max(SAMPLE_MS - (performance.now() - begun), names.length ? 0 : 50));
+    }
+  }
+
+  async #keepAlive(client) {
+    while (this.#alive(client)) {
+      if (this.wanted) {
+        try {
+          await client.command(RUN, { ...this.wanted, valid_s: VALID_S });
+        } catch (error) {
+          this.wanted = null;
+          this.tell(error.message, true);
+          if (error.status === NO_SESSION) client.forgetSession();
+        }
+        this.#event('status');
+      }
+      await sleep(KEEP_ALIVE_MS);
+    }
+  }
+
+  // --- what the user does --------------------------------------------------------------------
+
+  /** Runs `action`; asks for the key when the drive wants another, and says what went wrong. */
+  async attempt(action) {
+    for (;;) {
+      try {
+        const result = await action(this.client);
+        return result === undefined ? true : result;
+      } catch (error) {
+        if (!(error instanceof WrongKeyError)) {
+          if (error.status === NO_SESSION) this.client?.forgetSession();
+          this.tell(error.message, true);
+          return false;
+        }
+        const key = await this.#askKey(error.message);
+        if (!key) return false;
+        this.client?.useKey(key);
+      }
+    }
+  }
+
+  /** @param {{speed_rad_s?: number, torque_Nm?: number}} wanted mechanical speed */
+  async run(wanted) {
+    const ok = await this.attempt((client) => client.command(RUN, { ...wanted, valid_s: VALID_S }));
+    this.wanted = ok ? wanted : null;
+    this.#event('status');
+  }
+
+  /** While it runs: the reference that the next command carries. */
+  retarget(wanted) {
+    if (this.wanted) this.wanted = wanted;
+  }
+
+  async stop() {
+    this.wanted = null;
+    await this.attempt((client) => client.command(0));
+    this.#event('status');
+  }
+
+  async torqueOff() {
+    this.wanted = null;
+    await this.attempt((client) => client.command(TORQUE_OFF));
+    this.#event('status');
+  }
+
+  async reset() {
+    this.wanted = null;
+    await this.attempt(async (client) => {
+      await client.command(RESET);
+      await sleep(KEEP_ALIVE_MS);
+      await client.command(0);
+    });
+  }
+
+  // --- words ---------------------------------------------------------------------------------
+
+  faultBits(bits) {
+    return Array.from({ length: 32 }, (_, bit) => bit).filter((bit) => (bits >>> bit) & 1);
+  }
+
+  faultNames(bits) {
+    return this.faultBits(bits).map((bit) => this.catalog.faults[bit]?.name ?? `bit ${bit}`);
+  }
+
+  stateName(state) {
+    return this.catalog.states[state] ?? `state ${state}`;
+  }
+
+  get speedMax_rpm() {
+    const limit = this.client?.parameters.get('omega_max_rad_s');
+    return limit ? (limit.initial / this.client.identity.polePairs) * RPM_PER_RAD_S : 3000;
+  }
+}
