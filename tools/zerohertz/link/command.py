@@ -41,7 +41,7 @@ PortOption = Annotated[
 ]
 BaudOption = Annotated[int, typer.Option(min=1, help="Of the serial port.")]
 SilOption = Annotated[bool, typer.Option("--sil", help="The drive of `zh serve`.")]
-TcpOption = Annotated[int, typer.Option(min=1, max=65535, help="Where `zh serve` listens.")]
+TcpOption = Annotated[int, typer.Option(min=0, max=65535, help="Where `zh serve` listens.")]
 UnlockOption = Annotated[
     bool, typer.Option("--unlock", help="Protected parameters too, with the development key.")
 ]

@@ -9,6 +9,7 @@ const PLATE = [
   ['frequency_Hz', 'Frequency', 'Hz', 60], ['speed_rpm', 'Speed', 'min⁻¹', 1755], ['cos_phi', 'Power factor', '', 0.83],
 ];
 const STEPS = ['Nameplate', 'Measure at standstill', 'Result', 'Design the gain table', 'Save in the drive', 'Trial'];
+const [PLATE_STEP, MEASURE, RESULT, DESIGN, KEEP, TRIAL] = STEPS.keys();
 const UNITS = { Rs_ohm: 'Ω', Rr_ohm: 'Ω', Ls_H: 'H', Lr_H: 'H', M_H: 'H' };
 
 /** @param {() => import('./tools_line.js').ToolsLine} makeTools */
@@ -27,6 +28,8 @@ class Guide {
   #bar = h('progress', { max: 1, value: 0, hidden: true, 'aria-label': 'progress' });
   #cancel = h('button', { hidden: true, onclick: () => this.#tools?.begin('cancel') }, 'Cancel');
   #fields = new Map();
+  #done = new Set();
+  #open = new Set();
 
   constructor(session, makeTools) {
     this.#session = session;
@@ -37,7 +40,7 @@ class Guide {
       h('p', {}, 'The drive measures the motor at standstill and derives every parameter from it. The shaft stays where it is; current flows for about half a minute.'),
       h('ol', { class: 'steps' }, this.#steps),
       h('div', { class: 'running' }, this.#bar, this.#cancel, this.#log));
-    this.#reach(0);
+    this.#advance([], [PLATE_STEP, MEASURE]);
   }
 
   #plateForm() {
@@ -85,14 +88,16 @@ class Guide {
       h('button', { id: 'trial-start', onclick: () => this.#begin('trial') }, 'Run the trial'), h('div', { class: 'answer' }));
   }
 
-  /** Steps up to this one can be used. */
-  #reach(step) {
+  /** Marks steps as done and lets others begin. */
+  #advance(done, next) {
+    done.forEach((k) => this.#done.add(k));
+    next.forEach((k) => this.#open.add(k));
     this.#steps.forEach((element, k) => {
-      element.classList.toggle('later', k > step + 1);
-      element.classList.toggle('done', k < step);
-      for (const button of element.querySelectorAll('button')) button.disabled = k > step + 1 || (k === 5 && !this.#tools?.offer?.trial);
+      const open = this.#open.has(k) && (k !== TRIAL || this.#tools?.offer?.trial === true);
+      element.classList.toggle('later', !open);
+      element.classList.toggle('done', this.#done.has(k));
+      for (const button of element.querySelectorAll('button')) button.disabled = !open;
     });
-    this.step = Math.max(this.step ?? 0, step);
   }
 
   /** Connects to the tools; the nameplate of a simulated motor is known. */
@@ -109,7 +114,7 @@ class Guide {
     const { plate } = tools.offer;
     for (const [name, field] of this.#fields) if (plate && !field.value) field.value = plate[name] ?? field.value;
     if (plate) this.#fields.get('connection').value = plate.connection;
-    this.#reach(this.step);
+    this.#advance([], []);
     return known;
   }
 
@@ -164,18 +169,18 @@ class Guide {
       h('p', {}, `Rated flux ${number(rotor_flux_Wb)} Wb takes i_d = ${number(i_d_A)} A. A leg of the inverter loses ${number(lost_V)} V.`),
       h('h3', {}, 'Magnetising curve: main flux in Wb over current in A'), picture);
     drawXY(picture, [curve.map((p) => p[1]), curve.map((p) => p[0])], ['A', 'main flux Wb'], true);
-    this.#reach(2);
-    this.#reach(4);
+    this.#advance([PLATE_STEP, MEASURE, RESULT], [RESULT, DESIGN, KEEP]);
   }
 
   #designed({ entries, method, gamma, folder }) {
     const bound = gamma === null ? '' : `, gamma at most ${number(gamma)}`;
     fill(document.querySelector('#commission-design .answer'), h('p', { class: 'good' }, `${entries} entries, ${method}${bound}. Written to ${folder}.`));
-    this.#reach(5);
+    this.#advance([DESIGN], [TRIAL]);
   }
 
   #kept({ parameters }) {
     fill(document.querySelector('#commission-keep .answer'), h('p', { class: 'good' }, `${parameters} parameters set and saved.`));
+    this.#advance([KEEP], []);
   }
 
   #tried({ held, speed_err_pu, angle_err_deg, dip_pu, rise_s, record }) {
@@ -183,6 +188,7 @@ class Guide {
     fill(document.querySelector('#commission-trial .answer'),
       h('p', { class: held ? 'good' : 'bad' }, `${held ? 'Held' : 'Not held'}: speed step in ${number(rise_s, 3)} s, rated load takes ${number(100 * dip_pu, 3)} % for a moment; settled within ${number(100 * speed_err_pu, 2)} % and ${number(angle_err_deg, 2)} degrees.`),
       picture);
+    if (held) this.#advance([TRIAL], []);
     drawXY(picture, [record.t, record.speed_ref_rpm, record.speed_rpm], ['s', 'reference min⁻¹', 'speed min⁻¹'], false);
   }
 }

@@ -107,11 +107,11 @@ export function statusPanel(session) {
     setText(rows.gates.value, (monitor.get('gates_on') ? 'on' : 'off') + (monitor.get('brake_on') ? ', brake resistor on' : ''));
     heat.motor.show(monitor.get('overload_motor_pu'));
     heat.inverter.show(monitor.get('overload_inverter_pu'));
-    vector.update(monitor, session.client?.parameters.get('i_trip_A')?.initial ?? 10);
     const key = `${s.reasons} ${s.faults}`;
     if (key !== shownReasons) fill(reasons, reasonItems(session));
     shownReasons = key;
   });
+  session.addEventListener('monitor', () => vector.update(session.monitor, session.client?.parameters.get('i_trip_A')?.initial ?? 10));
   return h('aside', { class: 'status', 'aria-label': 'status' },
     h('dl', {}, Object.values(rows).flatMap((r) => r.elements), heat.motor.elements, heat.inverter.elements),
     reasons, vector.element);

@@ -6,6 +6,7 @@ import { h, number } from './dom.js';
 import { BAND_OF, choosable, colourOf, columnOf, textOf, unitOf } from './signals.js';
 
 const HEIGHT_MIN = 130;
+const LEGEND_PX = 26;
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -26,6 +27,7 @@ export class Pane {
   #chips = h('span', { class: 'chips' });
   #plotArea = h('div', { class: 'plot' });
   #drawn = '';
+  #pairs = 1; // stays when the connection is lost
 
   /** @param {{changed: () => void, remove: (pane: Pane) => void, zoomed: (from: number, to: number) => void}} wiring */
   constructor(session, signals, wiring) {
@@ -63,8 +65,8 @@ export class Pane {
 
   /** The recording as this pane draws it: time, its columns, the two edges of a band. */
   #dataOf({ t, columns }) {
-    const pairs = this.#session.client?.identity.polePairs ?? this.pairs ?? 1;
-    if (this.#session.client) this.pairs = pairs;
+    this.#pairs = this.#session.client?.identity?.polePairs ?? this.#pairs;
+    const pairs = this.#pairs;
     const data = [t];
     for (const name of this.signals) data.push(columnOf(name, columns, pairs) ?? new Array(t.length).fill(null));
     for (const name of this.signals.filter((n) => BAND_OF[n])) {
@@ -78,7 +80,7 @@ export class Pane {
 
   /** @param {{t: number[], columns: Map<string, number[]>}} recording @param {[number, number] | null} range @param {number | null} mark */
   draw(recording, range, mark) {
-    const size = { width: Math.max(this.#plotArea.clientWidth, 200), height: Math.max(this.#plotArea.clientHeight, HEIGHT_MIN) };
+    const size = { width: Math.max(this.#plotArea.clientWidth, 200), height: Math.max(this.#plotArea.clientHeight - LEGEND_PX, HEIGHT_MIN) };
     const key = JSON.stringify([this.signals, mark !== null]);
     const data = this.#dataOf(recording);
     if (key !== this.#drawn) this.#make(size, data, mark);
@@ -104,7 +106,7 @@ export class Pane {
       label: name, stroke: colourOf(k), width: 1.6, value, spanGaps: false, points: { show: false },
     }));
     const banded = this.signals.map((name, k) => [name, k]).filter(([name]) => BAND_OF[name]);
-    const edges = banded.flatMap(() => [0, 1].map(() => ({ stroke: 'transparent', width: 0, points: { show: false }, label: '', class: 'edge' })));
+    const edges = banded.flatMap(() => [0, 1].map(() => ({ auto: false, stroke: 'transparent', width: 0, points: { show: false }, label: '', class: 'edge' })));
     const bands = banded.map(([, k], n) => ({ series: [lines.length + 1 + 2 * n, lines.length + 2 + 2 * n], fill: `${colourOf(k)}33` }));
     const units = [...new Set(this.signals.map((name) => unitOf(name, catalog)))].filter(Boolean);
     this.#plot = new uPlot({
@@ -135,7 +137,7 @@ export class Pane {
 /** Room above and below; a constant stays in the middle. */
 function padded(low, high) {
   if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return [0, 1];
-  const room = Math.max((high - low) * 0.08, Math.abs(high) * 1e-3, 1e-6);
+  const room = high - low > 1e-6 * Math.abs(high) ? (high - low) * 0.08 : Math.max(Math.abs(high) * 0.02, 0.1);
   return [low - room, high + room];
 }
 

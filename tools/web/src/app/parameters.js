@@ -29,7 +29,6 @@ class Parameters {
     const save = () => session.attempt((client) => client.save()).then((ok) => ok && session.tell('saved: these values survive power-down'));
     const bar = h('div', { class: 'param-bar' }, this.#search,
       h('label', {}, this.#changedOnly, 'changed only'), this.#count,
-      h('button', { onclick: () => this.refresh() }, 'Read again'),
       h('button', { id: 'param-unlock', onclick: unlock }, 'Unlock'),
       h('button', { id: 'param-save', onclick: save, title: 'in the drive, for the next power-up' }, 'Save in the drive'),
       h('button', { id: 'param-export', onclick: () => this.#export() }, 'Export'), this.#sets.button);

@@ -1,14 +1,14 @@
 /**
  * One drive as the page sees it: polled while connected, commanded by one hand.
  *
- * Events: `change` (connected, lost), `status`, `samples`, `roles`, `message` (detail: {text, bad}).
+ * Events: `change` (connected, lost), `status`, `monitor`, `samples`, `roles`, `message` (detail: {text, bad}).
  */
 
 import { Client, NO_SESSION, RESET, RUN, TORQUE_OFF, WrongKeyError } from '../link/client.js';
 import { sleep } from './clock.js';
 
 export const RPM_PER_RAD_S = 30 / Math.PI;
-const STATUS_MS = 100, MONITOR_MS = 50, ROLES_MS = 1000, SAMPLE_MS = 10, KEEP_ALIVE_MS = 200;
+const STATUS_MS = 100, MONITOR_MS = 50, ROLES_MS = 1000, SAMPLE_MS = 10, KEEP_ALIVE_MS = 150;
 const VALID_S = 1.0; // without news the drive stops after this
 const AT_ONCE = 8; // signals of one sample
 
@@ -122,8 +122,7 @@ export class Session extends EventTarget {
     this.status = await client.status();
     const stopping = (this.status.faults & ~this.#harmless) >>> 0;
     if (this.wanted && stopping) {
-      this.wanted = null;
-      await client.command(0).catch(() => {});
+      await this.#end(0);
       this.tell(`stopped by ${this.faultNames(stopping).join(', ')}: see Faults`, true);
     }
     this.#event('status');
@@ -132,6 +131,7 @@ export class Session extends EventTarget {
   async #readMonitor(client, names) {
     const { values } = await client.sample(names);
     names.forEach((name, k) => this.monitor.set(name, values[k]));
+    this.#event('monitor');
   }
 
   async #readRoles(client) {
@@ -165,7 +165,7 @@ export class Session extends EventTarget {
     while (this.#alive(client)) {
       if (this.wanted) {
         try {
-          await client.command(RUN, { ...this.wanted, valid_s: VALID_S });
+          await this.#drive(client, this.wanted);
         } catch (error) {
           this.wanted = null;
           this.tell(error.message, true);
@@ -198,10 +198,38 @@ export class Session extends EventTarget {
     }
   }
 
+  #intent = 0; // counts what the user asked for: a later stop wins over an earlier run
+  #inFlight = null;
+
+  /** One command to run; a stop that comes meanwhile has to know of it. */
+  #drive(client, wanted) {
+    const asked = client.command(RUN, { ...wanted, valid_s: VALID_S });
+    const done = asked.catch(() => {}).then(() => {
+      if (this.#inFlight === done) this.#inFlight = null;
+    });
+    this.#inFlight = done;
+    return asked;
+  }
+
   /** @param {{speed_rad_s?: number, torque_Nm?: number}} wanted mechanical speed */
   async run(wanted) {
-    const ok = await this.attempt((client) => client.command(RUN, { ...wanted, valid_s: VALID_S }));
+    const mine = ++this.#intent;
+    const ok = await this.attempt((client) => this.#drive(client, wanted));
+    if (mine !== this.#intent) return;
     this.wanted = ok ? wanted : null;
+    this.#event('status');
+  }
+
+  /** A stop at once, and again behind a run command that was under way. */
+  async #end(bits) {
+    this.#intent++;
+    this.wanted = null;
+    const before = this.#inFlight;
+    await this.attempt((client) => client.command(bits));
+    if (before) {
+      await before;
+      await this.attempt((client) => client.command(bits));
+    }
     this.#event('status');
   }
 
@@ -210,20 +238,16 @@ export class Session extends EventTarget {
     if (this.wanted) this.wanted = wanted;
   }
 
-  async stop() {
-    this.wanted = null;
-    await this.attempt((client) => client.command(0));
-    this.#event('status');
+  stop() {
+    return this.#end(0);
   }
 
-  async torqueOff() {
-    this.wanted = null;
-    await this.attempt((client) => client.command(TORQUE_OFF));
-    this.#event('status');
+  torqueOff() {
+    return this.#end(TORQUE_OFF);
   }
 
   async reset() {
-    this.wanted = null;
+    await this.#end(0);
     await this.attempt(async (client) => {
       await client.command(RESET);
       await sleep(KEEP_ALIVE_MS);

@@ -12,6 +12,7 @@ export class Trigger {
   mode = 'live'; // normal, single
   #session;
   #running = 0;
+  #loop = Promise.resolve();
 
   /** @param {(record: object) => void} take @param {(text: string) => void} say @param {() => string[]} chosen */
   constructor(session, { take, say, chosen }) {
@@ -21,7 +22,7 @@ export class Trigger {
     this.chosen = chosen;
     this.signal = h('input', { list: 'signal-names', value: 'state', size: 16, id: 'trigger-signal', 'aria-label': 'trigger signal' });
     this.edge = h('select', { id: 'trigger-edge', 'aria-label': 'trigger condition' },
-      h('option', { value: 'rising' }, 'rises above'), h('option', { value: 'falling' }, 'falls below'),
+      h('option', { value: 'rising' }, 'rises to'), h('option', { value: 'falling' }, 'falls below'),
       h('option', { value: 'either' }, 'crosses'), h('option', { value: 'now' }, 'at once'));
     this.level = h('input', { type: 'number', value: 3, step: 'any', id: 'trigger-level', 'aria-label': 'trigger level' });
     this.before = h('input', { type: 'number', value: 25, min: 0, max: 100, id: 'trigger-before', 'aria-label': 'share before the trigger in percent' });
@@ -45,9 +46,14 @@ export class Trigger {
     this.say('');
   }
 
-  /** Arms, waits and reads; again and again in normal mode. */
-  async start() {
+  /** Once the one of before has let the trace memory go. */
+  start() {
     const mine = ++this.#running;
+    this.#loop = this.#loop.then(() => this.#run(mine));
+  }
+
+  /** Arms, waits and reads; again and again in normal mode. */
+  async #run(mine) {
     const going = () => mine === this.#running && this.#session.state === 'connected';
     while (going()) {
       try {

@@ -3,6 +3,7 @@
 const SVG = 'http://www.w3.org/2000/svg';
 const RADIUS = 90;
 const TRAIL = 40;
+const JUMP = 60; // further apart than this the points tell nothing of the way between
 
 function svg(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
@@ -46,9 +47,11 @@ export class VectorDiagram {
     this.#place(this.#current, x, y);
     const length = flux_Wb > 1e-3 ? (RADIUS * 0.6) / flux_Wb : 0;
     this.#place(this.#flux, at('lambda_r_hat_alpha_Wb') * length, -at('lambda_r_hat_beta_Wb') * length);
-    this.#points = [...this.#points, `${x.toFixed(1)},${y.toFixed(1)}`].slice(-TRAIL);
-    this.#trail.setAttribute('points', this.#points.join(' '));
-    this.#text.textContent = `${Math.hypot(alpha_A, beta_A).toFixed(1)} A of ${max_A.toFixed(0)}   ${flux_Wb.toFixed(2)} Wb`;
+    const [x0, y0] = this.#points.at(-1) ?? [x, y];
+    if (Math.hypot(x - x0, y - y0) > JUMP) this.#points = [];
+    this.#points = [...this.#points, [x, y]].slice(-TRAIL);
+    this.#trail.setAttribute('points', this.#points.map(([a, b]) => `${a.toFixed(1)},${b.toFixed(1)}`).join(' '));
+    this.#text.textContent = `${Math.hypot(alpha_A, beta_A).toFixed(1)} A of ${max_A.toFixed(0)} A, flux ${flux_Wb.toFixed(2)} Wb`;
   }
 
   #place(line, x, y) {
