@@ -131,6 +131,15 @@ def test_who_runs_it_and_falls_silent_stops_it(port: int) -> None:
         watcher.stop()
 
 
+def test_a_fault_frees_the_drive_for_who_resets_it(port: int) -> None:
+    with joined(port, "runner") as runner, joined(port, "other") as other:
+        runner.command(link.RUN, 10.0)  # stands until command_timeout_s
+        until("FAULT", lambda: other.status().state == State.FAULT)
+        assert other.status().command == link.RUN
+        other.command(link.RESET)
+        until("READY", lambda: other.status().state == State.READY)
+
+
 def test_a_killed_run_stops_the_drive(port: int) -> None:
     words = ("run", "--rpm", "100", "--valid", "60", "--sil", "--tcp", str(port))
     command = (sys.executable, "-m", "zerohertz", *words)

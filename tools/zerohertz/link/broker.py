@@ -27,6 +27,7 @@ _TRACE_LEASE_S = 2.0  # from a client's last question about its trace
 _TRACE_QUEUE_S = 1.0
 _CONSTANT = (Op.PARAM_INFO, Op.SIGNAL_INFO)
 _TRACE_DONE = 3
+_FAULT = 8  # state of the drive: what stands of a run command starts nothing
 
 
 class Member(Protocol):
@@ -199,11 +200,13 @@ class Broker:
     # --- the drive ---------------------------------------------------------------------------
 
     def _commander_now(self) -> Member | None:
-        """None once its command has run out in the drive."""
+        """None once its command has run out in the drive, or a fault has ended it."""
         if self._commander is not None:
             status = self._ask(Op.STATUS, b"")
-            if status[0] == OK and not struct.unpack_from("<I", status, 9)[0] & (RUN | COMMISSION):
-                self._commander = None
+            if status[0] == OK:
+                state, _, command = struct.unpack_from("<3I", status, 1)
+                if state == _FAULT or not command & (RUN | COMMISSION):
+                    self._commander = None
         return self._commander
 
     def _acting(self, op: int, body: bytes) -> bytes:

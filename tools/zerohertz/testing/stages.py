@@ -66,6 +66,7 @@ def _that_run_the_code() -> list[Stage]:
             needs=("build",),
             quick=True,
         ),
+        Stage("studio", "page of zh studio in Chromium", _pytest("tests/studio"), needs=("build",)),
         Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
         Stage(
             "bits",

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import PICTURES, Opener, served, studio
 from playwright.sync_api import Page, expect
+from studio_setup import PICTURES, Opener, served, studio
 from test_broker import joined, serving
 
 from zerohertz.commission.board_run import at_rest

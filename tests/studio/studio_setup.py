@@ -1,10 +1,10 @@
-"""A real browser, a served drive and the studio in front of it."""
+"""Commands of `zh` that the tests of the page start, and where the pictures go."""
 
 from __future__ import annotations
 
 import os
 import re
-import shutil
+import socket
 import subprocess
 import sys
 import threading
@@ -12,12 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Page
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "tools")]
-
 PICTURES = ROOT / "build" / "test-logs" / "web"
 _ADDRESS = re.compile(r"studio at (http://\S+)")
 _SERVING = re.compile(r"serving on 127\.0\.0\.1:(\d+)")
@@ -62,51 +59,10 @@ def studio(*options: str) -> Iterator[str]:
 
 
 def _free_port() -> str:
-    import socket
-
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return str(probe.getsockname()[1])
 
 
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.fail("no chromium; tools/zh test --only web installs it")
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    with sync_playwright() as playwright:
-        # Root in a container has no sandbox; the pages are ours.
-        sandbox = [] if os.getuid() else ["--no-sandbox"]
-        found = playwright.chromium.launch(executable_path=chromium, args=sandbox)
-        yield found
-        found.close()
-
-
-@pytest.fixture
-def opened(browser: Browser) -> Opener:
-    """Opens a connected page; what the browser complains of fails the test."""
-
-    @contextmanager
-    def open_page(
-        address: str, width: int = 1280, height: int = 800, **more: str
-    ) -> Iterator[Page]:
-        context = browser.new_context(viewport={"width": width, "height": height}, **more)
-        page = context.new_page()
-        trouble: list[str] = []
-        page.on("pageerror", lambda error: trouble.append(str(error)))
-        page.on("console", lambda m: trouble.append(m.text) if m.type == "error" else None)
-        page.on("request", lambda r: None if _local(r.url) else trouble.append(r.url))
-        page.goto(address)
-        expect(page.locator("#link-state")).to_have_attribute("data-state", "connected")
-        try:
-            yield page
-        finally:
-            context.close()
-        assert trouble == []
-
-    return open_page
-
-
-def _local(url: str) -> bool:
+def local(url: str) -> bool:
     return url.startswith(("http://127.0.0.1", "ws://127.0.0.1", "blob:", "data:"))
