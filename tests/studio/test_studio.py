@@ -6,8 +6,10 @@ import csv
 import itertools
 import math
 import re
+import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,7 @@ from test_broker import joined, serving
 
 from zerohertz.commission.board_run import at_rest
 from zerohertz.link import client as link
+from zerohertz.link.client import RefusedError
 from zerohertz.link.server import PtyEnd
 
 RPM_PER_RAD_S = 30.0 / math.pi
@@ -43,6 +46,7 @@ def page(address: str, opened: Opener, drive: int) -> Iterator[Page]:
         expect(found.locator("#state")).to_have_text("READY", timeout=RUN_S)
         yield found
         found.click("#stop")
+        expect(found.locator("#link-state")).not_to_contain_text("run by")
     with joined(drive, "after") as client:
         client.command(link.RESET)
         at_rest(client)
@@ -58,8 +62,13 @@ def reaches(page: Page, rpm: float) -> None:
     """Within a few min^-1, as the page shows it."""
     sign = "-" if rpm < 0 else ""
     near = "|".join(str(abs(round(rpm)) + k) for k in range(-2, 3))
-    expect(page.locator("#speed")).to_have_text(re.compile(rf"^{sign}({near})\."), timeout=RUN_S)
-    expect(page.locator("#state")).to_have_text("RUN")
+    try:
+        text = re.compile(rf"^{sign}({near})\.")
+        expect(page.locator("#speed")).to_have_text(text, timeout=RUN_S)
+        expect(page.locator("#state")).to_have_text("RUN")
+    except AssertionError as failed:
+        picture(page, "failed")
+        raise AssertionError(page.inner_text(".messages, #state")) from failed
 
 
 def rows_of(page: Page, button: str) -> list[dict[str, str]]:
@@ -122,7 +131,7 @@ def test_the_passage_through_zero(page: Page) -> None:
 
 def test_a_refused_parameter_says_why(page: Page, drive: int) -> None:
     page.click("#tab-parameters")
-    page.fill("#param-search", "i_d")
+    page.fill("#param-search", "magnetising")
     refusals = page.locator(".refusal:visible")
     page.fill("#p-i_d_A", "9")
     page.press("#p-i_d_A", "Enter")
@@ -194,15 +203,39 @@ def test_a_trigger_records_every_period_round_the_start(page: Page) -> None:
     assert sum(float(row["t_s"]) < 0.0 for row in rows) == pytest.approx(len(rows) / 4, abs=2)
 
 
+@contextmanager
+def running(drive: int, name: str, rad_s: float) -> Iterator[list[str]]:
+    """Another client that runs the drive, as `zh run` does; why it had to end."""
+    ended: list[str] = []
+    stop = threading.Event()
+
+    def keep_on() -> None:
+        with joined(drive, name) as runner:
+            while not stop.wait(0.1) and not ended:
+                try:
+                    runner.command(link.RUN, rad_s, valid_s=2.0)
+                except RefusedError as refused:
+                    ended.append(str(refused))
+
+    thread = threading.Thread(target=keep_on, daemon=True)
+    thread.start()
+    try:
+        yield ended
+    finally:
+        stop.set()
+        thread.join(10.0)
+
+
 def test_who_runs_the_drive_is_seen_and_refused_and_stopped(page: Page, drive: int) -> None:
-    with joined(drive, "zh run (1)") as runner:
-        runner.command(link.RUN, 5.0, valid_s=60.0)
+    with running(drive, "zh run (1)", 5.0) as ended:
         expect(page.locator("#link-state")).to_contain_text("run by zh run (1)")
         page.click("#run")
         expect(page.locator(".messages")).to_contain_text("zh run (1) runs the drive; stop it")
         page.click("#stop")
         expect(page.locator("#link-state")).not_to_contain_text("run by")
-        assert runner.status().command == 0
+        with joined(drive, "beside") as client:
+            assert client.status().command == 0
+    assert "somebody else has taken over" in ended[0]
 
 
 def test_a_closed_tab_stops_the_drive(address: str, opened: Opener, drive: int) -> None:
@@ -218,8 +251,8 @@ def test_a_closed_tab_stops_the_drive(address: str, opened: Opener, drive: int) 
         assert watcher.status().command == 0
 
 
-def test_commissioning_to_the_saved_result(opened: Opener) -> None:
-    motor = ("--rig", "im_1kw5_200v", "--speed", "8", "--tcp", "0")
+def test_commissioning_to_the_trial(opened: Opener) -> None:
+    motor = ("--rig", "im_1kw5_200v", "--speed", "3", "--tcp", "0")
     with studio(*motor) as address, opened(address) as page:
         page.click("#tab-commissioning")
         expect(page.locator("#plate-speed_rpm")).to_have_value("1755")  # the rig's own
@@ -229,9 +262,17 @@ def test_commissioning_to_the_saved_result(opened: Opener) -> None:
         expect(result).to_contain_text("Magnetising curve", timeout=60_000)
         measured = float(result.locator("tr", has_text="Rs").locator("td").first.inner_text()[:5])
         assert measured == pytest.approx(0.93, rel=0.05)
+        page.set_viewport_size({"width": 1280, "height": 1040})
         picture(page, "studio_commissioning")
         page.click("#keep-start")
         expect(page.locator("#commission-keep .answer")).to_contain_text("set and saved")
+        page.click("#design-start")
+        design = page.locator("#commission-design .answer")
+        expect(design).to_contain_text("2048 entries", timeout=60_000)
+        page.click("#trial-start")
+        trial = page.locator("#commission-trial .answer")
+        expect(trial).to_contain_text("Held: speed step", timeout=60_000)
+        picture(page, "studio_trial")
 
 
 def test_the_key_is_asked_for_and_left_nowhere(

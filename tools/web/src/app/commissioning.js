@@ -74,7 +74,7 @@ class Guide {
   }
 
   #design() {
-    return h('div', { id: 'commission-design' }, h('p', { class: 'hint' }, 'The observer’s gains for every speed, by zh design. Takes minutes; the table belongs to the next image.'),
+    return h('div', { id: 'commission-design' }, h('p', { class: 'hint' }, 'The observer’s gains for every speed, by zh design: seconds to minutes. The table becomes part of the next image.'),
       h('button', { id: 'design-start', onclick: () => this.#begin('design') }, 'Design'), h('div', { class: 'answer' }));
   }
 

@@ -9,7 +9,7 @@ import { sleep } from './clock.js';
 
 export const RPM_PER_RAD_S = 30 / Math.PI;
 const STATUS_MS = 100, MONITOR_MS = 50, ROLES_MS = 1000, SAMPLE_MS = 10, KEEP_ALIVE_MS = 150;
-const VALID_S = 1.0; // without news the drive stops after this
+const VALID_S = 1.5; // without news the drive stops after this; less than command_timeout_s
 const AT_ONCE = 8; // signals of one sample
 
 /** What the side panel shows beside the status. */

@@ -14,6 +14,7 @@ const Op = {
   FAULT_LOG: 0x40, FAULT_RECORD: 0x41, FAULT_READ: 0x42, FAULT_CLEAR: 0x43, SEALED: 0x50,
   CLIENT: 0x60, ROLES: 0x61,
 };
+const ACTING = new Set([Op.SESSION, Op.CHALLENGE, Op.UNLOCK, Op.COMMAND, Op.SEALED]);
 const ANSWER = 0x80, PROTOCOL = 1, TRIES = 4, LOCKED_OUT_MS = 11000, POLL_MS = 100;
 export const NO_SUCH = 4, NO_SUCH_OP = 5, NO_SESSION = 7, NOT_NOW = 8, PROTECTED = 9, REFUSED = 10, NOT_SEALED = 11, TAKEN = 12, SILENT = 13;
 const REASONS = {
@@ -49,7 +50,9 @@ export class Client {
   #transport;
   #reader = new FrameReader();
   #sequence = Math.floor(Math.random() * 256); // a drive remembers the last request of who came before
-  #queue = Promise.resolve();
+  #urgent = []; // requests that wait: what acts on the drive comes before what reads
+  #queue = [];
+  #busy = false;
   #waiting = null;
   #key = DEVELOPMENT_KEY;
   #session = null;
@@ -81,9 +84,18 @@ export class Client {
 
   /** The answer's body. Requests wait for each other: a drive takes one at a time. */
   request(op, body = new Uint8Array(0), what = '') {
-    const answer = this.#queue.then(() => this.#ask(op, body, what));
-    this.#queue = answer.catch(() => {});
-    return answer;
+    return new Promise((resolve, reject) => {
+      const line = ACTING.has(op) ? this.#urgent : this.#queue;
+      line.push(() => this.#ask(op, body, what).then(resolve, reject));
+      this.#next();
+    });
+  }
+
+  async #next() {
+    if (this.#busy) return;
+    this.#busy = true;
+    for (let ask; (ask = this.#urgent.shift() ?? this.#queue.shift());) await ask();
+    this.#busy = false;
   }
 
   async #ask(op, body, what) {
