@@ -2,20 +2,23 @@
 
 #include "trig.h"
 
+static bool is_share(float x)
+{
+    return (x >= 0.0f) && (x <= 1.0f);
+}
+
 static bool params_valid(const speed_adaptation_params_t *p)
 {
     const bool gains =
         ALL_NONNEGATIVE(p->kp_rad_per_s_Wb_A, p->ki_rad_per_s2_Wb_A, p->leak_per_s_Wb_A) &&
-        positivef(p->omega_max_rad_s);
+        positivef(p->omega_max_rad_s) && is_share(p->accel_share);
     const bool near_zero = ALL_NONNEGATIVE(p->near_zero_on_rad_s, p->near_zero_off_rad_s) &&
                            (p->near_zero_off_rad_s >= p->near_zero_on_rad_s);
-    const bool phi =
-        (p->phi_factor >= 0.0f) && (p->phi_factor <= 1.0f) && positivef(p->phi_ramp_rad_s);
-    const bool accel = (p->accel_share >= 0.0f) && (p->accel_share <= 1.0f);
+    const bool phi = is_share(p->phi_factor) && positivef(p->phi_ramp_rad_s);
     const bool mode = (p->eps1_mode == SPEED_ADAPTATION_EPS1_OFF) ||
                       (p->eps1_mode == SPEED_ADAPTATION_EPS1_ALWAYS) ||
                       (p->eps1_mode == SPEED_ADAPTATION_EPS1_NEAR_ZERO);
-    return gains && near_zero && phi && accel && mode;
+    return gains && near_zero && phi && mode;
 }
 
 bool speed_adaptation_init(speed_adaptation_config_t *cfg, const speed_adaptation_params_t *params,
