@@ -44,7 +44,6 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     const float kp = minf(wanted, gain_max(params, motor));
     const float bandwidth_rad_s = params->bandwidth_rad_s * (kp / wanted);
     const float ki_per_s = params->ki_factor * bandwidth_rad_s * kp;
-    const float accel_rad_s2_per_A = params->bandwidth_rad_s / wanted;
     speed_control_config_t c = {
         .i_q_max_A = params->i_q_max_A,
         .i_q_max2_A2 = params->i_q_max_A * params->i_q_max_A,
@@ -52,7 +51,6 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         .filter_gain = period_s / (period_s + params->filter_s),
         .slew_step_rad_s = params->slew_rad_s2 * period_s,
         .slow_rad_s = params->slow_rad_s,
-        .step_rad_s_per_A = accel_rad_s2_per_A * period_s,
         .torque_max_rad_s = params->torque_max_rad_s,
         .torque_min_rad_s = params->torque_min_rad_s,
     };
@@ -66,6 +64,9 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     if (!pi_init(&c.pi, kp, ki_per_s, params->i_q_max_A, period_s) || !init_schedule(&c, params) ||
         !init_torque(&c, params, motor, period_s)) {
         return false;
+    }
+    if (c.gain_extra_max > 0.0f) {
+        c.step_rad_s_per_A = params->bandwidth_rad_s / wanted * period_s / c.gain_extra_max;
     }
     *cfg = c;
     return true;
@@ -162,6 +163,5 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
         st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
     }
     st->i_q_A = in->torque ? torque_mode_A(cfg, st, in->torque_ref_Nm) : speed_mode_A(cfg, st);
-    st->expected_step_rad_s = cfg->step_rad_s_per_A * (st->i_q_A - st->pi.x);
     return st->i_q_A * in->inv_flux_pu;
 }

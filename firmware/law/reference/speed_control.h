@@ -8,7 +8,9 @@
  * slower than at high speed.
  *
  * The integrator is the torque of the load; what i_q is beyond it accelerates. That much change of
- * the speed is expected, and the estimator may be told.
+ * the speed is expected, and the estimator may be told; at low speed nothing is, as the bandwidth
+ * is not raised: near zero stator frequency an estimate that is told less holds large motors
+ * better.
  */
 #ifndef SPEED_CONTROL_H
 #define SPEED_CONTROL_H
@@ -51,7 +53,8 @@ typedef struct {
     float gain_extra_max;       /* ... up to 1 + this */
     float slow_rad_s;
     float A_per_Nm;         /* torque to current at nominal flux */
-    float step_rad_s_per_A; /* change of the speed in one period, per ampere that accelerates */
+    float step_rad_s_per_A; /* change of the speed in one period per ampere that accelerates, and
+                               per gain_extra: all of it where that has its greatest value */
     float torque_step_A;
     float torque_max_rad_s;
     float torque_min_rad_s;
@@ -114,6 +117,14 @@ static inline bool speed_control_at_limit(const speed_control_state_t *st)
 {
     return (st->i_q_A >= SPEED_CONTROL_AT_LIMIT_PU * st->high_A) ||
            (st->i_q_A <= SPEED_CONTROL_AT_LIMIT_PU * st->low_A);
+}
+
+/* How much the speed changes until the next period while the torque current i_q_A (at nominal flux)
+ * flows. What is asked for may not flow, at the voltage limit for one. */
+static inline float speed_control_expected_rad_s(const speed_control_config_t *cfg,
+                                                 const speed_control_state_t *st, float i_q_A)
+{
+    return cfg->step_rad_s_per_A * st->gain_extra * (i_q_A - st->pi.x);
 }
 
 /* Somebody else sets the torque current i_q_A (at nominal flux): integrator and reference follow,

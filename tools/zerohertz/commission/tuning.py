@@ -21,7 +21,7 @@ P1_FROM, P1_TO = 0.2, 0.6
 ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
 # Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
 SPEED_SLOW, SPEED_FAST = 0.37, 0.72
-SPEED_FROM = 0.144
+SPEED_FROM = 0.134
 # Sensed voltage up to this share of rated frequency, the duty from twice that on.
 BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
