@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from asammdf import MDF
 from playwright.sync_api import Page, expect
 from studio_setup import PICTURES, Opener, served, studio
 from test_broker import joined, serving
@@ -20,6 +21,7 @@ from test_broker import joined, serving
 from zerohertz.commission.board_run import at_rest
 from zerohertz.link import client as link
 from zerohertz.link.client import RefusedError
+from zerohertz.link.recording import unit_of
 from zerohertz.link.server import PtyEnd
 
 RPM_PER_RAD_S = 30.0 / math.pi
@@ -103,6 +105,22 @@ def test_a_speed_is_set_and_seen_in_the_scope(page: Page, drive: int) -> None:
     page.click("#pause")
     page.keyboard.press("Escape")
     expect(page.locator("#state")).to_have_text("READY", timeout=RUN_S)
+
+
+def test_the_scope_as_mdf4_holds_what_the_csv_has(page: Page, tmp_path: Path) -> None:
+    page.wait_for_timeout(500)
+    page.click("#pause")
+    rows = rows_of(page, "#csv")
+    with page.expect_download() as waiting:
+        page.click("#mdf4")
+    path = tmp_path / "scope.mf4"
+    waiting.value.save_as(path)
+    with MDF(path) as file:
+        for name in ("omega_e_hat_rad_s", "i_d_A"):
+            signal = file.get(name)
+            assert list(signal.timestamps) == pytest.approx([float(row["t_s"]) for row in rows])
+            assert list(signal.samples) == pytest.approx([float(row[name]) for row in rows])
+            assert signal.unit == unit_of(name)
 
 
 def test_a_stop_right_behind_a_run_wins(page: Page, drive: int) -> None:

@@ -1,9 +1,10 @@
 /** The scope: live signals, triggered recordings, the record of the last fault. */
 
 import { download, h, setText, store } from './dom.js';
+import { mdf4Of } from './mdf4.js';
 import { Pane, signalList } from './pane.js';
 import { Recorder, csvOf } from './recorder.js';
-import { panesByUnit, rawOf } from './signals.js';
+import { panesByUnit, rawOf, unitOf } from './signals.js';
 import { Trigger } from './trigger.js';
 
 const DRAW_MS = 60;
@@ -71,9 +72,10 @@ class Scope {
     const again = h('button', { id: 'arm', title: 'arm the trigger with what is set now', onclick: () => this.#mode.value !== 'live' && this.#setMode(this.#mode.value) }, 'Arm');
     const unzoom = h('button', { onclick: () => (this.#zoom = null) }, 'Whole width');
     const fault = h('button', { id: 'last-fault', onclick: () => this.#lastFault() }, 'Last fault');
-    const csv = h('button', { id: 'csv', onclick: () => this.#csv() }, 'CSV');
+    const csv = h('button', { id: 'csv', onclick: () => download('scope.csv', csvOf(this.#shown()), 'text/csv') }, 'CSV');
+    const mdf = h('button', { id: 'mdf4', onclick: () => this.#mdf4() }, 'MDF4');
     const pane = h('button', { id: 'add-pane', onclick: () => { this.#addPane([]); this.layout(); } }, '+ Pane');
-    this.#bar = h('div', { class: 'scope-bar' }, this.#mode, again, this.#window, this.#pauseButton, this.#liveButton, unzoom, fault, csv, pane, this.#title, this.#say);
+    this.#bar = h('div', { class: 'scope-bar' }, this.#mode, again, this.#window, this.#pauseButton, this.#liveButton, unzoom, fault, csv, mdf, pane, this.#title, this.#say);
   }
 
   #addPane(signals) {
@@ -149,9 +151,17 @@ class Scope {
     else if (record) this.show(record, `fault ${record.number}, the periods round it`);
   }
 
-  #csv() {
-    const shown = this.#captured ?? this.#frozen ?? this.#recorder.between(-Infinity, Infinity);
-    download('scope.csv', csvOf(shown), 'text/csv');
+  #shown() {
+    return this.#captured ?? this.#frozen ?? this.#recorder.between(-Infinity, Infinity);
+  }
+
+  #mdf4() {
+    const { client, catalog } = this.#session;
+    download('scope.mf4', mdf4Of(this.#shown(), {
+      unitOf: (name) => unitOf(name, catalog),
+      isWhole: (name) => client?.signals.get(name)?.whole ?? false,
+      comment: client?.identity.text ?? '',
+    }), 'application/octet-stream');
   }
 
   #draw() {
