@@ -244,6 +244,19 @@ def test_a_socket_that_nobody_serves_is_no_broker(
         line.close()
 
 
+def test_a_port_that_is_busy_for_a_moment_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    end = PtyEnd()
+    with serving(end):
+        first = SerialLine(end.name)
+        threading.Timer(0.3, first.close).start()
+        second, _ = line_to(end.name, 115200, DEVELOPMENT_KEY, share=False)
+        with Client(second) as drive:
+            assert drive.status().command == 0
+
+
 def test_a_folder_that_others_can_enter_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,7 +8,6 @@ drive stops it; a broker that dies leaves that to the drive's command time-out.
 
 from __future__ import annotations
 
-import contextlib
 import struct
 import threading
 import time
@@ -62,6 +61,7 @@ class Broker:
         self._trace_next: tuple[Member, float] | None = None
         self._constant: dict[tuple[int, bytes], bytes] = {}
         self._hello = b""
+        self._closed = False
 
     # --- who is there ------------------------------------------------------------------------
 
@@ -232,6 +232,8 @@ class Broker:
 
     def _guarded(self, ask: Callable[[], bytes | None]) -> bytes:
         """Status and body, whatever comes of it."""
+        if self._closed:
+            return refusal(SILENT, "the broker has ended")
         try:
             return bytes((OK,)) + (ask() or b"")
         except RefusedError as refused:
@@ -240,7 +242,9 @@ class Broker:
             return refusal(SILENT, str(error))
 
     def close(self) -> None:
-        """Stops a drive that a client still runs."""
-        with self._lock, contextlib.suppress(UserError):
+        """Stops a drive that a client still runs; from here on nobody is answered by the drive."""
+        with self._lock:
             if self._commander is not None:
-                self._drive.stop()
+                self._commander = None
+                self._acting(Op.COMMAND, struct.pack("<IfH", 0, 0.0, 0))
+            self._closed = True

@@ -7,6 +7,7 @@ import os
 import select
 import socket
 import threading
+import time
 from pathlib import Path
 from typing import Self
 
@@ -18,6 +19,8 @@ from zerohertz.link.siphash import DEVELOPMENT_KEY
 
 _CHUNK_BYTES = 4096
 _FOLDER_MODE = 0o700
+_BUSY_S = 2.0  # another command has the port for a moment
+_POLL_S = 0.05
 
 
 class Hub:
@@ -138,11 +141,18 @@ def socket_beside(device: str) -> Path:
 
 def line_to(device: str, baud: int, key: bytes, share: bool) -> tuple[Line, Hub | None]:
     """To the broker of this port, else to the port; share: as a broker that others find."""
-    path = socket_beside(device)
-    if path.exists():
-        with contextlib.suppress(UserError):
-            return UnixLine(path, wait_s=0.0), None
-    serial = SerialLine(device, baud)
+    until_s = time.monotonic() + (_BUSY_S if Path(device).exists() else 0.0)
+    while True:
+        if (path := socket_beside(device)).exists():
+            with contextlib.suppress(UserError):
+                return UnixLine(path, wait_s=0.0), None
+        try:
+            serial = SerialLine(device, baud)
+            break
+        except UserError:
+            if time.monotonic() > until_s:
+                raise
+        time.sleep(_POLL_S)
     if not share:
         return serial, None
     hub = Hub(serial, key)
