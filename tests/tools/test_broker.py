@@ -18,7 +18,7 @@ from zerohertz import sim
 from zerohertz.drive import State
 from zerohertz.errors import UserError
 from zerohertz.link import client as link
-from zerohertz.link import ports
+from zerohertz.link import guest, ports
 from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.command import take
 from zerohertz.link.line import SerialLine, TcpLine, UnixLine
@@ -190,6 +190,17 @@ def test_a_request_heard_and_sent_again_is_refused(port: int) -> None:
             client.request(link.Op.SEALED, sealed)
         with pytest.raises(RefusedError, match="needs the key"):
             client.request(link.Op.SEALED, sealed)
+
+
+def test_a_seal_ends_after_silence(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    with joined(port, "client") as client:
+        client.set("i_d_A", 4.0)
+        seal = client._seal
+        monkeypatch.setattr(guest, "_OPEN_S", 0.1)
+        time.sleep(0.2)
+        client.set("i_d_A", 4.25)  # opens another by itself
+        assert client._seal is not seal
+        assert client.get(["i_d_A"]) == {"i_d_A": 4.25}
 
 
 def test_the_trace_memory_is_one_clients_at_a_time(port: int) -> None:

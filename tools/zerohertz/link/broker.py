@@ -51,6 +51,7 @@ class Broker:
 
     def __init__(self, line: Line, key: bytes = DEVELOPMENT_KEY) -> None:
         self.key = key
+        self._line = line
         self._drive = Client(line, timeout_s=_PATIENCE_S, key=key, wait_for_lock=False)
         self._lock = threading.RLock()
         self._members: dict[int, Member] = {}
@@ -248,3 +249,4 @@ class Broker:
                 self._commander = None
                 self._acting(Op.COMMAND, struct.pack("<IfH", 0, 0.0, 0))
             self._closed = True
+            self._line.close()

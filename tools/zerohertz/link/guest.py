@@ -24,6 +24,7 @@ from zerohertz.link.siphash import Seal, response
 _NO_SUCH_OP, _NOT_NOW, _REFUSED = 5, 8, 10
 _MAC_BYTES, _COUNTER_BYTES = 8, 4
 _LOCKOUT_S = 10.0  # from the third wrong answer, as on a drive
+_OPEN_S = 600.0  # without a sealed request
 _UNLOCKED_S = 600.0
 _PROTECTED_ACCESS = 2
 _READING = frozenset(
@@ -63,6 +64,7 @@ class Guest:
         self._session = 0
         self._nonce: int | None = None
         self._seal: Seal | None = None
+        self._sealed_s = 0.0
         self._unlocked_s = -_UNLOCKED_S
         self.number = broker.join(self)
 
@@ -155,15 +157,19 @@ class Guest:
                 if answer[0] != OK:
                     return answer
                 self._unlocked_s = time.monotonic()
-            self._seal = Seal(self._broker.key, nonce)
+            self._seal, self._sealed_s = Seal(self._broker.key, nonce), time.monotonic()
             return bytes((OK,))
 
         return self._with_session(body, ask)
 
     def _sealed(self, body: bytes) -> bytes:
         request = body[: -_MAC_BYTES - _COUNTER_BYTES]
+        now_s = time.monotonic()
+        if now_s - self._sealed_s > _OPEN_S:
+            self._seal = None
         if self._seal is None or not request or not self._seal.fits(request, body):
             return refusal(NOT_SEALED)
+        self._sealed_s = now_s
         op = request[0]
         if op not in _SEALED_OPS:
             return refusal(_NO_SUCH_OP)

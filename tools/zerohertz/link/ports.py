@@ -27,7 +27,6 @@ class Hub:
     """A broker with its ports. `with` closes both, and stops a drive that a client runs."""
 
     def __init__(self, line: Line, key: bytes = DEVELOPMENT_KEY) -> None:
-        self._line = line
         self.broker = Broker(line, key)
         self._lockout = Lockout()
         self._listeners: list[socket.socket] = []
@@ -80,7 +79,6 @@ class Hub:
         for peer in list(self._peers):
             with contextlib.suppress(OSError):
                 peer.shutdown(socket.SHUT_RDWR)
-        self._line.close()
 
     def _listen(self, listener: socket.socket) -> None:
         listener.listen(8)
