@@ -47,18 +47,18 @@ def zh(*words: str, said: re.Pattern[str]) -> Iterator[str]:
 @contextmanager
 def served(*options: str) -> Iterator[int]:
     """Port of a `zh serve`."""
-    with zh("serve", "--tcp", _free_port(), *options, said=_SERVING) as port:
+    with zh("serve", "--tcp", free_port(), *options, said=_SERVING) as port:
         yield int(port)
 
 
 @contextmanager
-def studio(*options: str) -> Iterator[str]:
+def studio(*options: str, page: str = "0") -> Iterator[str]:
     """Address of a `zh studio`."""
-    with zh("studio", "--no-browser", "--page", "0", *options, said=_ADDRESS) as address:
+    with zh("studio", "--no-browser", "--page", page, *options, said=_ADDRESS) as address:
         yield address
 
 
-def _free_port() -> str:
+def free_port() -> str:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return str(probe.getsockname()[1])

@@ -15,12 +15,13 @@ from pathlib import Path
 import pytest
 from asammdf import MDF
 from playwright.sync_api import Page, expect
-from studio_setup import PICTURES, Opener, served, studio
+from studio_setup import PICTURES, Opener, free_port, served, studio
 from test_broker import joined, serving
 
 from zerohertz.commission.board_run import at_rest
 from zerohertz.link import client as link
 from zerohertz.link.client import RefusedError
+from zerohertz.link.command import take
 from zerohertz.link.recording import unit_of
 from zerohertz.link.server import PtyEnd
 
@@ -219,6 +220,37 @@ def test_a_trigger_records_every_period_round_the_start(page: Page) -> None:
     steps = [float(b["t_s"]) - float(a["t_s"]) for a, b in itertools.pairwise(rows)]
     assert max(steps) == pytest.approx(200e-6)
     assert sum(float(row["t_s"]) < 0.0 for row in rows) == pytest.approx(len(rows) / 4, abs=2)
+
+
+def test_another_trace_gets_its_turn_beside_a_normal_trigger(page: Page, drive: int) -> None:
+    page.select_option("#scope-mode", "normal")
+    page.select_option("#trigger-edge", "now")
+    page.fill("#trigger-every", "1")
+    page.click("#arm")
+    expect(page.locator("#scope-title")).to_have_text("triggered recording", timeout=RUN_S)
+    now = {"trigger": "u_dc_V", "edge": 0, "level": 0.0}
+    with joined(drive, "zh trace (1)") as client:
+        for _ in range(3):
+            record = take(client, ["u_dc_V"], now, before=0.0, every=1, rows=100, wait_s=20.0)
+            assert len(record.t_s) == 100
+    assert len(rows_of(page, "#csv")) > 1000
+    page.click("#live")
+    expect(page.locator("#scope-title")).to_have_text("")
+
+
+def test_a_studio_that_ends_is_told_and_found_again(drive: int, opened: Opener) -> None:
+    port = free_port()
+    options = ("--sil", "--tcp", str(drive))
+    with studio(*options, page=port) as address:
+        reopened = opened(address, quiet=False)
+        page = reopened.__enter__()
+    expect(page.locator("#link-state")).to_have_text("zh studio has ended")
+    assert page.locator("#run").is_disabled()
+    with studio(*options, page=port):
+        page.click("text=Connect again")
+        expect(page.locator("#link-state")).to_have_attribute("data-state", "connected")
+        expect(page.locator("#state")).to_have_text("READY")
+    reopened.__exit__(None, None, None)
 
 
 @contextmanager
