@@ -9,7 +9,7 @@ import dataclasses
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
 from rich.console import Console
@@ -28,6 +28,7 @@ from zerohertz.link.command import (
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT
 
 if TYPE_CHECKING:
+    from zerohertz.commission.campaign import Row
     from zerohertz.commission.finding import Finding
     from zerohertz.link.client import Client
 
@@ -148,16 +149,23 @@ def trial(
     seed: Annotated[int, typer.Option(min=1, help="Of the sensors' noise.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Run a commissioned motor: a speed step, then rated load on and off. Exit 1 when not held."""
+    """Run a commissioned motor: a speed step, rated load on and off, and what lies near zero.
+
+    Near zero: rated load both ways at 5 % and 2 % of rated speed, Rs that drifts, slow crossings.
+    Exit 1 when anything is not held.
+    """
     from zerohertz.commission.folder import rig_file
+    from zerohertz.commission.slow import run_slow
     from zerohertz.commission.trial import run_trial
 
     if not (folder / "l_gain.json").exists():
         raise UserError(f"{folder}: has no l_gain.json; run tools/zh design {folder} first")
     seen = run_trial(folder, rig_file(rig), seed)
+    slow = run_slow(folder, rig_file(rig), seed)
     if as_json:
         fields = {f.name: getattr(seen, f.name) for f in dataclasses.fields(seen)}
-        print(json.dumps({key: value for key, value in fields.items() if key != "record"}))
+        del fields["record"]
+        print(json.dumps(fields | {"slow": [dataclasses.asdict(mission) for mission in slow]}))
     else:
         fault = f", fault bits {seen.fault:#x}" if seen.fault else ""
         print(f"{folder.name}: {seen.word}{fault}")
@@ -165,7 +173,16 @@ def trial(
         print(f"{100.0 * seen.dip_pu:.1f} % of rated speed for a moment")
         print(f"  settled: speed off by {100.0 * seen.speed_err_pu:.2f} %", end=", ")
         print(f"flux angle by {seen.angle_err_deg:.1f} degrees")
-    raise typer.Exit(0 if seen.held else 1)
+        for mission in slow:
+            off = f"speed off by {100.0 * mission.speed_err_pu:.2f} % at most"
+            print(f"  {mission.mission}: {mission.word}, {off}")
+    raise typer.Exit(0 if seen.held and all(mission.held for mission in slow) else 1)
+
+
+def _print_row(row: Row, output: TextIO) -> None:
+    from zerohertz.commission import campaign
+
+    print(campaign.row_text(row), campaign.slow_text(row), sep="\n", file=output)
 
 
 def commissioning(
@@ -184,9 +201,9 @@ def commissioning(
         raise UserError("--write: the page has every motor; leave out --motor")
     names = motor or [path.stem for path in all_rigs()]
     output = sys.stderr if as_json else sys.stdout
-    rows = campaign.run_all(names, seed, lambda row: print(campaign.row_text(row), file=output))
+    rows = campaign.run_all(names, seed, lambda row: _print_row(row, output))
     if write:
         campaign.PAGE.write_text(campaign.page_text(rows, seed), encoding="utf-8")
     if as_json:
         print(json.dumps({"seed": seed, "motors": [campaign.as_dict(row) for row in rows]}))
-    raise typer.Exit(0 if all(row.good for row in rows) else 1)
+    raise typer.Exit(0 if all(row.good and row.held_slowly for row in rows) else 1)
