@@ -278,8 +278,8 @@ firmware or of the tools assumes. Both go through the same two points.
 
 Worst error of the true speed in percent of rated speed. 5 % and 2 %: rated load in {LOAD_S:g} s,
 then as much the other way, judged at the end of each. Rs drifts: 3 % of rated speed, rated load
-driving, Rs {DRIFT - 1.0:+.0%} in {DRIFT_S:g} s. Crossing: 5 % to -5 % in {CROSSING_S:g} s under that
-load. Held: no fault and within {SPEED_PU:.0%} of rated speed all the time that is judged.
+driving, Rs {DRIFT - 1.0:+.0%} in {DRIFT_S:g} s. Crossing: 5 % to -5 % in {CROSSING_S:g} s under
+that load. Held: no fault and within {SPEED_PU:.0%} of rated speed all the time that is judged.
 
 | motor | law | {missions} |
 |---|---|{"---|" * len(MISSIONS)}
