@@ -47,6 +47,8 @@ struct SensorFault {
     double severity = 0.0;
     double start_s = never_s;
     double end_s = never_s;
+
+    bool operator==(const SensorFault &) const = default;
 };
 
 inline constexpr std::size_t all_phases = 3;

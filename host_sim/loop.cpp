@@ -71,8 +71,9 @@ Loop::Loop(const Run &run, LockstepPeer *peer)
     }
     operator_.speak(plant_.time_s());
     out_.period_s = run.board.period_s;
-    out_.stride = (run.steps + run.decimate - 1) / run.decimate;
-    out_.data.resize(out_.stride * columns.size());
+    out_.stride =
+        run.keep_rows != 0 ? run.keep_rows : (run.steps + run.decimate - 1) / run.decimate;
+    out_.data.resize(static_cast<std::size_t>(out_.stride) * columns.size());
 }
 
 void Loop::control(const Words &words, PlantCommand &command)
@@ -123,6 +124,13 @@ void Loop::follow()
     }
 }
 
+void Loop::scenario_changed()
+{
+    plant_.disturb(run_.scenario.disturbances);
+    operator_.start_again();
+    operator_.speak(plant_.time_s());
+}
+
 Outcome Loop::take()
 {
     const unit_t &unit = firmware_.unit();
@@ -166,7 +174,7 @@ void Loop::record()
     r.Rs_true_ohm = run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
     static const NamedSignal x_rad_s("x_rad_s");
     r.x_rad_s = static_cast<double>(x_rad_s.value(unit));
-    float *cell = out_.data.data() + out_.rows;
+    float *cell = out_.data.data() + out_.rows % out_.stride;
 #define COLUMN(name, value, text)                                                                  \
     *cell = static_cast<float>(value);                                                             \
     cell += out_.stride;

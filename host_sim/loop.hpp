@@ -44,6 +44,12 @@ public:
     {
         return last_;
     }
+    // The scenario is another one now.
+    void start_again()
+    {
+        cursor_ = 0;
+        change_s_ = 0.0;
+    }
     // What the operator wants, said or not.
     float speed_ref_rpm(double t_s)
     {
@@ -121,6 +127,12 @@ public:
     {
         return firmware_.unit();
     }
+    Firmware &firmware()
+    {
+        return firmware_;
+    }
+    // The scenario of the run has changed: from the next period on.
+    void scenario_changed();
     // As the last period put them out.
     bool gates_on() const
     {
@@ -129,6 +141,11 @@ public:
     std::uint64_t steps() const
     {
         return out_.steps;
+    }
+    // So far; Outcome::commissioning only comes with take().
+    const Outcome &outcome() const
+    {
+        return out_;
     }
     // Once, at the end; the loop is empty afterwards.
     Outcome take();

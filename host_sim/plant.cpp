@@ -54,6 +54,12 @@ void check_fit(const Rig &rig, const Board &board)
     }
 }
 
+bool never_in_parts(const Faults &faults, double comparator_A)
+{
+    return !(comparator_A > 0.0) && !(faults.open_s < never_s) && !(faults.short_s < never_s) &&
+           !(faults.earth_s < never_s);
+}
+
 // One step per averaged period, its dead time at the current expected in the middle: z^2 - (1 - 1.5
 // a) z - a/2 = 0, a = slope h / (L i_threshold), is well damped up to here (|z| = 1 at a = 1).
 constexpr double whole_step_share = 0.6;
@@ -82,13 +88,11 @@ Plant::Plant(const Rig &rig, const Board &board, const Disturbances &disturbance
       whole_steps_(whole_step_fits(rig, board.period_s)),
       substep_(filter_.transition(board.period_s / std::max(substeps_, 1))),
       link_(rig.dc_link, rig.inverter.u_dc_V), u_dc_V_(rig.inverter.u_dc_V),
-      faulty_sensors_(disturbances.faults.sensors, board.adc_bits, seed),
-      comparator_A_(board.comparator_A),
+      faulty_sensors_(disturbances.faults.sensors, board.adc_bits, seed), adc_bits_(board.adc_bits),
+      seed_(seed), comparator_A_(board.comparator_A),
       comparator_near_A_(board.comparator_A -
                          rig.inverter.u_dc_V * board.period_s / transient_H(rig.motor)),
-      never_in_parts_(!(comparator_A_ > 0.0) && !(disturbances.faults.open_s < never_s) &&
-                      !(disturbances.faults.short_s < never_s) &&
-                      !(disturbances.faults.earth_s < never_s))
+      never_in_parts_(never_in_parts(disturbances.faults, comparator_A_))
 {
     check_fit(rig, board);
     inverter_.block();
@@ -107,6 +111,20 @@ void Plant::set_state(const MotorState &state)
     open_ = {false, false, false};
     blocked_ = false;
     i_s_before_A_ = motor_.stator_current(x_);
+}
+
+void Plant::disturb(const Disturbances &disturbances)
+{
+    const Faults &faults = disturbances.faults;
+    if (faults.sensors != disturbances_.faults.sensors) {
+        faulty_sensors_ = FaultySensors(faults.sensors, adc_bits_, seed_);
+    }
+    disturbances_ = disturbances;
+    never_in_parts_ = never_in_parts(faults, comparator_A_);
+    quiet_until_s_ = 0.0;
+    load_cursor_ = rs_cursor_ = rr_cursor_ = u_dc_cursor_ = 0;
+    short_A_ = time_s() >= faults.short_s ? short_A_ : 0.0;
+    earth_A_ = time_s() >= faults.earth_s ? earth_A_ : 0.0;
 }
 
 Words Plant::sample()

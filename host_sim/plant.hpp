@@ -107,6 +107,8 @@ public:
     {
         return static_cast<double>(steps_) * period_s_;
     }
+    // Others from here on, their times those of this run. A jammed shaft stays jammed.
+    void disturb(const Disturbances &disturbances);
     Truth truth() const;
     // Not finite, or beyond anything the rig could survive; advance then does nothing more.
     bool diverged() const
@@ -190,6 +192,8 @@ private:
     double u_dc_V_;
     double energy_J_ = 0.0; // from the legs to the motor over the interval
     FaultySensors faulty_sensors_;
+    int adc_bits_;
+    std::uint64_t seed_;
     double comparator_A_;
     double comparator_near_A_; // out of whose reach it is for a period
     bool never_in_parts_;      // no comparator, no broken phase or leg in the scenario

@@ -55,7 +55,7 @@ void Recorder::write_csv(std::ostream &out) const
     std::array<char, 32> buffer{};
     for (std::size_t i = 0; i < data_.size(); ++i) {
         const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), data_[i]);
-        out << std::string_view(buffer.data(), end.ptr);
+        out.write(buffer.data(), end.ptr - buffer.data());
         out << ((i + 1) % columns_.size() == 0 ? '\n' : ',');
     }
 }

@@ -11,6 +11,7 @@
 #include "c_boundary.hpp"
 #include "firmware.hpp"
 #include "firmware_setup.hpp"
+#include "live_parameter.hpp"
 
 // The firmware's own numbers are the interface's.
 constexpr bool same(std::uint32_t ours, std::uint32_t firmware)
@@ -134,19 +135,6 @@ int input_status(const zh_sil_in &in)
     return ZH_OK;
 }
 
-int access_status(const zh::Firmware &firmware, const param_info_t &info)
-{
-    const std::string named = "zh_sil_set: " + std::string(info.name) + ": ";
-    if (info.access == PARAM_ACCESS_PROTECTED) {
-        return fail(ZH_PROTECTED, named + "is protected; give it in the overrides of zh_sil_open");
-    }
-    if (info.access == PARAM_ACCESS_READY && firmware.gates_on()) {
-        return fail(ZH_NOT_NOW, named + "can only change with the gates off; take the run command "
-                                        "away first");
-    }
-    return ZH_OK;
-}
-
 } // namespace
 
 std::uint32_t zh_sil_version(void)
@@ -215,22 +203,7 @@ int zh_sil_set(zh_sil *handle, const char *name, float value)
     if (handle == nullptr || name == nullptr) {
         return fail(ZH_BAD_ARGUMENT, "zh_sil_set: handle or name: is NULL");
     }
-    return zh::guarded<int>(ZH_OUT_OF_RANGE, [&] {
-        const param_info_t *info = params_info(params_find(name));
-        if (info == nullptr) {
-            return fail(ZH_NO_SUCH_NAME, "zh_sil_set: " + std::string(name) +
-                                             ": no such parameter; zh_sil_name lists them");
-        }
-        params_t changed = handle->firmware.params();
-        zh::set_param(changed, name, value, "zh_sil_set");
-        if (const int status = access_status(handle->firmware, *info); status != ZH_OK) {
-            return status;
-        }
-        if (!handle->firmware.reconfigure(changed)) {
-            return fail(ZH_REFUSED, "zh_sil_set: " + zh::refusal_reason(changed));
-        }
-        return int{ZH_OK};
-    });
+    return zh::set_live(handle->firmware, name, value, "zh_sil_set");
 }
 
 std::uint32_t zh_sil_name_count(void)

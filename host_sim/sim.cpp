@@ -114,26 +114,36 @@ zh_sim_result zh::empty_result()
     return result;
 }
 
+void zh::show(const zh::Outcome &outcome, std::uint32_t flags, zh_sim_result &result)
+{
+    result.columns = static_cast<std::uint32_t>(zh::column_count());
+    result.rows = outcome.rows;
+    result.stride = outcome.stride;
+    result.data = outcome.data.data();
+    result.steps = outcome.steps;
+    result.period_s = outcome.period_s;
+    result.trip = outcome.trip;
+    result.trip_s = outcome.trip_s;
+    result.first_fault = outcome.first_fault;
+    result.first_fault_s = outcome.first_fault_s;
+    result.loop_ns_per_step = outcome.loop_ns_per_step;
+    result.controller_ns_per_step = outcome.controller_ns_per_step;
+    result.plant_ns_per_step = outcome.plant_ns_per_step;
+    result.commissioning = found(outcome);
+    const bool hashed = (flags & ZH_SIM_HASH_SIGNALS) != 0;
+    result.signal_hashes = hashed ? outcome.signal_hashes.data() : nullptr;
+}
+
 void zh::hand_over(zh::Outcome &&outcome, std::uint32_t flags, zh_sim_result &result)
 {
     auto out = std::make_unique<zh::Outcome>(std::move(outcome));
-    result.columns = static_cast<std::uint32_t>(zh::column_count());
-    result.rows = out->rows;
-    result.stride = out->stride;
-    result.data = out->data.data();
-    result.steps = out->steps;
-    result.period_s = out->period_s;
-    result.trip = out->trip;
-    result.trip_s = out->trip_s;
-    result.first_fault = out->first_fault;
-    result.first_fault_s = out->first_fault_s;
-    result.loop_ns_per_step = out->loop_ns_per_step;
-    result.controller_ns_per_step = out->controller_ns_per_step;
-    result.plant_ns_per_step = out->plant_ns_per_step;
-    result.commissioning = found(*out);
-    const bool hashed = (flags & ZH_SIM_HASH_SIGNALS) != 0;
-    result.signal_hashes = hashed ? out->signal_hashes.data() : nullptr;
+    show(*out, flags, result);
     result.owner = out.release();
+}
+
+zh::Scenario zh::scenario_of(const char *source, const char *overrides)
+{
+    return read_scenario(read(source, overrides, "scenario"));
 }
 
 zh::Run zh::run_of(const zh_sim_job &job)
@@ -142,7 +152,7 @@ zh::Run zh::run_of(const zh_sim_job &job)
         throw zh::ConfigError("zh_sim_run: motor_dir: missing; give the folder of a motor");
     }
     zh::Run run;
-    run.scenario = zh::read_scenario(read(job.scenario, job.scenario_overrides, "scenario"));
+    run.scenario = zh::scenario_of(job.scenario, job.scenario_overrides);
     run.rig = zh::read_rig(read(job.rig, job.rig_overrides, "rig"));
     run.board = zh::read_board(read(job.board, job.board_overrides, "board"));
     const zh::MotorDir dir = zh::MotorDir::load(job.motor_dir);

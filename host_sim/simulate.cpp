@@ -36,7 +36,7 @@ struct Exchange {
 std::vector<Exchange> exchanges(const Run &run, std::uint64_t steps)
 {
     std::vector<Exchange> log;
-    log.reserve(steps);
+    log.reserve(static_cast<std::size_t>(steps));
     Firmware firmware(run.params, run.gain);
     Plant plant(run.rig, run.board, run.scenario.disturbances, run.seed);
     Operator op(run.scenario);

@@ -43,6 +43,7 @@ struct Run {
     std::uint64_t seed = 1;
     std::uint64_t steps = 0;
     std::uint32_t decimate = 1;
+    std::uint64_t keep_rows = 0; // of the record, the last ones; 0: all
     bool stop_at_trip = false;
     bool time_split = false;
     bool hash_signals = false;
@@ -59,7 +60,7 @@ Column column(std::size_t index); // index < column_count()
 struct Outcome {
     std::vector<float> data; // column-major, stride rows per column
     std::uint64_t stride = 0;
-    std::uint64_t rows = 0;
+    std::uint64_t rows = 0; // recorded; with Run::keep_rows the last `stride` of them are kept
     std::uint64_t steps = 0;
     double period_s = 0.0;
     std::uint32_t trip = 0; // ZH_TRIP_*

@@ -65,6 +65,19 @@ def build_image(preset: str) -> Path:
     return folder / "firmware.elf"
 
 
+def build_twin() -> tuple[Path, Path]:
+    """twin.js and twin.wasm of the preset `wasm`; built when out of date."""
+    folder = BUILD / "wasm"
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(BUILD / "wasm.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not _configured(folder):
+            print("zh: configuring the WebAssembly build", file=sys.stderr)
+            _configure(folder, "--preset", "wasm")
+        _run("cmake", "--build", "--preset", "wasm", "--parallel", "2")
+    return folder / "twin.js", folder / "twin.wasm"
+
+
 def _configured(folder: Path) -> bool:
     """By the presets of today: ninja looks after the CMakeLists, but not after these."""
     stamp = folder / STAMP

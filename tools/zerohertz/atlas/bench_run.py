@@ -69,8 +69,8 @@ class Judged:
     f_s_abs_min_Hz: float
 
 
-def run(setup: Setup, what: Experiment) -> sim.Record:
-    """The record with t_s from the beginning of the experiment; rows before it are the start.
+def job(setup: Setup, what: Experiment) -> tuple[sim.Job, float]:
+    """The job of an experiment, and when its t = 0 is in the run.
 
     The firmware is told what it is told on the maps: the nameplate, and no dead time.
     """
@@ -93,23 +93,28 @@ def run(setup: Setup, what: Experiment) -> sim.Record:
         f'[scenario]\nname = "bench"\nduration_s = {begin_s + what.duration_s:.6f}\n'
         f"run_on_s = {RUN_ON_S}\n[profiles]\n"
     )
-    record = sim.run(
-        sim.Job(
-            scenario=head + "\n".join(lines) + "\n",
-            rig=RIG,
-            board=setup.board,
-            motor_dir=setup.motor_dir,
-            firmware_config=bench.params,
-            firmware={"dead_time_s": 0.0, **what.firmware},
-            rig_overrides={
-                **setup.rig_overrides,
-                "motor.Rs_ohm": what.rs_ratio * NAMEPLATE_RS_OHM,
-            },
-            gain=setup.gain,
-            seed=what.seed,
-            decimate=what.decimate,
-        )
+    job = sim.Job(
+        scenario=head + "\n".join(lines) + "\n",
+        rig=RIG,
+        board=setup.board,
+        motor_dir=setup.motor_dir,
+        firmware_config=bench.params,
+        firmware={"dead_time_s": 0.0, **what.firmware},
+        rig_overrides={
+            **setup.rig_overrides,
+            "motor.Rs_ohm": what.rs_ratio * NAMEPLATE_RS_OHM,
+        },
+        gain=setup.gain,
+        seed=what.seed,
+        decimate=what.decimate,
     )
+    return job, begin_s
+
+
+def run(setup: Setup, what: Experiment) -> sim.Record:
+    """The record with t_s from the beginning of the experiment; rows before it are the start."""
+    asked, begin_s = job(setup, what)
+    record = sim.run(asked)
     t_s = record.t_s.astype(np.float64) - begin_s
     return dataclasses.replace(record, columns=record.columns | {"t_s": t_s})
 

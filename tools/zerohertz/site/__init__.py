@@ -1,0 +1,1 @@
+"""`zh site`: the twin and the documentation as one static folder."""
