@@ -26,6 +26,7 @@ COMMAND_MODULES = (
     "zerohertz.commission.command",
     "zerohertz.stability.command",
     "zerohertz.replay.command",
+    "zerohertz.site.command",
     "zerohertz.link.command",
     "zerohertz.link.run_command",
     "zerohertz.studio.command",

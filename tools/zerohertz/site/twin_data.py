@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from zerohertz import sim
+from zerohertz import param_list, sim
 from zerohertz.atlas import bench_run, special
 from zerohertz.atlas.points import Point, standard_map
 from zerohertz.atlas.simulate import Bench, job_of, judge_record, make_bench
@@ -24,6 +24,7 @@ from zerohertz.scenario.figures import PAPER
 from zerohertz.scenario.setup import figure_scenario, load_setup, scenario_file
 
 CONFIGS = {"paper": "the paper's tuning", "recommended": "recommended", "no_gain": "L = 0"}
+SETTINGS = ("observer_gain_enable", "eps1_mode", "eps1")  # which the page has controls for
 SEED = 1
 BATCH = 64
 _GUARD_RECORDED = 8
@@ -97,6 +98,8 @@ def content(hashes: bool = True, atlas: bool = True) -> dict[str, Any]:
         "live": _live(files),
         "faults": faults(),
         "configs": CONFIGS,
+        "tunings": {config: _tuning(config) for config in CONFIGS},
+        "defaults": {name: param_list.defaults()[name] for name in SETTINGS},
         "atlas": {config: _atlas(files, config) for config in CONFIGS} if atlas else {},
     }
     if hashes:
@@ -174,13 +177,21 @@ def _special(files: Files) -> Iterable[dict[str, Any]]:
         }
 
 
+def _tuning(config: str) -> dict[str, str]:
+    setup = load_setup(config)
+    return {"config": override_lines(setup.params).decode(), "motor": setup.motor_dir.name}
+
+
 def _live(files: Files) -> dict[str, Any]:
     """Operated by hand: the bench of the atlas with the nominal motor."""
     found = {}
     for config in CONFIGS:
         bench = make_bench(load_setup(config))
         job = job_of(bench, Point("live", 0, SEED, 0.0, 0.0, 1.0))
-        found[config] = files.job(dataclasses.replace(job, scenario="\n"))
+        # A fault may leave the motor turning; the next start catches it.
+        firmware = dict(job.firmware) | {"flying_start": 1.0}
+        job = dataclasses.replace(job, scenario="\n", firmware=firmware)
+        found[config] = files.job(job)
     return found
 
 

@@ -1,0 +1,39 @@
+"""`zh site`: the twin and the documentation as one static folder."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add `zh site`."""
+    app.command("site")(site)
+
+
+def site(
+    out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("build/site"),
+    only_twin: Annotated[
+        bool, typer.Option("--only-twin", help="The simulator page alone, no documentation.")
+    ] = False,
+) -> None:
+    """Write a static site: the drive in the browser, and the documentation.
+
+    Open index.html from the folder; no server is needed. The first time it installs emscripten from
+    Debian (109 MB to fetch, 0.8 GB installed) and builds firmware and plant as WebAssembly.
+    """
+    from zerohertz.console import short_paths, tell
+    from zerohertz.paths import make_folder
+    from zerohertz.site import twin_data, twin_page
+
+    make_folder(out, "--out")
+    tell("zh: running the atlas and the figures for the twin")
+    data = twin_data.content()
+    tell("zh: building firmware and plant as WebAssembly")
+    twin = out / "twin.html"
+    twin.write_text(twin_page.page(data, docs="" if only_twin else "index.html"), encoding="utf-8")
+    size = len(gzip.compress(twin.read_bytes(), 9))
+    print(f"{short_paths(twin.resolve())}: {size / 1e6:.2f} MB gzipped")
