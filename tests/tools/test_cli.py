@@ -161,12 +161,13 @@ def test_the_locks_are_those_of_the_requirements():
     wanted, locked = pins("requirements.txt"), pins("requirements.lock")
     assert set(locked) - set(wanted) == {"colorama"}  # of Windows alone
     assert wanted.items() <= locked.items()
-    beside = pins("requirements-test.lock")
-    assert pins("requirements-test.txt").items() <= beside.items()
-    assert beside.items() <= (wanted | pins("requirements-test.txt")).items()
+    for name in ("requirements-test", "requirements-site"):
+        beside = pins(f"{name}.lock")
+        assert pins(f"{name}.txt").items() <= beside.items()
+        assert beside.items() <= (wanted | pins(f"{name}.txt")).items()
 
 
-@pytest.mark.parametrize("file", ["requirements.lock", "requirements-test.lock"])
+@pytest.mark.parametrize("file", [f"requirements{part}.lock" for part in ("", "-test", "-site")])
 def test_every_package_of_a_lock_has_its_hashes(file):
     text = (ROOT / "tools" / file).read_text(encoding="utf-8")
     blocks = re.split(r"^(?=[\w.-]+==)", text, flags=re.MULTILINE)[1:]

@@ -1,6 +1,7 @@
-"""The twin as one HTML file: page, worker, WebAssembly and data in it, so that it also works when it
-is opened as a file, without any server. A page from a file may load neither scripts nor data beside
-it; what is large is packed with gzip and written as base64.
+"""The twin as one HTML file: page, worker, WebAssembly and data.
+
+It so works when it is opened as a file, without any server: such a page may load neither scripts
+nor data that lie beside it. What is large is packed with gzip and written as base64.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ def page(data: dict[str, Any], docs: str = "") -> str:
     """The whole page; docs: address of the documentation beside it."""
     script, wasm = build_twin()
     modules = _modules()
+    link = f'<nav><a href="{docs}">Documentation</a></nav>' if docs else ""
     parts = {
         "/*STYLE*/": (modules / "uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
         + (SOURCE / "style.css").read_text(encoding="utf-8"),
@@ -34,9 +36,7 @@ def page(data: dict[str, Any], docs: str = "") -> str:
         "<!--DATA-->": _packed(json.dumps(data, separators=(",", ":")).encode()),
         "<!--WORKER-->": _bundle("worker.js", modules, script.parent),
         "/*PAGE*/": _bundle("page.js", modules, script.parent),
-        '<nav id="docs-link"></nav>': f'<nav><a href="{docs}">Documentation</a></nav>'
-        if docs
-        else "",
+        '<nav id="docs-link"></nav>': link,
     }
     text = (SOURCE / "index.html").read_text(encoding="utf-8")
     for mark, content in parts.items():

@@ -67,6 +67,9 @@ def _that_run_the_code() -> list[Stage]:
             quick=True,
         ),
         Stage("studio", "page of zh studio in Chromium", _pytest("tests/studio"), needs=("build",)),
+        Stage(
+            "web", "firmware, plant and page in a browser", _pytest("tests/web"), needs=("build",)
+        ),
         Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
         Stage(
             "bits",

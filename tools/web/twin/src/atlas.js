@@ -24,10 +24,16 @@ export class Atlas {
   }
 
   show(points) {
+    this.buttons = new Map();
     const ratios = [...new Set(points.map((p) => p.rs_ratio))];
     this.host.replaceChildren(...ratios.map((ratio) => this.panel(
       ratio, points.filter((p) => p.rs_ratio === ratio))));
     this.host.querySelector("button").tabIndex = 0;
+  }
+
+  // As if its button was clicked.
+  choose(speed_rpm, load_pu, rs_ratio) {
+    this.buttons.get(`${speed_rpm} ${load_pu} ${rs_ratio}`).click();
   }
 
   panel(ratio, points) {
@@ -60,6 +66,7 @@ export class Atlas {
     button.tabIndex = -1;
     button.title = `${title}: ${WORDS[point.outcome]}`;
     button.setAttribute("aria-label", button.title);
+    this.buttons.set(`${point.speed_rpm} ${point.load_pu} ${point.rs_ratio}`, button);
     button.onclick = () => {
       this.chosen?.removeAttribute("aria-pressed");
       this.chosen = button;

@@ -15,6 +15,7 @@ const ROWS_OF_A_RUN = 8000;
 const LIVE_ROWS = 6000; // 30 s
 const PERIODS_PER_S = 5000;
 const LOAD_MACHINE_RPM = 1000;
+const ZERO_RPM = 30;
 const COULOMB_NM = 0.4; // friction of the bench, which brakes with the load
 
 const hand = new Hand();
@@ -119,6 +120,9 @@ function show_record(message) {
   scope.show(rec);
   player.show(rec);
   say_run(el("status"), { experiment: shown, rec, message, data, event_s: event_of(shown.job), differing });
+  const { seen, seconds, hashes } = message;
+  const detail = { id: shown.id, title: shown.title, hashes, seconds, simulated_s: seen.steps * seen.period_s };
+  dispatchEvent(new CustomEvent("run", { detail })); // for who waits for it
 }
 
 // ---------------------------------------------------------------- by hand
@@ -173,11 +177,12 @@ function guard_load_machine() {
   }
 }
 
-// The load at which the slip cancels the reference: the stator frequency becomes zero.
-function load_for_zero() {
+// A slow speed, and the driving load whose slip cancels it: the stator frequency becomes zero.
+function go_to_zero() {
   const flux_Wb = live_rec.length ? live_rec.at("lambda_Wb", live_rec.length - 1) : 0.5;
+  hand.speed_rpm = ZERO_RPM;
   const torque_Nm = torque_at(hand.speed_rpm, 0, flux_Wb);
-  hand.load_Nm = torque_Nm - Math.sign(hand.speed_rpm) * COULOMB_NM;
+  hand.load_Nm = torque_Nm - COULOMB_NM;
   change_hand();
 }
 
@@ -195,7 +200,7 @@ function wire_hand() {
   el("hand-pace").onchange = () => client.send("pace", { pace: Number(el("hand-pace").value) });
   el("hand-config").onchange = start_hand;
   el("hand-new").onclick = start_hand;
-  el("hand-zero").onclick = load_for_zero;
+  el("hand-zero").onclick = go_to_zero;
   el("hand-run").onclick = () => {
     if (!hand.run || live_faults) {
       hand.start_again(now_s());
@@ -231,7 +236,9 @@ function open_tab(name) {
     start_hand();
   } else {
     client.send("stop");
-    if (name !== "atlas") {
+    if (name === "atlas") {
+      atlas.choose(60, -1, 1);
+    } else {
       fill_experiments();
       choose_experiment();
     }
@@ -286,9 +293,7 @@ function begin(message) {
   }
   const show_atlas = () => atlas.show(data.atlas[el("atlas-config").value]);
   el("atlas-config").onchange = show_atlas;
-  if (data.atlas.recommended) {
-    show_atlas();
-  }
+  show_atlas();
   const wanted = location.hash.slice(1);
   open_tab([...el("tabs").children].some((b) => b.dataset.tab === wanted) ? wanted : "figures");
   document.documentElement.dataset.ready = "yes";

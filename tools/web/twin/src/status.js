@@ -64,7 +64,9 @@ export function say_live(host, { rec, faults, data }) {
   if (last < 0) {
     return;
   }
-  const value = (name, digits, unit) => `${rec.at(name, last).toFixed(digits)} ${unit}`.replace("-", "−");
+  // + 0: no minus before a zero.
+  const number = (name, digits) => String(Number(rec.at(name, last).toFixed(digits)) + 0).replace("-", "−");
+  const value = (name, digits, unit) => `${number(name, digits)} ${unit}`;
   const hat = rec.at("speed_unknown", last) ? "unknown" : value("speed_hat_rpm", 1, "min⁻¹");
   host.replaceChildren(list([
     ["state", STATES[rec.at("state", last)], faults ? "bad" : ""],
