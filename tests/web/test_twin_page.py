@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import gzip
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,6 @@ import pytest
 from PIL import Image
 
 from zerohertz.paths import BUILD
-from zerohertz.site import twin_data, twin_page
-
-playwright = pytest.importorskip("playwright.sync_api")
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="no chromium here: tools/zh test --only web installs it"
-)
 
 PICTURES = BUILD / "test-logs" / "web"
 MOST_BYTES = 1_500_000
@@ -27,50 +19,12 @@ LEAST_TIMES_REAL_TIME = 50.0
 LAPTOP = {"width": 1280, "height": 860}
 PHONE = {"width": 390, "height": 844}
 TRUE_COLOR = (0, 114, 178)  # --true of style.css, light
-WAIT_MS = 60_000
 
 
-@pytest.fixture(scope="module")
-def page_file(twin_js: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    del twin_js
-    path = tmp_path_factory.mktemp("site") / "twin.html"
-    path.write_text(twin_page.page(twin_data.content()), encoding="utf-8")
-    return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as tool:
-        # The sandbox needs what a container does not give.
-        browser = tool.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def open_page(browser: Any, page_file: Path) -> Iterator[Callable[..., Any]]:
-    """Opens the page at a tab, without a network; at the end no script may have failed."""
-    failures: list[str] = []
-    contexts = []
-
-    def opened(tab: str, size: dict[str, int] = LAPTOP) -> Any:
-        context = browser.new_context(viewport=size, reduced_motion="reduce", offline=True)
-        contexts.append(context)
-        page = context.new_page()
-        page.set_default_timeout(WAIT_MS)
-        page.on("pageerror", lambda error: failures.append(str(error)))
-        page.on("request", lambda r: failures.append(r.url) if r.url.startswith("http") else None)
-        page.add_init_script(
-            "window.runs = []; addEventListener('run', (e) => window.runs.push(e.detail))"
-        )
-        page.goto(f"{page_file.as_uri()}#{tab}")
-        page.wait_for_selector("html[data-ready=yes]")
-        return page
-
-    yield opened
-    for context in contexts:
-        context.close()
-    assert not failures
+def at_tab(open_page: Callable[..., Any], tab: str, size: dict[str, int] = LAPTOP) -> Any:
+    page = open_page(f"twin.html#{tab}", size)
+    page.wait_for_selector("html[data-ready=yes]")
+    return page
 
 
 def newest_run(page: Any, count: int) -> dict[str, Any]:
@@ -92,14 +46,14 @@ def look(page: Any, name: str) -> Image.Image:
     return Image.open(PICTURES / f"{name}.png").convert("RGB")
 
 
-def test_page_is_small(page_file: Path) -> None:
-    assert len(gzip.compress(page_file.read_bytes(), 9)) < MOST_BYTES
+def test_page_is_small(site: Path) -> None:
+    assert len(gzip.compress((site / "twin.html").read_bytes(), 9)) < MOST_BYTES
 
 
 def test_every_figure_has_the_native_bits_and_runs_fast(
     open_page: Callable[..., Any], data: dict[str, Any]
 ) -> None:
-    page = open_page("figures")
+    page = at_tab(open_page, "figures")
     newest_run(page, 1)
     paces = []
     for count, figure in enumerate(data["figures"], 2):
@@ -114,10 +68,10 @@ def test_every_figure_has_the_native_bits_and_runs_fast(
 
 
 def test_sliders_change_the_run(open_page: Callable[..., Any]) -> None:
-    page = open_page("figures")
-    newest_run(page, 1)  # Fig. 16, as given
+    page = at_tab(open_page, "figures")
+    newest_run(page, 1)  # Fig. 12, as given
     held = page.inner_text("#status dd:nth-of-type(3)")
-    page.uncheck("#gain")
+    page.select_option("#eps1-mode", "0")
     assert newest_run(page, 2)["hashes"] is None
     lost = page.inner_text("#status dd:nth-of-type(3)")
     move(page, "#rs", 1.5)
@@ -130,7 +84,7 @@ def test_sliders_change_the_run(open_page: Callable[..., Any]) -> None:
 
 
 def test_a_clicked_atlas_point_starts_its_run(open_page: Callable[..., Any]) -> None:
-    page = open_page("atlas")
+    page = at_tab(open_page, "atlas")
     assert page.locator("#atlas button").count() == 245
     point = page.locator("#atlas button").nth(30)
     newest_run(page, 1)  # where the map opens
@@ -144,7 +98,7 @@ def test_a_clicked_atlas_point_starts_its_run(open_page: Callable[..., Any]) -> 
 
 
 def test_by_hand_the_speed_follows_and_a_fault_is_explained(open_page: Callable[..., Any]) -> None:
-    page = open_page("hand")
+    page = at_tab(open_page, "hand")
     page.select_option("#hand-pace", "16")
     move(page, "#hand-speed", 300)
     page.wait_for_function(
@@ -160,7 +114,7 @@ def test_by_hand_the_speed_follows_and_a_fault_is_explained(open_page: Callable[
 def test_page_fits_and_shows_curves(
     open_page: Callable[..., Any], tab: str, size: dict[str, int]
 ) -> None:
-    page = open_page(tab, size)
+    page = at_tab(open_page, tab, size)
     if tab == "hand":
         page.wait_for_function("/running/.test(document.getElementById('status').innerText)")
     else:

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+TWIN = "twin.html"
+
 
 def register(app: typer.Typer) -> None:
     """Add `zh site`."""
@@ -27,13 +29,18 @@ def site(
     """
     from zerohertz.console import short_paths, tell
     from zerohertz.paths import make_folder
-    from zerohertz.site import twin_data, twin_page
+    from zerohertz.site import docs, twin_data, twin_page
 
     make_folder(out, "--out")
     tell("zh: running the atlas and the figures for the twin")
     data = twin_data.content()
     tell("zh: building firmware and plant as WebAssembly")
-    twin = out / "twin.html"
-    twin.write_text(twin_page.page(data, docs="" if only_twin else "index.html"), encoding="utf-8")
-    size = len(gzip.compress(twin.read_bytes(), 9))
-    print(f"{short_paths(twin.resolve())}: {size / 1e6:.2f} MB gzipped")
+    page = twin_page.page(data, docs="" if only_twin else "index.html")
+    if only_twin:
+        (out / TWIN).write_text(page, encoding="utf-8")
+    else:
+        tell("zh: writing the documentation")
+        links = docs.build(out, page)
+        print(f"{short_paths((out / 'index.html').resolve())}: {links} links checked")
+    size_MB = len(gzip.compress(page.encode(), 9)) / 1e6
+    print(f"{short_paths((out / TWIN).resolve())}: {size_MB:.2f} MB gzipped")

@@ -27,15 +27,15 @@ NODE = ("fs", "path", "crypto")  # of emscripten's loader, which never asks for 
 def page(data: dict[str, Any], docs: str = "") -> str:
     """The whole page; docs: address of the documentation beside it."""
     script, wasm = build_twin()
-    modules = _modules()
+    packages = modules()
     link = f'<nav><a href="{docs}">Documentation</a></nav>' if docs else ""
     parts = {
-        "/*STYLE*/": (modules / "uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
+        "/*STYLE*/": (packages / "uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
         + (SOURCE / "style.css").read_text(encoding="utf-8"),
         "<!--WASM-->": _packed(wasm.read_bytes()),
         "<!--DATA-->": _packed(json.dumps(data, separators=(",", ":")).encode()),
-        "<!--WORKER-->": _bundle("worker.js", modules, script.parent),
-        "/*PAGE*/": _bundle("page.js", modules, script.parent),
+        "<!--WORKER-->": _bundle("worker.js", packages, script.parent),
+        "/*PAGE*/": _bundle("page.js", packages, script.parent),
         '<nav id="docs-link"></nav>': link,
     }
     text = (SOURCE / "index.html").read_text(encoding="utf-8")
@@ -46,7 +46,7 @@ def page(data: dict[str, Any], docs: str = "") -> str:
     return text
 
 
-def _modules() -> Path:
+def modules() -> Path:
     """esbuild and uPlot, as pinned in package-lock.json; fetched when that has changed."""
     if shutil.which("npm") is None:
         raise UserError("npm: not installed; run tools/zh site, which installs it")
@@ -61,12 +61,12 @@ def _modules() -> Path:
     return WORK / "node_modules"
 
 
-def _bundle(name: str, modules: Path, wasm_folder: Path) -> str:
+def _bundle(name: str, packages: Path, wasm_folder: Path) -> str:
     """One script without imports; `</script` cannot stand in the page."""
-    command = [modules / ".bin" / "esbuild", SOURCE / "src" / name, "--bundle", "--minify"]
+    command = [packages / ".bin" / "esbuild", SOURCE / "src" / name, "--bundle", "--minify"]
     command += ["--format=iife", "--target=es2020", "--log-level=error"]
     command += [f"--external:{module}" for module in NODE]
-    found = _run(*command, folder=WORK, modules=f"{modules}:{wasm_folder}")
+    found = _run(*command, folder=WORK, modules=f"{packages}:{wasm_folder}")
     return found.replace("</script", "<\\/script")
 
 

@@ -1,0 +1,58 @@
+"""The documentation of `zh site`, opened from a folder: search, links, the way to the twin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from zerohertz.errors import UserError
+from zerohertz.paths import ROOT
+from zerohertz.site import docs, pages
+
+
+def test_start_page_leads_to_a_simulator_that_runs(open_page: Callable[..., Any]) -> None:
+    page = open_page("index.html")
+    page.click("nav.md-tabs >> text=Simulator")
+    page.wait_for_function("window.runs.length >= 1")
+    assert "real time" in page.inner_text("#status")
+    page.click("text=Documentation")
+    assert page.title() == "ZeroHertz" or "Start" in page.title()
+
+
+def test_search_works_without_a_network(open_page: Callable[..., Any]) -> None:
+    page = open_page("index.html")
+    page.click(".md-search__input")
+    page.keyboard.type("steer_min_Hz")
+    page.wait_for_selector(".md-search-result__item")
+    assert "Parameters" in page.inner_text(".md-search-result__list")
+
+
+def test_a_link_that_leads_nowhere_is_found(site: Path, tmp_path: Path) -> None:
+    wrong, count = docs.broken_links(site)
+    assert wrong == []
+    assert count > 1000
+    (tmp_path / "a.html").write_text('<a href="b.html">b</a><a href="a.html#c">c</a>')
+    assert docs.broken_links(tmp_path) == (["a.html: b.html", "a.html: a.html#c"], 2)
+
+
+def test_every_readme_and_page_is_in_the_navigation() -> None:
+    nav = yaml.safe_load(docs.CONFIG.read_text(encoding="utf-8"))["nav"]
+    sources = set(pages.leaves(nav))
+    ours = {
+        str(path.relative_to(ROOT))
+        for folder in ("firmware", "gain_tables", "hal", "host_sim", "tools")
+        for path in (ROOT / folder).rglob("*.md")
+        if "node_modules" not in path.parts
+    }
+    assert ours - sources == set()
+
+
+def test_a_section_becomes_a_page() -> None:
+    text = "# a\n\nx\n\n## B, c\n\ny\n\n### d\n\n## e\n"
+    assert pages.section_of(text, "b-c") == "# B, c\n\n\ny\n\n### d\n\n"
+    with pytest.raises(UserError, match="no heading #z"):
+        pages.section_of(text, "z")
