@@ -168,6 +168,17 @@ int zh_link_run(zh_link *handle, std::uint32_t periods, const std::uint8_t *rece
     return status;
 }
 
+int zh_link_change(zh_link *handle, const char *scenario)
+{
+    if (handle == nullptr || scenario == nullptr) {
+        return fail(ZH_BAD_ARGUMENT, "zh_link_change: handle or scenario: is NULL");
+    }
+    return zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        handle->plant.disturb(zh::scenario_of(scenario, nullptr).disturbances);
+        return int{ZH_OK};
+    });
+}
+
 int zh_link_get_state(const zh_link *handle, zh_link_state *state)
 {
     if (handle == nullptr || state == nullptr || state->struct_size < sizeof(zh_link_state)) {

@@ -33,6 +33,10 @@ ZH_API zh_link *zh_link_open(const zh_sim_job *job, uint32_t from_link, const ch
 ZH_API int zh_link_run(zh_link *handle, uint32_t periods, const uint8_t *received,
                        uint32_t *received_n, uint8_t *sent, uint32_t *sent_n);
 
+/* Load, resistances, dc link and faults of another scenario from the next period on, as
+ * zh_sim_change; its commands are not looked at. */
+ZH_API int zh_link_change(zh_link *handle, const char *scenario);
+
 ZH_API int zh_link_get_state(const zh_link *handle, zh_link_state *state);
 
 /* NULL is allowed. */

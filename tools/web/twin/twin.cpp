@@ -166,6 +166,19 @@ EMSCRIPTEN_KEEPALIVE int twin_link_run(zh_link *link, std::uint32_t periods,
     return zh_link_run(link, periods, received, received_n, sent, sent_n);
 }
 
+EMSCRIPTEN_KEEPALIVE int twin_link_change(zh_link *link, const char *scenario)
+{
+    return zh_link_change(link, scenario);
+}
+
+EMSCRIPTEN_KEEPALIVE double twin_link_speed_rpm(const zh_link *link)
+{
+    zh_link_state state{};
+    state.struct_size = sizeof state;
+    (void)zh_link_get_state(link, &state);
+    return state.speed_rpm;
+}
+
 EMSCRIPTEN_KEEPALIVE void twin_link_close(zh_link *link)
 {
     zh_link_close(link);

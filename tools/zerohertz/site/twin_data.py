@@ -7,7 +7,6 @@ page and `zh figures` ask the same of the same firmware.
 from __future__ import annotations
 
 import dataclasses
-import re
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
@@ -18,7 +17,7 @@ from zerohertz.atlas import bench_run, special
 from zerohertz.atlas.points import Point, standard_map
 from zerohertz.atlas.simulate import Bench, job_of, judge_record, make_bench
 from zerohertz.drive import override_lines
-from zerohertz.paths import ROOT
+from zerohertz.image import fault_page
 from zerohertz.scenario import evaluate
 from zerohertz.scenario.figures import PAPER
 from zerohertz.scenario.setup import figure_scenario, load_setup, scenario_file
@@ -28,10 +27,6 @@ SETTINGS = ("observer_gain_enable", "eps1_mode", "eps1")  # which the page has c
 SEED = 1
 BATCH = 64
 _GUARD_RECORDED = 8
-
-_FAULT = re.compile(
-    r'FAULT\((\w+),\s*(\d+),\s*(\w+),\s*((?:"[^"]*"\s*)+),\s*((?:"[^"]*"\s*)+),\s*((?:"[^"]*"\s*)+)\)'
-)
 
 SITUATION_TEXT = {
     "no_load": "No load, step to standstill",
@@ -113,15 +108,8 @@ def content(hashes: bool = True, atlas: bool = True) -> dict[str, Any]:
 
 def faults() -> list[dict[str, Any]]:
     """Of fault_list.def: bit, name, text, cause, remedy."""
-    text = (ROOT / "firmware/sequence/fault_list.def").read_text(encoding="utf-8")
-    return [
-        {"name": name, "bit": int(bit), "reaction": reaction, **_texts(text=a, cause=b, remedy=c)}
-        for name, bit, reaction, a, b, c in _FAULT.findall(text)
-    ]
-
-
-def _texts(**literals: str) -> dict[str, str]:
-    return {name: "".join(re.findall(r'"([^"]*)"', text)) for name, text in literals.items()}
+    keys = ("bit", "name", "reaction", "text", "cause", "remedy")
+    return [{key: getattr(entry, key) for key in keys} for entry in fault_page.entries()]
 
 
 def _kept(texts: dict[str, str], path: Path) -> str:

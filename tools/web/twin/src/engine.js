@@ -167,6 +167,19 @@ class Link {
     return { taken, sent: module.HEAPU8.slice(this.sent, this.sent + sent) };
   }
 
+  // Load, resistances and faults of another scenario.
+  change(scenario) {
+    const pairs = [["number", this.link], ["string", scenario]];
+    if (this.engine.call("twin_link_change", "number", ...pairs) !== 0) {
+      throw new Error(this.engine.error());
+    }
+  }
+
+  // True, of the shaft.
+  speed_rpm() {
+    return this.engine.call("twin_link_speed_rpm", "number", ["number", this.link]);
+  }
+
   close() {
     this.engine.call("twin_link_close", null, ["number", this.link]);
     for (const place of [this.received, this.sent, this.counts]) {
