@@ -35,18 +35,21 @@ def build(out: Path, twin: str) -> int:
     config |= {"nav": pages.placed(config["nav"]), "docs_dir": str(folder)}
     file = WORK / "mkdocs.yml"
     file.write_text(yaml.safe_dump(config, sort_keys=False), encoding="utf-8")
-    _run_mkdocs(file, out)
-    _bring_the_shim(out)
-    wrong, count = broken_links(out)
+    # Not into `out` itself: MkDocs empties the folder that it writes.
+    made = WORK / "site"
+    _run_mkdocs(file, made)
+    _bring_the_shim(made)
+    wrong, count = broken_links(made)
     if wrong:
         raise UserError("site: links that lead nowhere: " + "; ".join(wrong[:10]))
+    shutil.copytree(made, out, dirs_exist_ok=True)
     return count
 
 
 def _run_mkdocs(file: Path, out: Path) -> None:
     command = (sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--clean")
     done = subprocess.run(
-        (*command, "--config-file", file, "--site-dir", out.resolve()),
+        (*command, "--config-file", file, "--site-dir", out),
         capture_output=True,
         text=True,
         check=False,

@@ -7,6 +7,7 @@ that are no pages become the file's name, for the site has no copy of the source
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shutil
@@ -21,7 +22,8 @@ START = "tools/docs/start.md"
 MOVED = {START: "index.md", "README.md": "overview.md"}
 LANGUAGES = {".h": "c", ".py": "python"}
 PICTURES = (".png", ".svg")
-GENERATED = ("signals.md", "twin.html")  # which the site makes itself
+GENERATED = ("signals.md", "python.md", "twin.html")  # which the site makes itself
+PYTHON_MODULES = ("zerohertz.drive", "zerohertz.sim", "zerohertz.sim_steps")
 _SIGNALS = ROOT / "firmware" / "unit" / "signal_list.def"
 _SIGNAL = re.compile(r'^SIGNAL_([FU])\(\s*(\w+),(?:[^"]|\n)*?"([^"]*)"\)', re.MULTILINE)
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
@@ -63,6 +65,7 @@ def stage(sources: list[str], folder: Path) -> None:
         if source not in GENERATED:
             _write(folder / place(source), _page(source, sources, folder))
     _write(folder / "signals.md", signals_page())
+    _write(folder / "python.md", python_page())
 
 
 def signals_page() -> str:
@@ -77,6 +80,32 @@ def signals_page() -> str:
         "| signal | type | meaning |\n|---|---|---|\n"
     )
     return head + "\n".join(rows) + "\n"
+
+
+def python_page() -> str:
+    """Reference of the Python package's interface, from its own signatures and docstrings."""
+    lines = ["# Python interface", "", "`tools/zh python FILE` runs a script with it at hand.", ""]
+    for module in PYTHON_MODULES:
+        tree = ast.parse((ROOT / "tools" / f"{module.replace('.', '/')}.py").read_text("utf-8"))
+        lines += [f"## {module}", "", ast.get_docstring(tree) or "", ""]
+        for node in tree.body:
+            lines += _described(node, "###")
+    return "\n".join(lines) + "\n"
+
+
+def _described(node: ast.AST, level: str) -> list[str]:
+    """A public class with its methods, or a function."""
+    if not isinstance(node, (ast.ClassDef, ast.FunctionDef)) or node.name.startswith("_"):
+        return []
+    text = ast.get_docstring(node) or ""
+    if isinstance(node, ast.ClassDef):
+        fields = [n for n in node.body if isinstance(n, (ast.AnnAssign, ast.Assign))]
+        code = "\n".join([f"class {node.name}:", *(f"    {ast.unparse(n)}" for n in fields)])
+        members = [line for n in node.body for line in _described(n, f"{level}#")]
+    else:
+        returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+        code, members = f"def {node.name}({ast.unparse(node.args)}){returns}", []
+    return [f"{level} {node.name}", "", f"```python\n{code}\n```", "", text, "", *members]
 
 
 def slug(heading: str) -> str:
@@ -114,17 +143,26 @@ def _link(found: re.Match[str], source: str, sources: list[str], folder: Path) -
         return found[0]
     file = source.partition("#")[0]
     name = os.path.relpath(ROOT / Path(file).parent / target, ROOT) if target else file
-    name = "twin.html" if Path(name).name == "twin.html" else name
     if Path(name).suffix in PICTURES:
         _copy(ROOT / name, folder / name)
         return f"{mark}[{words}]({_from(source, name)})"
-    for candidate in (f"{name}#{anchor}", name, f"{name}/README.md"):
-        if candidate in sources:
-            rest = f"#{anchor}" if anchor and "#" not in candidate else ""
-            return f"[{words}]({_from(source, place(candidate))}{rest})"
+    page = _page_of(name, anchor, sources)
+    if page is not None:
+        return f"[{words}]({_from(source, page)})"
     if not (ROOT / name).exists():
         raise UserError(f"{file}: ({address}) leads nowhere; correct the link")
     return words if words.startswith("`") else f"{words} (`{name}`)"
+
+
+def _page_of(name: str, anchor: str, sources: list[str]) -> str | None:
+    """Where a link to a file of the checkout goes; None: the site has no such page."""
+    if Path(name).name in GENERATED:
+        return Path(name).name
+    for candidate in (f"{name}#{anchor}", name, f"{name}/README.md"):
+        if candidate in sources:
+            rest = f"#{anchor}" if anchor and "#" not in candidate else ""
+            return place(candidate) + rest
+    return None
 
 
 def _from(source: str, target: str) -> str:

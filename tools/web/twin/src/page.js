@@ -40,7 +40,7 @@ const client = new Client(el("worker").textContent, {
   record: show_record,
   rows: show_rows,
   progress: ({ simulated_s }) => (el("status").textContent = `computing: ${simulated_s.toFixed(0)} s`),
-  refused: ({ text }) => (el("status").textContent = `refused: ${text}`),
+  refused: ({ text }) => (el("notice").textContent = `refused: ${text}`),
 });
 
 function event_of(job) {
@@ -132,6 +132,8 @@ function start_hand() {
   show_hand();
   live_rec = Rec.window(columns, LIVE_ROWS);
   const job = { ...data.live[el("hand-config").value], scenario: hand.scenario() };
+  const mode = /^eps1_mode=(\d)/m.exec(job.config);
+  el("hand-eps1").value = mode ? mode[1] : data.defaults.eps1_mode;
   client.live(job, Number(el("hand-pace").value));
 }
 
@@ -187,7 +189,8 @@ function go_to_zero() {
 }
 
 function wire_hand() {
-  const now_s = () => (live_rec && live_rec.length ? live_rec.end_s + 0.1 : 0);
+  // A little later than what is shown: the drive goes on until the worker hears of it.
+  const now_s = () => live_rec.end_s + 0.1 * Math.max(1, Number(el("hand-pace").value));
   const slider = (id, take) => {
     el(id).oninput = () => {
       take(Number(el(id).value));
@@ -197,6 +200,7 @@ function wire_hand() {
   slider("hand-speed", (value) => (hand.speed_rpm = value));
   slider("hand-load", (value) => (hand.load_Nm = (value / 100) * RATED_NM));
   slider("hand-rs", (value) => (hand.rs_ratio = value));
+  el("hand-eps1").onchange = () => client.send("set", { name: "eps1_mode", value: Number(el("hand-eps1").value) });
   el("hand-pace").onchange = () => client.send("pace", { pace: Number(el("hand-pace").value) });
   el("hand-config").onchange = start_hand;
   el("hand-new").onclick = start_hand;
@@ -230,6 +234,7 @@ function open_tab(name) {
   el("hand").hidden = name !== "hand";
   el("player").hidden = name === "hand";
   player.stop();
+  el("notice").textContent = "";
   history.replaceState(null, "", `#${name}`);
   if (name === "hand") {
     scope.time_s = null;
