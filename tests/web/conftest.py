@@ -46,7 +46,8 @@ def site(twin_js: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     del twin_js
     pytest.importorskip("mkdocs", reason="tools/zh test --only web installs it")
     folder = tmp_path_factory.mktemp("site")
-    docs.build(folder, twin_page.page(twin_data.content(), docs="index.html"))
+    twin = twin_page.page(twin_data.content(), docs="index.html")
+    docs.build(folder, {"twin.html": twin, "studio.html": twin_page.studio_page()})
     return folder
 
 

@@ -23,6 +23,23 @@ def test_start_page_leads_to_a_simulator_that_runs(open_page: Callable[..., Any]
     assert page.title() == "ZeroHertz" or "Start" in page.title()
 
 
+def test_the_studio_runs_a_drive_in_the_page_and_shows_its_fault(
+    open_page: Callable[..., Any],
+) -> None:
+    page = open_page("studio.html")
+    page.click("#simulated")
+    page.wait_for_function("document.getElementById('link-state')?.innerText === 'connected'")
+    page.fill("#speed-box", "60")
+    page.press("#speed-box", "Enter")
+    page.click("#run")
+    page.wait_for_function("/^(59|60)/.test(document.getElementById('speed').innerText)")
+    page.click("#tab-rig")
+    page.click("text=Unplug current sensor u")
+    page.wait_for_function("/stopped by/.test(document.body.innerText)")
+    page.click("#tab-parameters")
+    assert "steer_min_Hz" in page.inner_text("main")
+
+
 def test_search_works_without_a_network(open_page: Callable[..., Any]) -> None:
     page = open_page("index.html")
     page.click(".md-search__input")

@@ -46,8 +46,9 @@ def look(page: Any, name: str) -> Image.Image:
     return Image.open(PICTURES / f"{name}.png").convert("RGB")
 
 
-def test_page_is_small(site: Path) -> None:
-    assert len(gzip.compress((site / "twin.html").read_bytes(), 9)) < MOST_BYTES
+@pytest.mark.parametrize("name", ["twin.html", "studio.html"])
+def test_page_is_small(site: Path, name: str) -> None:
+    assert len(gzip.compress((site / name).read_bytes(), 9)) < MOST_BYTES
 
 
 def test_every_figure_has_the_native_bits_and_runs_fast(

@@ -40,7 +40,7 @@ def site(
         (out / TWIN).write_text(page, encoding="utf-8")
     else:
         tell("zh: writing the documentation")
-        links = docs.build(out, page)
+        links = docs.build(out, {TWIN: page, "studio.html": twin_page.studio_page()})
         print(f"{short_paths((out / 'index.html').resolve())}: {links} links checked")
     size_MB = len(gzip.compress(page.encode(), 9)) / 1e6
     print(f"{short_paths((out / TWIN).resolve())}: {size_MB:.2f} MB gzipped")

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -23,14 +24,15 @@ SHIM = "assets/javascripts/iframe-worker.js"
 _SHIM_SCRIPT = re.compile(r'src="?https?://[^">\s]*iframe-worker/shim"?')
 
 
-def build(out: Path, twin: str) -> int:
-    """Write the site with the twin's page into `out`; returns how many links were checked."""
+def build(out: Path, made: Mapping[str, str]) -> int:
+    """Write the site into `out`, with pages made elsewhere; returns how many links were checked."""
     config = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
     sources = list(pages.leaves(config["nav"]))
     shutil.rmtree(WORK, ignore_errors=True)
     folder = WORK / "pages"
     pages.stage(sources, folder)
-    (folder / "twin.html").write_text(twin, encoding="utf-8")
+    for name, text in made.items():
+        (folder / name).write_text(text, encoding="utf-8")
     shutil.copyfile(STYLE, folder / STYLE.name)
     config |= {"nav": pages.placed(config["nav"]), "docs_dir": str(folder)}
     file = WORK / "mkdocs.yml"

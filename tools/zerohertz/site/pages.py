@@ -22,7 +22,8 @@ START = "tools/docs/start.md"
 MOVED = {START: "index.md", "README.md": "overview.md"}
 LANGUAGES = {".h": "c", ".py": "python"}
 PICTURES = (".png", ".svg")
-GENERATED = ("signals.md", "python.md", "twin.html")  # which the site makes itself
+# What the site makes itself.
+GENERATED = ("signals.md", "python.md", "twin.html", "studio.html")
 PYTHON_MODULES = ("zerohertz.drive", "zerohertz.sim", "zerohertz.sim_steps")
 _SIGNALS = ROOT / "firmware" / "unit" / "signal_list.def"
 _SIGNAL = re.compile(r'^SIGNAL_([FU])\(\s*(\w+),(?:[^"]|\n)*?"([^"]*)"\)', re.MULTILINE)

@@ -106,6 +106,16 @@ def content(hashes: bool = True, atlas: bool = True) -> dict[str, Any]:
     return found | {"rigs": files.rigs, "boards": files.boards, "motors": files.motors}
 
 
+def studio_content() -> dict[str, Any]:
+    """For the studio on a drive in the page: the recommended tuning on the bench of the atlas."""
+    files = Files()
+    job = _live_job("recommended")
+    period_s = tomllib.loads(Path(job.board).read_text(encoding="utf-8"))["control"]["period_s"]
+    found = {"job": files.job(job), "period_s": period_s}
+    data = {"rigs": files.rigs, "boards": files.boards, "motors": files.motors}
+    return found | {"data": data}
+
+
 def faults() -> list[dict[str, Any]]:
     """Of fault_list.def: bit, name, text, cause, remedy."""
     keys = ("bit", "name", "reaction", "text", "cause", "remedy")
@@ -172,15 +182,15 @@ def _tuning(config: str) -> dict[str, str]:
 
 def _live(files: Files) -> dict[str, Any]:
     """Operated by hand: the bench of the atlas with the nominal motor."""
-    found = {}
-    for config in CONFIGS:
-        bench = make_bench(load_setup(config))
-        job = job_of(bench, Point("live", 0, SEED, 0.0, 0.0, 1.0))
-        # A fault may leave the motor turning; the next start catches it.
-        firmware = dict(job.firmware) | {"flying_start": 1.0}
-        job = dataclasses.replace(job, scenario="\n", firmware=firmware)
-        found[config] = files.job(job)
-    return found
+    return {config: files.job(_live_job(config)) for config in CONFIGS}
+
+
+def _live_job(config: str) -> sim.Job:
+    bench = make_bench(load_setup(config))
+    job = job_of(bench, Point("live", 0, SEED, 0.0, 0.0, 1.0))
+    # A fault may leave the motor turning; the next start catches it.
+    firmware = dict(job.firmware) | {"flying_start": 1.0}
+    return dataclasses.replace(job, scenario="\n", firmware=firmware)
 
 
 def _atlas(files: Files, config: str) -> list[dict[str, Any]]:

@@ -18,6 +18,8 @@ from typing import Any
 from zerohertz.build import build_twin
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, ROOT
+from zerohertz.site import twin_data
+from zerohertz.studio import catalog
 
 SOURCE = ROOT / "tools" / "web" / "twin"
 WORK = BUILD / "twin-web"
@@ -25,48 +27,68 @@ NODE = ("fs", "path", "crypto")  # of emscripten's loader, which never asks for 
 
 
 def page(data: dict[str, Any], docs: str = "") -> str:
-    """The whole page; docs: address of the documentation beside it."""
-    script, wasm = build_twin()
-    packages = modules()
+    """The twin's page; docs: address of the documentation beside it."""
     link = f'<nav><a href="{docs}">Documentation</a></nav>' if docs else ""
-    parts = {
-        "/*STYLE*/": (packages / "uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
-        + (SOURCE / "style.css").read_text(encoding="utf-8"),
-        "<!--WASM-->": _packed(wasm.read_bytes()),
-        "<!--DATA-->": _packed(json.dumps(data, separators=(",", ":")).encode()),
-        "<!--WORKER-->": _bundle("worker.js", packages, script.parent),
-        "/*PAGE*/": _bundle("page.js", packages, script.parent),
-        '<nav id="docs-link"></nav>': link,
-    }
-    text = (SOURCE / "index.html").read_text(encoding="utf-8")
-    for mark, content in parts.items():
+    style = (modules() / "uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
+    return _whole(
+        "index.html",
+        {
+            "/*STYLE*/": style + (SOURCE / "style.css").read_text(encoding="utf-8"),
+            "<!--DATA-->": _packed(json.dumps(data, separators=(",", ":")).encode()),
+            "<!--WORKER-->": _bundle("src/worker.js"),
+            "/*PAGE*/": _bundle("src/page.js"),
+            '<nav id="docs-link"></nav>': link,
+        },
+    )
+
+
+def studio_page() -> str:
+    """The studio's page on a drive in the browser, or on a board by Web Serial."""
+    data = json.dumps(twin_data.studio_content(), separators=(",", ":"))
+    return _whole(
+        "studio.html",
+        {
+            "/*STYLE*/": _bundle("../style.css") + _bundle("studio.css"),
+            "<!--DATA-->": _packed(data.encode()),
+            "<!--WORKER-->": _bundle("src/link_worker.js"),
+            "/*CATALOG*/": catalog.script().replace("</", "<\\/"),
+            "/*PAGE*/": _bundle("src/studio_here.js"),
+        },
+    )
+
+
+def _whole(template: str, parts: dict[str, str]) -> str:
+    _, wasm = build_twin()
+    text = (SOURCE / template).read_text(encoding="utf-8")
+    for mark, content in ({"<!--WASM-->": _packed(wasm.read_bytes())} | parts).items():
         if mark not in text:
-            raise UserError(f"{SOURCE / 'index.html'}: has no '{mark}'; restore it with git")
+            raise UserError(f"{SOURCE / template}: has no '{mark}'; restore it with git")
         text = text.replace(mark, content)
     return text
 
 
 def modules() -> Path:
-    """esbuild and uPlot, as pinned in package-lock.json; fetched when that has changed."""
+    """esbuild and uPlot, as pinned for the studio; fetched when that has changed."""
     if shutil.which("npm") is None:
         raise UserError("npm: not installed; run tools/zh site, which installs it")
     WORK.mkdir(parents=True, exist_ok=True)
-    lock = (SOURCE / "package-lock.json").read_text(encoding="utf-8")
+    lock = (SOURCE.parent / "package-lock.json").read_text(encoding="utf-8")
     done = WORK / "node_modules" / "installed-lock.json"
     if not done.is_file() or done.read_text(encoding="utf-8") != lock:
         for name in ("package.json", "package-lock.json"):
-            shutil.copyfile(SOURCE / name, WORK / name)
+            shutil.copyfile(SOURCE.parent / name, WORK / name)
         _run("npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", folder=WORK)
         done.write_text(lock, encoding="utf-8")
     return WORK / "node_modules"
 
 
-def _bundle(name: str, packages: Path, wasm_folder: Path) -> str:
-    """One script without imports; `</script` cannot stand in the page."""
-    command = [packages / ".bin" / "esbuild", SOURCE / "src" / name, "--bundle", "--minify"]
-    command += ["--format=iife", "--target=es2020", "--log-level=error"]
+def _bundle(name: str) -> str:
+    """One script, or style, without imports; `</script` cannot stand in the page."""
+    packages = modules()
+    command = [packages / ".bin" / "esbuild", SOURCE / name, "--bundle", "--minify"]
+    command += ["--format=iife", "--target=es2022", "--log-level=error"]
     command += [f"--external:{module}" for module in NODE]
-    found = _run(*command, folder=WORK, modules=f"{packages}:{wasm_folder}")
+    found = _run(*command, folder=WORK, modules=f"{packages}:{build_twin()[0].parent}")
     return found.replace("</script", "<\\/script")
 
 
