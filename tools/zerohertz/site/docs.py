@@ -27,6 +27,7 @@ _SHIM_SCRIPT = re.compile(r'src="?https?://[^">\s]*iframe-worker/shim"?')
 def build(out: Path, made: Mapping[str, str]) -> int:
     """Write the site into `out`, with pages made elsewhere; returns how many links were checked."""
     config = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    config["nav"] += pages.unlisted(config["nav"])
     sources = list(pages.leaves(config["nav"]))
     shutil.rmtree(WORK, ignore_errors=True)
     folder = WORK / "pages"

@@ -24,6 +24,7 @@ LANGUAGES = {".h": "c", ".py": "python"}
 PICTURES = (".png", ".svg")
 # What the site makes itself.
 GENERATED = ("signals.md", "python.md", "twin.html", "studio.html")
+PAGE_FOLDERS = ("firmware", "gain_tables", "hal", "host_sim", "tools")
 PYTHON_MODULES = ("zerohertz.drive", "zerohertz.sim", "zerohertz.sim_steps")
 _SIGNALS = ROOT / "firmware" / "unit" / "signal_list.def"
 _SIGNAL = re.compile(r'^SIGNAL_([FU])\(\s*(\w+),(?:[^"]|\n)*?"([^"]*)"\)', re.MULTILINE)
@@ -49,6 +50,24 @@ def leaves(nav: Any) -> Iterator[str]:
                 yield value
             else:
                 yield from leaves(value)
+
+
+def unlisted(nav: Any) -> Any:
+    """A last section with the pages that the navigation does not name: none is lost."""
+    known = {source.partition("#")[0] for source in leaves(nav)}
+    found = sorted(
+        str(path.relative_to(ROOT))
+        for folder in PAGE_FOLDERS
+        for path in (ROOT / folder).rglob("*.md")
+        if "node_modules" not in path.parts
+    )
+    entries = [{_title(source): source} for source in found if source not in known]
+    return [{"More": entries}] if entries else []
+
+
+def _title(source: str) -> str:
+    heading = _HEADING.search((ROOT / source).read_text(encoding="utf-8"))
+    return heading[2] if heading else source
 
 
 def placed(nav: Any) -> Any:
