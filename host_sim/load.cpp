@@ -1,6 +1,7 @@
 #include "load.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "elementary.hpp"
@@ -17,6 +18,14 @@ double LoadLaw::torque_Nm(double profile_Nm, double omega_m_rad_s, double t_s) c
         share = speed * std::abs(speed);
     }
     return profile_Nm * share * (1.0 + pulse_pu * portable_sin(pulse_Hz * t_s));
+}
+
+double FluxTurns::turns_between(Vec from_Wb, Vec to_Wb)
+{
+    const double cosine = dot(from_Wb, to_Wb);
+    const double sine = cross(from_Wb, to_Wb);
+    const bool flux = cosine > 0.0; // it turns by a small angle per period, or there is none
+    return flux ? portable_atan2(sine, cosine) * (0.5 / std::numbers::pi) : 0.0;
 }
 
 ElasticLoad::ElasticLoad(const Mechanics &mechanics)

@@ -22,16 +22,23 @@ struct Mechanics {
 };
 
 // What a driven machine makes of the load profile: constant, in proportion to speed or to its
-// square, with a torque that pulsates around that.
+// square, with a torque that pulsates around that. A servo may add torque until the rotor flux
+// stands still on average, whatever the drive does: zero stator frequency, kept by the load.
 struct LoadLaw {
     int exponent = 0;
     double reference_rad_s = 1.0; // where the profile's torque is reached
     double pulse_pu = 0.0;
     double pulse_Hz = 0.0;
+    double servo_Nm_per_turn = 0.0; // the integral of the stator frequency counts; 0: no servo
+    double servo_from_s = 0.0;
 
     bool constant() const
     {
-        return exponent == 0 && !(pulse_pu > 0.0);
+        return exponent == 0 && !(pulse_pu > 0.0) && !servo();
+    }
+    bool servo() const
+    {
+        return servo_Nm_per_turn > 0.0;
     }
     double torque_Nm(double profile_Nm, double omega_m_rad_s, double t_s) const;
 };
@@ -64,6 +71,31 @@ private:
     double J_kg_m2_, stiffness_Nm_, damping_Nms_;
     double omega_rad_s_ = 0.0;
     double twist_rad_ = 0.0;
+};
+
+// Turns of the rotor flux from a time on, counted once per control period.
+class FluxTurns {
+public:
+    void follow(Vec flux_Wb)
+    {
+        turns_ += turns_between(last_Wb_, flux_Wb);
+        last_Wb_ = flux_Wb;
+    }
+    // Counts from this flux on.
+    void start(Vec flux_Wb)
+    {
+        last_Wb_ = flux_Wb;
+    }
+    double turns() const
+    {
+        return turns_;
+    }
+
+private:
+    static double turns_between(Vec from_Wb, Vec to_Wb);
+
+    Vec last_Wb_;
+    double turns_ = 0.0;
 };
 
 class Shaft {

@@ -152,9 +152,11 @@ void Plant::follow_disturbances()
         link_.follow(source_V_, t_s);
         u_dc_V_ = link_.u_dc_V();
     }
-    if (!disturbances_.load.constant()) {
+    const LoadLaw &load = disturbances_.load;
+    if (!load.constant()) {
         const double omega_rad_s = elastic_.present() ? elastic_.omega_rad_s() : x_.omega_m_rad_s;
-        load_torque_Nm_ = disturbances_.load.torque_Nm(profile_load_Nm_, omega_rad_s, t_s);
+        load_torque_Nm_ = load.torque_Nm(profile_load_Nm_, omega_rad_s, t_s) -
+                          load.servo_Nm_per_turn * flux_turns_.turns();
     }
 }
 
@@ -214,9 +216,23 @@ void Plant::step_interval(Interval interval, const Duty &duty)
     }
 }
 
+void Plant::follow_flux()
+{
+    const LoadLaw &load = disturbances_.load;
+    if (!load.servo()) {
+        return;
+    }
+    if (time_s() < load.servo_from_s) {
+        flux_turns_.start(x_.psi_r_Wb);
+    } else {
+        flux_turns_.follow(x_.psi_r_Wb);
+    }
+}
+
 void Plant::end_interval(bool brake_on)
 {
     if (!diverged_) {
+        follow_flux();
         link_.advance(energy_J_ / period_s_, brake_on, period_s_);
         u_dc_V_ = link_.u_dc_V();
         // Generous bounds in Wb and rad/s; the comparison is false for NaN as well.

@@ -148,6 +148,7 @@ private:
     bool fits_lanes() const;
 
     void follow_disturbances();
+    void follow_flux();
     void advance_averaged(const Duty &duty);
     void advance_switched(const Duty &duty);
     int parts_of(double segment_s) const;
@@ -173,6 +174,7 @@ private:
     InductionMotor motor_;
     Shaft shaft_;
     ElasticLoad elastic_;
+    FluxTurns flux_turns_; // what the load's servo goes by
     Inverter inverter_;
     Sensors sensors_;
     LineVoltageFilter filter_;

@@ -25,6 +25,8 @@ LoadLaw read_load(TomlReader &in)
     }
     law.pulse_pu = in.number_or("load.pulse_pu", 0.0, within(0.0, 1.0));
     law.pulse_Hz = in.number_or("load.pulse_Hz", 0.0, not_negative(1e3));
+    law.servo_Nm_per_turn = in.number_or("load.servo_Nm_per_turn", 0.0, not_negative(1e3));
+    law.servo_from_s = in.number_or("load.servo_from_s", 0.0, not_negative(longest_s));
     return law;
 }
 

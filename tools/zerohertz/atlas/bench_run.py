@@ -52,6 +52,8 @@ class Experiment:
     load_Nm: Points = ((0.0, 0.0),)
     rs_ratio: float = 1.0  # true over nameplate
     rs_drift: Points = ((0.0, 1.0),)  # times that
+    servo_Nm_per_turn: float = 0.0  # of the load, until the stator frequency is zero on average
+    servo_from_s: float = 0.0
     decimate: int = 25
     seed: int = 1
     firmware: Mapping[str, float] = dataclasses.field(default_factory=dict)
@@ -91,7 +93,9 @@ def job(setup: Setup, what: Experiment) -> tuple[sim.Job, float]:
     lines = [f"{name} = {_polyline(points)}" for name, points in profiles.items()]
     head = (
         f'[scenario]\nname = "bench"\nduration_s = {begin_s + what.duration_s:.6f}\n'
-        f"run_on_s = {RUN_ON_S}\n[profiles]\n"
+        f"run_on_s = {RUN_ON_S}\n"
+        f"[load]\nservo_Nm_per_turn = {what.servo_Nm_per_turn!r}\n"
+        f"servo_from_s = {begin_s + what.servo_from_s:.6f}\n[profiles]\n"
     )
     job = sim.Job(
         scenario=head + "\n".join(lines) + "\n",
