@@ -41,7 +41,8 @@ estimator_in_t input_of(const zh_estimator_event &e)
             .i_s_A = {e.i_alpha_A, e.i_beta_A},
             .expected_step_rad_s = e.expected_step_rad_s,
             .frame_imposed = e.frame_imposed != 0,
-            .omega_frame_rad_s = e.omega_frame_rad_s};
+            .omega_frame_rad_s = e.omega_frame_rad_s,
+            .dwell = e.dwell};
 }
 
 bool finite(const zh_estimator_event &e)

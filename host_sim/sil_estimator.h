@@ -44,6 +44,7 @@ typedef struct {
     float omega_e_rad_s;       /* HOLD, OFF, SEED */
     float lambda_alpha_Wb;     /* SEED */
     float lambda_beta_Wb;
+    float dwell; /* STEP: 0 to 1, how far the drive dwells at zero stator frequency (dwell.h) */
 } zh_estimator_event;
 
 typedef struct {

@@ -39,7 +39,7 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
     in.expected_step_rad_s = st->modes.vector.speed.expected_step_rad_s;
     estimator_step(&cfg->estimator, &st->estimator, &in);
     supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
-    if (stage_slow_is_due(st)) {
+    if (stage_slow_is_due(cfg, st)) {
         stage_slow(cfg, st, asked, out);
     }
     dq_t i_ref_A = vector_step(vector, &st->modes.vector, e->omega_e_rad_s);

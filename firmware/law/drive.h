@@ -17,6 +17,7 @@
 #include <stdint.h>
 
 #include "acting_voltage.h"
+#include "dwell.h"
 #include "estimator.h"
 #include "guard.h"
 #include "measurement.h"
@@ -40,6 +41,7 @@ typedef struct {
     estimator_config_t estimator;
     supervisor_config_t supervisor;
     rs_tracking_config_t rs_tracking;
+    dwell_config_t dwell;
     torque_limits_config_t limits;
     modes_config_t modes;
     voltage_config_t voltage;
@@ -58,6 +60,7 @@ typedef struct {
     guard_state_t guard;
     supervisor_state_t supervisor;
     rs_tracking_state_t rs_tracking;
+    dwell_state_t dwell;
     float omega_ref_before_rad_s; /* at the last step of Rs tracking */
     uint32_t slot;                /* slots.h */
     modes_state_t modes;          /* last: what every period needs stays within a load's reach */

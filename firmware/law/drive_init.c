@@ -6,7 +6,8 @@ static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const g
            acting_voltage_init(&cfg->acting, &p->acting) &&
            estimator_init(&cfg->estimator, p->list, &cfg->motor, table) &&
            supervisor_init(&cfg->supervisor, &p->supervisor, &cfg->motor, p->period_s) &&
-           rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, (float)SLOT_COUNT * p->period_s);
+           rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, (float)SLOT_COUNT * p->period_s) &&
+           dwell_init(&cfg->dwell, &p->dwell, &cfg->motor, (float)SLOT_COUNT * p->period_s);
 }
 
 static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)

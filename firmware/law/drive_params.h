@@ -30,6 +30,7 @@ struct drive_params {
     bool dead_time_identify; /* the loss that the dc measurement finds, instead of the parameters */
     rs_measurement_params_t rs_measurement;
     rs_tracking_params_t rs_tracking;
+    dwell_params_t dwell;
     flux_steering_params_t steering;
     monitor_config_t monitor;
     link_limit_params_t link;

@@ -26,7 +26,7 @@ static request_t remagnetise(const drive_config_t *cfg, drive_state_t *st, const
                              const drive_out_t *out)
 {
     const estimate_t *e = &st->estimator.estimate;
-    if (stage_slow_is_due(st)) {
+    if (stage_slow_is_due(cfg, st)) {
         stage_slow(cfg, st, asked, out);
     }
     return (request_t){.kind = REQUEST_CURRENT,

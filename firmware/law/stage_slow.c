@@ -19,12 +19,50 @@ static void track_rs(const drive_config_t *cfg, drive_state_t *st, const mode_in
     st->omega_ref_before_rad_s = reference_rad_s;
 }
 
+/* Modulates what the vector control is asked for. */
+static void dwell(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+{
+    const vector_config_t *vector = &cfg->modes.vector;
+    const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(vector, mode_running(in)));
+    const dwell_in_t dwell_in = {.omega_s_hat_rad_s = in->estimate->omega_s_rad_s,
+                                 .i_q_A = ab_cross(axis, in->meas->i_s_A),
+                                 .omega_ref_rad_s = vector_unmodulated_rad_s(&st->modes.vector),
+                                 .speed_free = in->asked->aim == DRIVE_AIM_TORQUE};
+    const bool idle = dwell_idle(&st->dwell);
+    dwell_step(&cfg->dwell, &st->dwell, &dwell_in);
+    if (!idle) {
+        const vector_modulation_t modulation = {.speed_rad_s = st->dwell.speed_rad_s,
+                                                .flux_pu = st->dwell.reduction_pu,
+                                                .rate_pu_per_s = st->dwell.rate_pu_per_s};
+        vector_modulate(vector, &st->modes.vector, modulation);
+    }
+}
+
+/* Rs of a field that stands. */
+static void track_standing(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+{
+    const rs_tracking_dwell_in_t tracking_in = {.Rs_start_ohm = cfg->motor.Rs_ohm +
+                                                                st->modes.premagnetise.Rs_delta_ohm,
+                                                .tau_per_s = cfg->motor.tau_per_s,
+                                                .omega_e_hat_rad_s = in->estimate->omega_e_rad_s,
+                                                .i_s_A = in->meas->i_s_A,
+                                                .e1_A = in->estimate->i_residual_A};
+    rs_tracking_dwell(&cfg->rs_tracking, &st->rs_tracking, &tracking_in);
+}
+
 void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                 const drive_out_t *out)
 {
     const mode_in_t in = stage_view(cfg, st, asked, out);
+    if ((st->slot == SLOT_DWELL) && dwell_on(&cfg->dwell)) {
+        dwell(cfg, st, &in);
+    }
     if ((st->slot == SLOT_RS_TRACKING) && rs_tracking_on(&cfg->rs_tracking)) {
-        track_rs(cfg, st, &in);
+        if (dwell_idle(&st->dwell)) {
+            track_rs(cfg, st, &in);
+        } else {
+            track_standing(cfg, st, &in);
+        }
     }
     vector_slow(&cfg->modes.vector, &cfg->limits, &st->modes.vector, &in);
 }

@@ -23,7 +23,8 @@ static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const d
 {
     const float Rs_extra_ohm = st->modes.premagnetise.Rs_delta_ohm + st->rs_tracking.delta_ohm;
     return (estimator_in_t){.u_s_V = ab_sub(out->u_s_V, ab_scale(out->meas.i_s_A, Rs_extra_ohm)),
-                            .i_s_A = out->meas.i_s_A};
+                            .i_s_A = out->meas.i_s_A,
+                            .dwell = st->dwell.share};
 }
 
 /* One period of a mode other than vector control: estimator and request. */
@@ -36,9 +37,10 @@ HOT void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in
 
 _Static_assert((SLOT_RS_TRACKING % SLOT_QUARTERS) == SLOT_QUARTER_REFERENCES,
                "the slot of Rs tracking is one of references: slow work is due in it anyhow");
-static inline bool stage_slow_is_due(const drive_state_t *st)
+static inline bool stage_slow_is_due(const drive_config_t *cfg, const drive_state_t *st)
 {
-    return vector_slow_is_due(&st->modes.vector, st->slot);
+    return vector_slow_is_due(&st->modes.vector, st->slot) ||
+           ((st->slot == SLOT_DWELL) && dwell_on(&cfg->dwell));
 }
 
 /* Request -> duty. */

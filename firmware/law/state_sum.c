@@ -9,7 +9,14 @@ static float of_control(const vector_state_t *v)
            v->reference.economy_Wb + v->reference.reduction_Wb + v->reference.rate_Wb_per_s +
            v->reference.i_q_reduction_A + v->mains.i_q_A + v->speed.low_A + v->speed.high_A +
            v->plan.omega_ref_rad_s + v->plan.i_d_ref_A + v->plan.flux_pu + v->plan.inv_flux_pu +
-           v->plan.torque_ref_Nm;
+           v->plan.torque_ref_Nm + v->modulation.speed_rad_s + v->modulation.flux_pu +
+           v->modulation.rate_pu_per_s;
+}
+
+static float of_dwell(const dwell_state_t *d)
+{
+    return d->omega_s_rad_s + d->i_q_A + d->reference_rad_s + d->share + d->gain + d->turns +
+           d->speed_rad_s + d->reduction_pu + d->rate_pu_per_s;
 }
 
 static float of_resistance(const drive_state_t *st)
@@ -19,7 +26,7 @@ static float of_resistance(const drive_state_t *st)
     const rs_measurement_sums_t *low = &found->measurement.low;
     return high->i_A + high->u_V + high->u_duty_V + low->i_A + low->u_V + low->u_duty_V +
            st->rs_tracking.delta_ohm + st->omega_ref_before_rad_s + found->Rs_delta_ohm +
-           found->leg_loss_pu;
+           found->leg_loss_pu + of_dwell(&st->dwell);
 }
 
 static float of_protection(const drive_state_t *st)

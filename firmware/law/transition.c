@@ -21,6 +21,13 @@ static void begin_i_f(const drive_config_t *cfg, drive_state_t *st, const mode_i
                              e->lambda_Wb);
 }
 
+/* What was modulated is as it would be without. */
+static void stop_dwelling(const drive_config_t *cfg, drive_state_t *st)
+{
+    st->dwell = (dwell_state_t){0};
+    vector_modulate(&cfg->modes.vector, &st->modes.vector, (vector_modulation_t){0});
+}
+
 static void begin(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
                   mode_id_t before)
 {
@@ -41,6 +48,9 @@ static void begin(const drive_config_t *cfg, drive_state_t *st, const mode_in_t 
     }
     if ((st->mode != MODE_VECTOR) && (st->mode != MODE_TAKE_OVER)) {
         st->supervisor = (supervisor_state_t){0};
+    }
+    if (st->mode != MODE_VECTOR) {
+        stop_dwelling(cfg, st);
     }
 }
 
@@ -112,6 +122,7 @@ COLD static void take_over(const drive_config_t *cfg, drive_state_t *st, const m
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
     st->rs_tracking = (rs_tracking_state_t){0}; /* what a lost angle made of it */
     vector_stop_steering(&cfg->modes.vector, &st->modes.vector);
+    stop_dwelling(cfg, st);
     st->mode = MODE_TAKE_OVER;
 }
 

@@ -41,14 +41,15 @@
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds
  * over the start's Rs; frozen so long after a disturbance, which a speed error or a reference that
  * moves faster is as well. */
-#define CONFIG_TRACK_I_0_PU      0.7f
-#define CONFIG_TRACK_MIN_HZ      0.3f
-#define CONFIG_TRACK_MAX_HZ      3.0f
-#define CONFIG_TRACK_LOW_PU      0.98f
-#define CONFIG_TRACK_HIGH_PU     1.5f
-#define CONFIG_TRACK_QUIET_S     0.5f
-#define CONFIG_TRACK_ERR_RAD_S   3.0f
-#define CONFIG_TRACK_SLEW_RAD_S2 20.0f
+#define CONFIG_TRACK_I_0_PU          0.7f
+#define CONFIG_TRACK_MIN_HZ          0.3f
+#define CONFIG_TRACK_MAX_HZ          3.0f
+#define CONFIG_TRACK_LOW_PU          0.98f
+#define CONFIG_TRACK_HIGH_PU         1.5f
+#define CONFIG_TRACK_QUIET_S         0.5f
+#define CONFIG_TRACK_ERR_RAD_S       3.0f
+#define CONFIG_TRACK_SLEW_RAD_S2     20.0f
+#define CONFIG_TRACK_DWELL_OHM_PER_S 1.0f /* while dwelling: an error of Rs dies in a second */
 
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
  * nominal flux. */
@@ -56,6 +57,17 @@
 #define CONFIG_STEER_TORQUE_PU     0.051262339f
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
+
+/* Dwelling at zero stator frequency: window, time inside it, filter, time of fading in, time in
+ * which the larger modulation of the beginning settles; a reference that moves this fast crosses;
+ * torque current over i_d that is load. */
+#define CONFIG_DWELL_WINDOW_HZ  0.3f
+#define CONFIG_DWELL_WAIT_S     0.5f
+#define CONFIG_DWELL_FILTER_S   0.3f
+#define CONFIG_DWELL_FADE_S     0.5f
+#define CONFIG_DWELL_SETTLE_S   3.0f
+#define CONFIG_DWELL_SLEW_RPM_S 1.5f
+#define CONFIG_DWELL_LOAD_PU    0.2f
 
 static void config_board(drive_params_t *d, const params_t *p)
 {
@@ -177,7 +189,8 @@ static void config_resistance(drive_params_t *d, const params_t *p)
                                             .high_pu = CONFIG_TRACK_HIGH_PU,
                                             .quiet_s = CONFIG_TRACK_QUIET_S,
                                             .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
-                                            .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2};
+                                            .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2,
+                                            .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
 }
 
 static void config_flux(drive_params_t *d, const params_t *p)
@@ -197,6 +210,20 @@ static void config_flux(drive_params_t *d, const params_t *p)
                                            .torque_filter_s = CONFIG_STEER_FILTER_S,
                                            .slew_Wb_per_s = CONFIG_STEER_PER_S * lambda_Wb,
                                            .i_q_max_A = p->i_q_max_A};
+}
+
+static void config_dwell(drive_params_t *d, const params_t *p)
+{
+    d->dwell = (dwell_params_t){.kind = (dwell_kind_t)p->dwell,
+                                .amplitude_pu = p->dwell_amplitude,
+                                .window_rad_s = NUM_TWO_PI * CONFIG_DWELL_WINDOW_HZ,
+                                .wait_s = CONFIG_DWELL_WAIT_S,
+                                .filter_s = CONFIG_DWELL_FILTER_S,
+                                .fade_s = CONFIG_DWELL_FADE_S,
+                                .settle_s = CONFIG_DWELL_SETTLE_S,
+                                .slew_rad_s2 =
+                                    CONFIG_DWELL_SLEW_RPM_S * p->pole_pairs * (NUM_TWO_PI / 60.0f),
+                                .load_A = CONFIG_DWELL_LOAD_PU * p->i_d_A};
 }
 
 /* What judges the estimate, and what takes over when it is lost. */
@@ -233,6 +260,7 @@ void unit_config_drive(drive_params_t *drive, const params_t *params)
     config_confidence(drive, params);
     config_speed(drive, params);
     config_flux(drive, params);
+    config_dwell(drive, params);
     config_voltage(drive, params);
     config_protection(drive, params);
     unit_config_modes(&drive->modes, params);

@@ -106,6 +106,8 @@ static void test_sum_is_no_number_when_one_of_them_is_none(void)
                            &st.observer.lambda_r_hat_Wb.beta,
                            &st.observer.e1_A.alpha,
                            &st.observer.e1_A.beta,
+                           &st.residual_slow_A.alpha,
+                           &st.residual_slow_A.beta,
                            &st.adaptation.x_rad_s,
                            &st.estimate.omega_e_rad_s,
                            &st.estimate.omega_s_rad_s};
@@ -404,6 +406,44 @@ static void test_seed_limits_the_flux(void)
     }
 }
 
+/* While dwelling the adaptation is given e1 less the share of its low-pass, corner .16 tau, and all
+ * of phi: by hand. Without, nothing of it moves. */
+static void test_dwelling_takes_what_does_not_move_from_the_residual(void)
+{
+    configure(1, OBSERVER_EULER);
+    in_operation(11.0f);
+    uint32_t seed = 11u;
+    estimator_in_t in = sample(&seed);
+    estimator_step(&cfg, &st, &in);
+    ASSERT_SAME_FLOAT(0.0f, st.residual_slow_A.alpha);
+    ASSERT_SAME_FLOAT(0.0f, st.residual_slow_A.beta);
+    const double gain = 0.16 * (double)motor.tau_per_s * (double)estimator_list.period_s;
+    cplx slow_A = 0.0;
+    for (int k = 0; k < STEPS; k++) {
+        in = sample(&seed);
+        in.dwell = 0.75f;
+        const float omega_rad_s = st.estimate.omega_e_rad_s;
+        const float omega_s_rad_s = st.estimate.omega_s_rad_s;
+        speed_adaptation_state_t a = st.adaptation;
+        estimator_step(&cfg, &st, &in);
+        const cplx e1_A = of(st.observer.e1_A);
+        slow_A += gain * (e1_A - slow_A);
+        ASSERT_NEAR(1e-5, 0.0, cabs(slow_A - of(st.residual_slow_A)));
+        const cplx moving_A = e1_A - 0.75 * slow_A;
+        const speed_adaptation_in_t adaptation_in = {
+            .lambda_r_hat_Wb = st.observer.lambda_r_hat_Wb,
+            .e1_A = {(float)creal(moving_A), (float)cimag(moving_A)},
+            .omega_s_hat_rad_s = omega_s_rad_s,
+            .omega_e_hat_rad_s = omega_rad_s,
+            .expected_step_rad_s = in.expected_step_rad_s,
+            .gain = st.gain,
+            .dwell = 0.75f};
+        const float expected =
+            speed_adaptation_step(&cfg.adaptation, &a, &adaptation_in).omega_e_hat_rad_s;
+        ASSERT_NEAR(1e-2, expected, st.estimate.omega_e_rad_s);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -422,5 +462,6 @@ int main(void)
     RUN_TEST(test_off_knows_the_current_and_what_it_is_told);
     RUN_TEST(test_seed_starts_from_what_is_known);
     RUN_TEST(test_seed_limits_the_flux);
+    RUN_TEST(test_dwelling_takes_what_does_not_move_from_the_residual);
     return UNITY_END();
 }

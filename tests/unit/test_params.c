@@ -27,8 +27,9 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_TRUE_MESSAGE(info->group < PARAM_GROUPS, info->name);
         TEST_ASSERT_EQUAL_size_t(i, params_find(info->name)); /* names are unique */
     }
-    /* 100, four of the guard of the speed, one of the blend, one of the expected acceleration */
-    TEST_ASSERT_TRUE(params_count() <= 106u);
+    /* 100, four of the guard of the speed, one of the blend, one of the expected acceleration, two
+     * of dwelling */
+    TEST_ASSERT_TRUE(params_count() <= 108u);
     TEST_ASSERT_NULL(params_info(params_count()));
     TEST_ASSERT_EQUAL_STRING("", params_text(params_count()));
 }
@@ -68,7 +69,7 @@ static void test_a_choice_is_a_whole_number_with_a_name_for_each_value(void)
             }
         }
     }
-    TEST_ASSERT_EQUAL_size_t(14u, enumerated);
+    TEST_ASSERT_EQUAL_size_t(15u, enumerated);
     const param_info_t *action = params_info(params_find("lost_action"));
     TEST_ASSERT_EQUAL_FLOAT(2.0f, action->maximum);
     TEST_ASSERT_EQUAL_STRING("fault", action->choice[1]);

@@ -20,7 +20,8 @@ static const rs_tracking_params_t good = {.gain_ohm_per_rad = 0.03f,
                                           .high_pu = 1.5f,
                                           .quiet_s = 0.5f,
                                           .speed_err_rad_s = 3.0f,
-                                          .slew_rad_s2 = 20.0f};
+                                          .slew_rad_s2 = 20.0f,
+                                          .dwell_gain_ohm_per_s = 1.0f};
 
 /* Coefficients of short binary fractions: expected results are exact. */
 static const rs_tracking_config_t simple = {.gain_T_ohm_s_per_rad = 0.0625f,
@@ -74,6 +75,7 @@ static void test_init_derives_the_coefficients(void)
     ASSERT_SAME_FLOAT(1.5f, cfg.high_pu);
     ASSERT_SAME_FLOAT(3.0f, cfg.speed_err_rad_s);
     ASSERT_NEAR(1e-9, 20.0 * 2e-4, cfg.moved_rad_s);
+    ASSERT_NEAR(1e-9, 2e-4, cfg.dwell_gain_T_ohm);
     TEST_ASSERT_EQUAL_UINT32(2500u, cfg.quiet_periods);
     TEST_ASSERT_TRUE(rs_tracking_on(&cfg));
 }
@@ -112,9 +114,11 @@ static void test_init_refuses_every_bad_number(void)
         ASSERT_REFUSED(min_rad_s, not_finite(i));
         ASSERT_REFUSED(quiet_s, not_finite(i));
         ASSERT_REFUSED(slew_rad_s2, not_finite(i));
+        ASSERT_REFUSED(dwell_gain_ohm_per_s, not_finite(i));
     }
     ASSERT_REFUSED(gain_ohm_per_rad, -0.01f);
     ASSERT_REFUSED(slew_rad_s2, -0.1f);
+    ASSERT_REFUSED(dwell_gain_ohm_per_s, -0.1f);
     ASSERT_REFUSED(quiet_s, -0.001f);
     ASSERT_REFUSED(quiet_s, 200.1f); /* more than a million periods */
     ASSERT_REFUSED(i_0_A, 1e-30f);   /* its square is zero: 0/0 without torque */
@@ -424,6 +428,64 @@ static void test_the_error_dies_exponentially_whatever_speed_load_and_direction(
     }
 }
 
+/* The dwell's law: the residual that an Rs off by dRs leaves at zero stator frequency, with
+ * closed-form gains (D = p1 p2 real), moves Rs towards the true one at the same rate at any speed
+ * and load. */
+static void test_a_standing_field_finds_rs_at_any_speed_and_load(void)
+{
+    const motor_model_t m = reference_derived(0);
+    cfg.dwell_gain_T_ohm = 0.001f;
+    const double D = 195.0 * 4.6;
+    for (int k = -2; k <= 2; k++) {
+        const double w = 6.0 * k;
+        const cplx pole = (double)m.tau_per_s - I * w;
+        const cplx i_A = (5.0 + I * 1.2 * w) * cexp(I * 0.7 * k);
+        const double dRs = 0.1;
+        const cplx e1_A = dRs * i_A * pole / ((double)m.sigma_Ls_H * D);
+        rs_tracking_state_t st = {.periods = 7u};
+        const rs_tracking_dwell_in_t in = {.Rs_start_ohm = 1.0f,
+                                           .tau_per_s = m.tau_per_s,
+                                           .omega_e_hat_rad_s = (float)w,
+                                           .i_s_A = {(float)creal(i_A), (float)cimag(i_A)},
+                                           .e1_A = {(float)creal(e1_A), (float)cimag(e1_A)}};
+        rs_tracking_dwell(&cfg, &st, &in);
+        const double expected = 0.001 * dRs * cabs(pole) / ((double)m.sigma_Ls_H * D);
+        ASSERT_NEAR(1e-8, expected, st.delta_ohm);
+        TEST_ASSERT_EQUAL_UINT32(0u, st.periods); /* the other law waits afterwards */
+    }
+}
+
+static void test_a_standing_field_follows_rs_down_and_up_within_limits(void)
+{
+    cfg.dwell_gain_T_ohm = 8.0f;
+    rs_tracking_dwell_in_t in = {
+        .Rs_start_ohm = 1.0f, .tau_per_s = 4.0f, .i_s_A = {4.0f, 0.0f}, .e1_A = {4.0f, 0.0f}};
+    rs_tracking_state_t st = quiet;
+    rs_tracking_dwell(&cfg, &st, &in);
+    ASSERT_NEAR(1e-6, 1.0, st.delta_ohm); /* high_pu 2 */
+    in.e1_A.alpha = -4.0f;
+    rs_tracking_dwell(&cfg, &st, &in);
+    ASSERT_NEAR(1e-6, -0.4, st.delta_ohm);
+    /* What lies below low_pu the usual law takes as it is, and leads back only. */
+    rs_tracking_state_t low = {.delta_ohm = -0.625f, .periods = 2u};
+    rs_tracking_in_t back = still;
+    back.e1_d_A = -back.e1_d_A;
+    rs_tracking_step(&cfg, &low, &back);
+    ASSERT_SAME_FLOAT(-0.625f, low.delta_ohm);
+    rs_tracking_step(&cfg, &low, &still);
+    ASSERT_SAME_FLOAT(-0.625f + STEP_OHM, low.delta_ohm);
+}
+
+static void test_a_standing_field_without_current_tells_nothing(void)
+{
+    cfg.dwell_gain_T_ohm = 1.0f;
+    rs_tracking_state_t st = {.delta_ohm = 0.125f};
+    const rs_tracking_dwell_in_t in = {
+        .Rs_start_ohm = 1.0f, .tau_per_s = 4.0f, .i_s_A = {1.9f, 0.0f}, .e1_A = {1.0f, 1.0f}};
+    rs_tracking_dwell(&cfg, &st, &in); /* below i_0 = 2 A */
+    ASSERT_SAME_FLOAT(0.125f, st.delta_ohm);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -446,5 +508,8 @@ int main(void)
     RUN_TEST(test_no_number_stays_within_the_band);
     RUN_TEST(test_the_error_along_the_flux_has_one_sign_motoring_and_braking);
     RUN_TEST(test_the_error_dies_exponentially_whatever_speed_load_and_direction);
+    RUN_TEST(test_a_standing_field_finds_rs_at_any_speed_and_load);
+    RUN_TEST(test_a_standing_field_follows_rs_down_and_up_within_limits);
+    RUN_TEST(test_a_standing_field_without_current_tells_nothing);
     return UNITY_END();
 }

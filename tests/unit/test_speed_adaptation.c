@@ -608,6 +608,28 @@ static void test_init_refuses_senseless_machine_data_and_period(void)
     }
 }
 
+static void test_dwelling_takes_the_whole_of_phi(void)
+{
+    uint32_t seed = 41u;
+    speed_adaptation_params_t params = plain;
+    params.phi_factor = 0.25f;
+    const speed_adaptation_config_t part = config_of(1, &params);
+    params.phi_factor = 1.0f;
+    const speed_adaptation_config_t whole = config_of(1, &params);
+    params.phi_factor = 0.625f;
+    const speed_adaptation_config_t between = config_of(1, &params);
+    speed_adaptation_in_t in = random_in(&seed);
+    for (int half = 0; half < 2; half++) {
+        speed_adaptation_state_t st = {0};
+        speed_adaptation_state_t other = {0};
+        in.dwell = 0.0f;
+        const float expected =
+            speed_adaptation_step((half != 0) ? &between : &whole, &other, &in).z_Wb_A;
+        in.dwell = (half != 0) ? 0.5f : 1.0f;
+        ASSERT_NEAR(1e-6, expected, speed_adaptation_step(&part, &st, &in).z_Wb_A);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -643,5 +665,6 @@ int main(void)
     RUN_TEST(test_init_refuses_more_than_the_whole_acceleration);
     RUN_TEST(test_init_refuses_an_unknown_mode);
     RUN_TEST(test_init_refuses_senseless_machine_data_and_period);
+    RUN_TEST(test_dwelling_takes_the_whole_of_phi);
     return UNITY_END();
 }

@@ -231,6 +231,25 @@ static void test_modes_get_their_numbers(void)
     EXPECT(modes.dc_bandwidth_rad_s, 440.799988f);
 }
 
+static void test_dwelling_gets_its_numbers(void)
+{
+    params.dwell = 2u;
+    params.dwell_amplitude = 0.125f;
+    params.i_d_A = 5.0f;
+    params.pole_pairs = 4.0f;
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_EQUAL(DWELL_FLUX, drive.dwell.kind);
+    EXPECT(dwell.amplitude_pu, 0.125f);
+    EXPECT(dwell.window_rad_s, 1.88495559f);
+    EXPECT(dwell.wait_s, 0.5f);
+    EXPECT(dwell.filter_s, 0.3f);
+    EXPECT(dwell.fade_s, 0.5f);
+    EXPECT(dwell.settle_s, 3.0f);
+    EXPECT(dwell.slew_rad_s2, 0.628318531f);
+    EXPECT(dwell.load_A, 1.0f);
+    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 1.0f);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -239,5 +258,6 @@ int main(void)
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
     RUN_TEST(test_modes_get_their_numbers);
+    RUN_TEST(test_dwelling_gets_its_numbers);
     return UNITY_END();
 }

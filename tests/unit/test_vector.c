@@ -496,6 +496,39 @@ static void test_a_slow_shaft_changes_nothing_in_a_dip(void)
     TEST_ASSERT_EQUAL_HEX32(0u, faults);
 }
 
+/* On top of the reference, and not in what the ramp goes on from. */
+static void test_a_modulation_is_on_top_of_the_speed_reference(void)
+{
+    vector_modulate(cfg, &st, (vector_modulation_t){.speed_rad_s = 1.5f});
+    step_planned();
+    TEST_ASSERT_EQUAL_FLOAT(101.5f, st.plan.omega_ref_rad_s);
+    st.speed.omega_ref_rad_s = 101.5f; /* behind the slew */
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, vector_unmodulated_rad_s(&st));
+    asked.aim = DRIVE_AIM_STOP;
+    asked.omega_e_ref_rad_s = 0.0f;
+    step_planned();
+    const float ramp_rad_s = st.plan.omega_ref_rad_s - 1.5f;
+    TEST_ASSERT_TRUE((ramp_rad_s < 100.0f) && (ramp_rad_s > 99.0f));
+}
+
+/* On what steering leaves; the current is that of the flux and of its rate, and what is asked of
+ * i_q makes up for the flux. */
+static void test_a_modulated_flux_takes_its_current_along(void)
+{
+    const double lambda_Wb = (double)cfg->flux.lambda_ref_Wb;
+    st.steer = (flux_steering_out_t){.reduction_Wb = 0.25f * cfg->flux.lambda_ref_Wb};
+    vector_modulate(cfg, &st, (vector_modulation_t){.flux_pu = 0.2f, .rate_pu_per_s = 0.5f});
+    const double flux_Wb = 0.75 * 0.8 * lambda_Wb;
+    const double rate_Wb_per_s = -0.75 * 0.5 * lambda_Wb;
+    const double i_d_A =
+        (flux_Wb + rate_Wb_per_s / (double)cfg->motor.tau_per_s) / (double)cfg->motor.M_H;
+    ASSERT_NEAR(1e-5, i_d_A, cfg->flux.i_d_A - st.i_d_reduction_A);
+    ASSERT_NEAR(1e-5, 1.0 / 0.6 - 1.0, st.torque_gain_extra_pu);
+    vector_modulate(cfg, &st, (vector_modulation_t){0});
+    ASSERT_NEAR(1e-6, 0.25 * lambda_Wb, st.flux_reduction_Wb);
+    ASSERT_NEAR(1e-5, 0.75 * (double)cfg->flux.i_d_A, cfg->flux.i_d_A - st.i_d_reduction_A);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -522,5 +555,7 @@ int main(void)
     RUN_TEST(test_in_a_dip_the_limit_of_the_current_holds);
     RUN_TEST(test_a_shaft_too_slow_to_feed_is_a_fault);
     RUN_TEST(test_a_slow_shaft_changes_nothing_in_a_dip);
+    RUN_TEST(test_a_modulation_is_on_top_of_the_speed_reference);
+    RUN_TEST(test_a_modulated_flux_takes_its_current_along);
     return UNITY_END();
 }

@@ -50,6 +50,7 @@ EVENT = np.dtype(
         ("omega_e_rad_s", np.float32),
         ("lambda_alpha_Wb", np.float32),
         ("lambda_beta_Wb", np.float32),
+        ("dwell", np.float32),
     ]
 )
 ESTIMATE = np.dtype(

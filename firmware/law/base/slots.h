@@ -35,6 +35,7 @@
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_STATE_PROTECTION   11u
 #define SLOT_GUARD_ESTIMATE     11u
+#define SLOT_DWELL              12u
 #define SLOT_RS_TRACKING        13u
 #define SLOT_SUPERVISOR_MEASURE 14u
 #define SLOT_GUARD_CURRENT      14u

@@ -1,6 +1,11 @@
 #include "rs_tracking.h"
 
+#include <math.h>
+
 #define RS_TRACKING_MAX_PERIODS 1000000.0f
+
+/* While dwelling Rs is seen well enough to follow one that cools. */
+#define RS_TRACKING_DWELL_LOW_PU 0.6f
 
 static bool bands_valid(const rs_tracking_params_t *p)
 {
@@ -19,7 +24,8 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
     const bool quiet = nonnegativef(p->quiet_s) && positivef(period_s) &&
                        (p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s);
     if (!ALL_POSITIVE(p->gain_ohm_per_rad, p->i_0_A, i_0_A2, p->speed_err_rad_s) || !quiet ||
-        !nonnegativef(p->slew_rad_s2) || !bands_valid(p)) {
+        !nonnegativef(p->slew_rad_s2) || !nonnegativef(p->dwell_gain_ohm_per_s) ||
+        !bands_valid(p)) {
         return false;
     }
     *cfg = (rs_tracking_config_t){
@@ -32,6 +38,7 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
         .speed_err_rad_s = p->speed_err_rad_s,
         .moved_rad_s = p->slew_rad_s2 * period_s,
         .quiet_periods = (uint32_t)(p->quiet_s / period_s + 0.5f),
+        .dwell_gain_T_ohm = p->dwell_gain_ohm_per_s * period_s,
     };
     return true;
 }
@@ -56,6 +63,22 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
     }
     const float per_A = in->i_q_A / (i_q_A2 + cfg->i_0_A2);
     const float step_ohm = cfg->gain_T_ohm_s_per_rad * in->e1_d_A * in->omega_s_hat_rad_s * per_A;
-    st->delta_ohm = clampf(st->delta_ohm + step_ohm, (cfg->low_pu - 1.0f) * in->Rs_start_ohm,
+    st->delta_ohm = clampf(st->delta_ohm + step_ohm,
+                           minf((cfg->low_pu - 1.0f) * in->Rs_start_ohm, st->delta_ohm),
                            (cfg->high_pu - 1.0f) * in->Rs_start_ohm);
+}
+
+void rs_tracking_dwell(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
+                       const rs_tracking_dwell_in_t *in)
+{
+    const ab_t pole_per_s = {in->tau_per_s, -in->omega_e_hat_rad_s};
+    const float length_A2_per_s = sqrtf(ab_norm2(pole_per_s)) * ab_norm2(in->i_s_A);
+    const float along_A2_per_s = ab_dot(ab_mul(in->i_s_A, pole_per_s), in->e1_A);
+    st->periods = 0u;
+    if (length_A2_per_s > cfg->i_0_A2 * in->tau_per_s) {
+        const float step_ohm = cfg->dwell_gain_T_ohm * along_A2_per_s / length_A2_per_s;
+        st->delta_ohm =
+            clampf(st->delta_ohm + step_ohm, (RS_TRACKING_DWELL_LOW_PU - 1.0f) * in->Rs_start_ohm,
+                   (cfg->high_pu - 1.0f) * in->Rs_start_ohm);
+    }
 }

@@ -25,9 +25,10 @@ typedef struct {
     float max_rad_s;
     float low_pu; /* band of Rs over the start's */
     float high_pu;
-    float quiet_s;         /* frozen this long after a disturbance */
-    float speed_err_rad_s; /* a speed error above this is a disturbance ... */
-    float slew_rad_s2;     /* ... and a reference that moves faster; a slow crossing is none */
+    float quiet_s;              /* frozen this long after a disturbance */
+    float speed_err_rad_s;      /* a speed error above this is a disturbance ... */
+    float slew_rad_s2;          /* ... and a reference that moves faster; a slow crossing is none */
+    float dwell_gain_ohm_per_s; /* k_0: while dwelling, rs_tracking_dwell */
 } rs_tracking_params_t;
 
 typedef struct {
@@ -40,6 +41,7 @@ typedef struct {
     float speed_err_rad_s;
     float moved_rad_s; /* by the reference in a period */
     uint32_t quiet_periods;
+    float dwell_gain_T_ohm; /* k_0 T */
 } rs_tracking_config_t;
 
 typedef struct {
@@ -69,5 +71,20 @@ static inline bool rs_tracking_on(const rs_tracking_config_t *cfg)
 
 void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
                       const rs_tracking_in_t *in);
+
+typedef struct {
+    float Rs_start_ohm;
+    float tau_per_s;
+    float omega_e_hat_rad_s;
+    ab_t i_s_A;
+    ab_t e1_A;
+} rs_tracking_dwell_in_t;
+
+/* At zero stator frequency instead of the above: Rs' = k_0 Re(conj(i (tau - j w)) e1)/(|tau - j w|
+ * |i|^2). There u = Rs i, and an Rs that is off by dRs leaves e1 = dRs i (tau - j w)/(sigma Ls D),
+ * D = det(A + L C1) at s = 0, real with the designed gains: the projection is that error alone.
+ */
+void rs_tracking_dwell(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
+                       const rs_tracking_dwell_in_t *in);
 
 #endif

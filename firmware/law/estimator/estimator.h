@@ -32,6 +32,8 @@ typedef struct {
                                   the last period, as far as inertia and load are known; else 0 */
     bool frame_imposed;        /* the stator frequency is known: a mode turns the frame */
     float omega_frame_rad_s;
+    float dwell; /* 0: not; up to 1: the stator frequency stays at zero, and speed or flux are
+                    modulated (dwell.h): what of the residual does not move is Rs, not speed */
 } estimator_in_t;
 
 /* Start from a known state. */

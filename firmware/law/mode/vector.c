@@ -10,8 +10,13 @@
 static void choose_flux(const vector_config_t *cfg, vector_state_t *st)
 {
     const bool level = st->reference.reduction_Wb > st->steer.reduction_Wb;
-    const float rate_Wb_per_s = level ? st->reference.rate_Wb_per_s : st->steer.rate_Wb_per_s;
-    st->flux_reduction_Wb = level ? st->reference.reduction_Wb : st->steer.reduction_Wb;
+    const float reduction_Wb = level ? st->reference.reduction_Wb : st->steer.reduction_Wb;
+    const float chosen_Wb_per_s = level ? st->reference.rate_Wb_per_s : st->steer.rate_Wb_per_s;
+    const vector_modulation_t *m = &st->modulation;
+    const float lambda_Wb = cfg->flux.lambda_ref_Wb - reduction_Wb;
+    const float rate_Wb_per_s =
+        chosen_Wb_per_s * (1.0f - m->flux_pu) - lambda_Wb * m->rate_pu_per_s;
+    st->flux_reduction_Wb = reduction_Wb + lambda_Wb * m->flux_pu;
     const float reduction_pu = st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb;
     st->torque_gain_extra_pu = reduction_pu / (1.0f - reduction_pu);
     st->i_d_reduction_A =
@@ -49,6 +54,15 @@ static void steer_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     }
 }
 
+void vector_modulate(const vector_config_t *cfg, vector_state_t *st, vector_modulation_t modulation)
+{
+    const bool flux = (modulation.flux_pu > 0.0f) || (st->modulation.flux_pu > 0.0f);
+    st->modulation = modulation;
+    if (flux) {
+        choose_flux(cfg, st);
+    }
+}
+
 /* Usually the target itself: jerk limit and stop are what makes a difference. */
 static float next_reference(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in)
 {
@@ -56,7 +70,7 @@ static float next_reference(const vector_config_t *cfg, vector_state_t *st, cons
     if (!cfg->ramp.on && !stop) {
         return in->asked->omega_e_ref_rad_s;
     }
-    return speed_ramp_step(&cfg->ramp, &st->ramp, st->speed.omega_ref_rad_s,
+    return speed_ramp_step(&cfg->ramp, &st->ramp, vector_unmodulated_rad_s(st),
                            in->asked->omega_e_ref_rad_s, stop);
 }
 
@@ -89,14 +103,15 @@ static void plan(const vector_config_t *cfg, const torque_limits_config_t *limit
     if (torque) {
         st->ramp = (speed_ramp_state_t){0}; /* speed mode will begin without acceleration */
     }
-    st->plan =
-        (speed_control_in_t){.omega_ref_rad_s = torque ? 0.0f : next_reference(cfg, st, in),
-                             .i_d_ref_A = i_d_A,
-                             .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
-                             .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
-                             .torque = torque,
-                             .torque_ref_Nm = torque ? torque_for_flux_Nm(cfg, st, in) : 0.0f,
-                             .window = limited ? &window : NULL};
+    st->plan = (speed_control_in_t){
+        .omega_ref_rad_s =
+            torque ? 0.0f : (next_reference(cfg, st, in) + st->modulation.speed_rad_s),
+        .i_d_ref_A = i_d_A,
+        .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
+        .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
+        .torque = torque,
+        .torque_ref_Nm = torque ? torque_for_flux_Nm(cfg, st, in) : 0.0f,
+        .window = limited ? &window : NULL};
     speed_control_limit(&cfg->speed, &st->speed, &st->plan);
     st->plan.window = NULL;
     st->planned = true;

@@ -30,6 +30,13 @@ typedef struct {
     float lambda_min_Wb; /* below: no orientation from the estimate */
 } vector_config_t;
 
+/* What dwelling at zero stator frequency does to the references (dwell.h). */
+typedef struct {
+    float speed_rad_s;   /* on top of the speed */
+    float flux_pu;       /* taken from the flux */
+    float rate_pu_per_s; /* of that */
+} vector_modulation_t;
+
 typedef struct {
     speed_control_state_t speed;
     speed_ramp_state_t ramp;
@@ -42,8 +49,9 @@ typedef struct {
     float i_d_reduction_A;      /* what that takes from the magnetising current */
     float torque_gain_extra_pu; /* nominal flux over the reference, less 1 */
     bool pull_out_near;         /* the flux reference takes torque current away */
-    bool planned;               /* the plan below is of this run */
-    speed_control_in_t plan;    /* of every fourth period */
+    vector_modulation_t modulation;
+    bool planned;            /* the plan below is of this run */
+    speed_control_in_t plan; /* of every fourth period */
 } vector_state_t;
 
 /* Torque mode makes up for a flux that is so much off at most. */
@@ -79,6 +87,16 @@ static inline bool vector_rides_through(const vector_config_t *cfg, const vector
                                         float u_dc_V)
 {
     return cfg->ride_through && !mains_loss_idle(&cfg->mains, &st->mains, u_dc_V);
+}
+
+/* In force from now on. */
+COLD void vector_modulate(const vector_config_t *cfg, vector_state_t *st,
+                          vector_modulation_t modulation);
+
+/* The speed reference without it. */
+static inline float vector_unmodulated_rad_s(const vector_state_t *st)
+{
+    return st->speed.omega_ref_rad_s - st->modulation.speed_rad_s;
 }
 
 /* One period: the current wanted. */

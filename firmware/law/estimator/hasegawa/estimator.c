@@ -58,6 +58,20 @@ static inline float flux_frequency(const estimator_config_t *cfg, const estimato
     return e->omega_e_rad_s + ab_cross(e->lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
 }
 
+/* While dwelling a constant residual is that of Rs: the speed adaptation gets what moves. The slow
+ * part is remembered from one dwell to the next: with the Rs of then there was next to none. */
+static inline ab_t residual_of_speed(const estimator_config_t *cfg, estimator_state_t *st,
+                                     float dwell)
+{
+    const ab_t e1_A = st->estimate.i_residual_A;
+    if (!(dwell > 0.0f)) {
+        return e1_A;
+    }
+    const ab_t moving_A = ab_sub(e1_A, st->residual_slow_A);
+    st->residual_slow_A = ab_add(st->residual_slow_A, ab_scale(moving_A, cfg->residual_slow_gain));
+    return ab_sub(e1_A, ab_scale(st->residual_slow_A, dwell));
+}
+
 void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in)
 {
     estimate_t *e = &st->estimate;
@@ -65,7 +79,8 @@ void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const 
     observe(cfg, st, in);
     const speed_adaptation_in_t adaptation_in = {
         .lambda_r_hat_Wb = e->lambda_r_hat_Wb,
-        .e1_A = e->i_residual_A,
+        .e1_A = residual_of_speed(cfg, st, in->dwell),
+        .dwell = in->dwell,
         .omega_s_hat_rad_s = e->omega_s_rad_s,
         .omega_e_hat_rad_s = e->omega_e_rad_s,
         .expected_step_rad_s = in->expected_step_rad_s,

@@ -8,6 +8,9 @@
 /* Adaptation angle: grows up to this share of the rotor's 1/Tr. */
 #define ESTIMATOR_PHI_RAMP_TAU 1.7760728f
 
+/* Corner of the slow part of e1 while dwelling, over the rotor's 1/Tr: far below the modulation. */
+#define ESTIMATOR_RESIDUAL_TAU 0.16f
+
 /* The paper gives eps1 = .008 without a unit; the law wants c in 1/(s Wb A). */
 static float leak(const params_t *p)
 {
@@ -54,9 +57,10 @@ static bool init_table(estimator_config_t *cfg, const params_t *p, const gain_ta
 bool estimator_init(estimator_config_t *cfg, const params_t *params, const motor_model_t *motor,
                     const gain_table_t *table)
 {
-    *cfg =
-        (estimator_config_t){.lambda_min_Wb = ESTIMATE_LAMBDA_MIN_PU * params->M_H * params->i_d_A,
-                             .table_end_rad_s = FLT_MAX};
+    *cfg = (estimator_config_t){
+        .lambda_min_Wb = ESTIMATE_LAMBDA_MIN_PU * params->M_H * params->i_d_A,
+        .table_end_rad_s = FLT_MAX,
+        .residual_slow_gain = ESTIMATOR_RESIDUAL_TAU * motor->tau_per_s * params->period_s};
     const observer_params_t observer = {.i_max_A =
                                             ESTIMATOR_I_MAX_PU * params->current_full_scale_A,
                                         .lambda_max_Wb = params->lambda_max_Wb,

@@ -65,6 +65,7 @@ typedef struct {
     float omega_e_hat_rad_s;   /* speed estimate of the last period: phi's operating point */
     float expected_step_rad_s; /* a T */
     observer_gain_t gain;      /* L in use: phi needs D(j w_s) */
+    float dwell;               /* 0 to 1: phi_factor grows to 1 with it */
 } speed_adaptation_in_t;
 
 typedef struct {
