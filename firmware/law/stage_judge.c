@@ -21,7 +21,9 @@ void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t 
                                            .correction_V = e->flux_correction_V,
                                            .Rs_ohm = drive_rs_ohm(cfg, st),
                                            .omega_e_hat_rad_s = e->omega_e_rad_s,
-                                           .omega_s_hat_rad_s = e->omega_s_rad_s};
+                                           .omega_s_hat_rad_s = e->omega_s_rad_s,
+                                           .swing_rad_s = st->dwell.swing_rad_s,
+                                           .swing_omega_rad_s = cfg->dwell.omega_rad_s};
     supervisor_step(&cfg->supervisor, &st->supervisor, &supervisor_in, st->slot);
     transition_by_confidence(cfg, st, asked, out);
 }

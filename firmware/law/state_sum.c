@@ -16,7 +16,7 @@ static float of_control(const vector_state_t *v)
 static float of_dwell(const dwell_state_t *d)
 {
     return d->omega_s_rad_s + d->i_q_A + d->reference_rad_s + d->share + d->gain + d->turns +
-           d->speed_rad_s + d->reduction_pu + d->rate_pu_per_s;
+           d->speed_rad_s + d->reduction_pu + d->rate_pu_per_s + d->swing_rad_s;
 }
 
 static float of_resistance(const drive_state_t *st)

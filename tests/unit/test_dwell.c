@@ -209,6 +209,7 @@ static void test_it_comes_and_goes_without_a_step(void)
     TEST_ASSERT_TRUE(peak_rad_s < largest_rad_s);
     TEST_ASSERT_TRUE(dwell_idle(&st));
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.speed_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.swing_rad_s);
     ASSERT_SAME_FLOAT(0.0f, st.turns);
 }
 
@@ -229,6 +230,7 @@ static void test_the_modulation_is_a_sine_over_speed_or_tau(void)
             ASSERT_NEAR(1e-3, expected, st.speed_rad_s); /* what is left of the beginning */
         }
         ASSERT_SAME_FLOAT(0.0f, st.reduction_pu);
+        ASSERT_NEAR(1e-3, 0.2 * base[v], st.swing_rad_s);
     }
 }
 
@@ -249,6 +251,7 @@ static void assert_flux_swings(dwell_in_t in)
         ASSERT_NEAR(2e-4, mean_per_s, 0.5 * ((double)st.rate_pu_per_s + rate_per_s));
     }
     ASSERT_NEAR(1e-3, 0.4, most_pu); /* twice the amplitude */
+    ASSERT_NEAR(1e-5, 0.2 * (double)cfg.omega_rad_s, st.swing_rad_s);
 }
 
 static void test_the_flux_swings_where_it_is_asked_for_and_in_torque_mode(void)

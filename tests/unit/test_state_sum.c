@@ -141,6 +141,7 @@ static void test_resistance_is_seen_once_in_sixteen(void)
                             &st.dwell.speed_rad_s,
                             &st.dwell.reduction_pu,
                             &st.dwell.rate_pu_per_s,
+                            &st.dwell.swing_rad_s,
                             &st.omega_ref_before_rad_s,
                             &st.modes.premagnetise.Rs_delta_ohm,
                             &st.modes.premagnetise.leg_loss_pu};

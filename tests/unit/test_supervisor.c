@@ -781,6 +781,47 @@ static void test_two_supervisors_judge_apart(void)
     TEST_ASSERT_EQUAL_MEMORY(&judged, &st, sizeof st);
 }
 
+/* A field at zero frequency that swings by A = 2 rad/s at W = 8 rad/s, on both machines: the bound
+ * in double precision, and CLOSED where it says so. */
+static void test_a_field_that_swings_about_zero_may_be_closed(void)
+{
+    for (int machine = 0; machine < 2; machine++) {
+        setUp();
+        configure(machine, &params);
+        in.swing_rad_s = 2.0f;
+        in.swing_omega_rad_s = 8.0f;
+        in.omega_e_hat_rad_s = 0.0f;
+        const motor_t *m = &reference_machine[machine];
+        const double hidden =
+            0.1 * (double)m->Lr_H / (double)m->M_H * (1.0 / 2.0 + 1.0 / 8.0) / 0.5;
+        const double seen = 0.03 * sqrt(64.0 + 9.0) / 8.0;
+        judge_times(20, 0.03f, 0.0f);
+        ASSERT_NEAR(1e-5, seen + hidden, st.flux_error_bound_pu);
+        TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+        in.swing_rad_s = 0.8f; /* too little to tell a quarter of the flux */
+        judge_with(0.03f, 0.0f);
+        TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+        in.swing_rad_s = 0.0f;
+        judge_times(20, 0.03f, 0.0f);
+        TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+        TEST_ASSERT_TRUE(st.flux_error_bound_pu > 100.0f);
+    }
+}
+
+/* Unlike a field that stands, one that swings tells when it is lost; and standing is no loss. */
+static void test_a_field_that_swings_tells_a_loss_and_is_none_by_standing(void)
+{
+    configure_steered();
+    in.swing_rad_s = 2.0f;
+    in.swing_omega_rad_s = 8.0f;
+    in.i_s_A = (ab_t){0.0f, 8.0f};
+    judge_times(40, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.reasons & SUPERVISOR_STILL);
+    TEST_ASSERT_NOT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+    judge_with(0.8f, 0.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -819,5 +860,7 @@ int main(void)
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);
     RUN_TEST(test_what_is_not_a_number_never_passes_as_closed);
     RUN_TEST(test_two_supervisors_judge_apart);
+    RUN_TEST(test_a_field_that_swings_about_zero_may_be_closed);
+    RUN_TEST(test_a_field_that_swings_tells_a_loss_and_is_none_by_standing);
     return UNITY_END();
 }

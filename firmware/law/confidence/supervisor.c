@@ -166,12 +166,13 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     st->omega_s_rad_s += SUPERVISOR_OMEGA_S_GAIN * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
     const float torque_Wb_A = absf(ab_cross(in->lambda_r_hat_Wb, in->i_s_A));
     const bool loaded = torque_Wb_A > cfg->p.still_A * lambda_Wb;
+    const bool swings = in->swing_rad_s > 0.0f;
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
         .i_s_A = magnitude(in->i_s_A),
         /* I-f turns the field itself. */
-        .still = (st->confidence != SUPERVISOR_IMPRESSED) && loaded &&
+        .still = (st->confidence != SUPERVISOR_IMPRESSED) && loaded && !swings &&
                  (absf(st->omega_s_rad_s) < cfg->p.still_rad_s),
         /* I-f does not control the flux. */
         .flux_high =
@@ -195,6 +196,23 @@ static void weigh(const supervisor_config_t *cfg, supervisor_state_t *st, const 
     st->found.excess_pu = told ? (st->found.residual_pu - dV_pu_per_s / omega_d_rad_s) : 0.0f;
 }
 
+/* Part two of a field that dwells at zero, where its frequency swings by A at W. The flux swings by
+ * a = A/W, which takes the EMF A lambda at W: a flux that is wrong by d lambda misses A d lambda of
+ * it. What may hide that is what nobody knows of the voltage at W: dU, and a dRs |i|, as the
+ * current swings by a too. Rs is identified there, u = Rs i, so that dRs |i| is dU. Hence d lambda
+ * <= (Lr/M) dU (1/A + 1/W), and d with the corner undone at W: an Rs not yet found is in d. */
+static void weigh_swing(const supervisor_config_t *cfg, supervisor_state_t *st,
+                        const supervisor_in_t *in)
+{
+    const float omega_rad_s = in->swing_omega_rad_s;
+    const float omega_d_rad_s = sqrtf(omega_rad_s * omega_rad_s + cfg->corner2_rad2_s2);
+    const float hidden_Wb =
+        cfg->kr_inv * cfg->p.u_uncertainty_V * (1.0f / in->swing_rad_s + 1.0f / omega_rad_s);
+    const float hidden_pu = hidden_Wb / st->found.lambda_Wb;
+    st->flux_error_bound_pu = st->found.residual_pu * omega_d_rad_s / omega_rad_s + hidden_pu;
+    st->found.excess_pu = st->found.residual_pu - hidden_pu;
+}
+
 static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const supervisor_in_t *in,
                   uint32_t slot)
 {
@@ -203,7 +221,11 @@ static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const 
         measure(cfg, st, in, st->d_Wb);
         break;
     case SLOT_SUPERVISOR_WEIGH:
-        weigh(cfg, st, in);
+        if (in->swing_rad_s > 0.0f) {
+            weigh_swing(cfg, st, in);
+        } else {
+            weigh(cfg, st, in);
+        }
         break;
     case SLOT_SUPERVISOR_DECIDE:
         st->reasons = find_reasons(cfg, st, st->found.excess_pu, st->found.flux_high);

@@ -97,9 +97,11 @@ static void modulate(const dwell_config_t *cfg, dwell_state_t *st, const dwell_i
         const float swing_pu = st->share * cfg->amplitude_pu;
         st->reduction_pu = swing_pu * (1.0f - unit.alpha);
         st->rate_pu_per_s = swing_pu * cfg->omega_rad_s * unit.beta;
+        st->swing_rad_s = swing_pu * cfg->omega_rad_s;
     } else {
         const float pole_rad_s = maxf(absf(in->omega_ref_rad_s), cfg->tau_per_s);
-        st->speed_rad_s = st->share * st->gain * cfg->amplitude_pu * unit.beta * pole_rad_s;
+        st->swing_rad_s = st->share * st->gain * cfg->amplitude_pu * pole_rad_s;
+        st->speed_rad_s = st->swing_rad_s * unit.beta;
     }
 }
 

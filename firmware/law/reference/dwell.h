@@ -66,6 +66,7 @@ typedef struct {
     float speed_rad_s;     /* on top of the speed reference */
     float reduction_pu;    /* of the flux */
     float rate_pu_per_s;   /* of reduction_pu */
+    float swing_rad_s;     /* of the field's frequency, or what makes as much of the voltage */
 } dwell_state_t;
 
 typedef struct {

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import math
 import time
 from typing import Annotated, Any
 
@@ -16,6 +18,9 @@ def register(app: typer.Typer) -> None:
     app.command("special")(special)
 
 
+ZERO_HERTZ = "zero_hertz"
+
+
 def special(
     names: Annotated[
         list[str] | None, typer.Argument(help="Tests by name; none: all of them.")
@@ -25,12 +30,29 @@ def special(
     ] = "recommended",
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    runs: Annotated[int, typer.Option(min=1, help="Of zero_hertz, of each kind.")] = 40,
+    seed: Annotated[int, typer.Option(min=0, help="Of zero_hertz: draws every run.")] = 1,
+    seconds: Annotated[float, typer.Option(min=30.0, help="Of each dwell of zero_hertz.")] = 600.0,
+    arrival: Annotated[
+        float, typer.Option(min=0.0, max=0.5, help="Rs is off by up to this when the load comes.")
+    ] = 0.2,
+    load_step: Annotated[
+        float, typer.Option(min=-1.0, max=1.0, help="Share of the load, on and off every minute.")
+    ] = 0.0,
+    modulation: Annotated[
+        str, typer.Option(help="Of zero_hertz: speed, flux, off, or configured.")
+    ] = "configured",
 ) -> None:
     """Special tests on the atlas' bench: long holds, slow crossings, performance.
 
     test_R, slow_crossing, dwell, situations, speed_range, static_accuracy, torque_rise,
-    speed_bandwidth, starting_torque. Exit 1 when a goal is missed.
+    speed_bandwidth, starting_torque; and zero_hertz, asked for by its name: dwelling at zero stator
+    frequency, drawn plants. Exit 1 when a goal is missed.
     """
+    if names == [ZERO_HERTZ]:
+        asked_of = (runs, seed, seconds, arrival, load_step, modulation)
+        _zero_hertz(config, asked_of, workers, as_json)
+        return
     from zerohertz.atlas.special import case_count, run_tests
     from zerohertz.console import progress_bar
     from zerohertz.scenario.setup import load_setup
@@ -70,3 +92,68 @@ def _print(config: str, results: list[Any]) -> None:
         console.print(table)
     met = {r.name: r.met for r in results if r.met is not None}
     console.print(f"goals met: {sum(met.values())} of {len(met)}", highlight=False)
+
+
+def _zero_hertz(
+    config: str,
+    asked_of: tuple[int, int, float, float, float, str],
+    workers: int,
+    as_json: bool,
+) -> None:
+    from zerohertz.atlas import zero_hertz
+    from zerohertz.console import progress_bar
+    from zerohertz.errors import UserError
+    from zerohertz.scenario.setup import load_setup
+
+    runs, seed, seconds, arrival, load_step, modulation = asked_of
+    kinds = {"configured": {}, "off": {"dwell": 0}, "speed": {"dwell": 1}, "flux": {"dwell": 2}}
+    if modulation not in kinds:
+        raise UserError(f"--modulation: '{modulation}' is unknown; known are {', '.join(kinds)}")
+    setup = load_setup(config)
+    found: dict[str, dict[str, Any]] = {}
+    for name, ask in {"slow": zero_hertz.Dwell(), "rated": zero_hertz.RATED}.items():
+        ask = dataclasses.replace(
+            ask,
+            seconds=seconds,
+            arrival_pu=arrival,
+            load_step_pu=load_step,
+            firmware=kinds[modulation],
+        )
+        with progress_bar(f"{ZERO_HERTZ}, {name}", runs) as progress:
+            rows = zero_hertz.rows_of(setup, ask, runs, seed, workers, progress)
+        found[name] = zero_hertz.summary(ask, rows) | {"rows": rows}
+    met = {name: result["within"] == result["runs"] for name, result in found.items()}
+    if as_json:
+        # The keys of the slow dwells also by themselves: they are the test's first line.
+        head = {key: value for key, value in found["slow"].items() if key != "rows"}
+        content = {"config": setup.name, "seed": seed, **head, **found, "met": met}
+        print(json.dumps(_finite(content), allow_nan=False))
+    else:
+        _print_dwells(setup.name, seed, found)
+    if not all(met.values()):
+        raise typer.Exit(1)
+
+
+def _finite(value: Any) -> Any:
+    """What was not measured is null: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _print_dwells(config: str, seed: int, found: dict[str, dict[str, Any]]) -> None:
+    console = Console(width=max(Console().width, 120))
+    table = Table(title=f"{ZERO_HERTZ}, {config}, seed {seed}")
+    table.add_column("", no_wrap=True)
+    for name in found:
+        table.add_column(name, justify="right")
+    for key in next(iter(found.values())):
+        if key not in ("rows", "lost_runs"):
+            values = (result[key] for result in found.values())
+            table.add_row(
+                key.replace("_", " "),
+                *(f"{v:.4g}" if isinstance(v, float) else str(v) for v in values),
+            )
+    console.print(table)
