@@ -67,7 +67,7 @@
 #define CONFIG_DWELL_FADE_S     0.5f
 #define CONFIG_DWELL_SETTLE_S   3.0f
 #define CONFIG_DWELL_SLEW_RPM_S 1.5f
-#define CONFIG_DWELL_LOAD_PU    0.2f
+#define CONFIG_DWELL_LOAD_PU    0.06f
 
 static void config_board(drive_params_t *d, const params_t *p)
 {

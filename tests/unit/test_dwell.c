@@ -210,7 +210,6 @@ static void test_it_comes_and_goes_without_a_step(void)
     TEST_ASSERT_TRUE(dwell_idle(&st));
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.speed_rad_s);
     ASSERT_SAME_FLOAT(0.0f, st.swing_rad_s);
-    ASSERT_SAME_FLOAT(0.0f, st.turns);
 }
 
 /* After half a minute: amplitude k max(|w|, tau), against the sine in double precision. */
@@ -263,6 +262,28 @@ static void test_the_flux_swings_where_it_is_asked_for_and_in_torque_mode(void)
     assert_flux_swings(standing);
 }
 
+/* A torque is asked for in the dwell: the speed's modulation fades out, then the flux's comes. */
+static void test_one_modulation_fades_out_before_the_other_comes(void)
+{
+    dwell_in_t in = standing;
+    steps(steps_in(20.0f), in);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.share);
+    in.speed_free = true;
+    float before_rad_s = st.speed_rad_s;
+    for (int k = 0; k < steps_in(0.49f); k++) {
+        steps(1, in);
+        TEST_ASSERT_TRUE(fabsf(st.speed_rad_s - before_rad_s) < 0.05f);
+        ASSERT_SAME_FLOAT(0.0f, st.reduction_pu);
+        before_rad_s = st.speed_rad_s;
+    }
+    steps(steps_in(0.02f), in);
+    TEST_ASSERT_TRUE(st.flux);
+    TEST_ASSERT_TRUE(st.reduction_pu < 1e-3f);
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.share);
+    ASSERT_SAME_FLOAT(0.0f, st.speed_rad_s);
+}
+
 static void test_what_is_no_number_is_not_remembered(void)
 {
     steps(steps_in(5.0f), standing);
@@ -296,6 +317,7 @@ int main(void)
     RUN_TEST(test_it_comes_and_goes_without_a_step);
     RUN_TEST(test_the_modulation_is_a_sine_over_speed_or_tau);
     RUN_TEST(test_the_flux_swings_where_it_is_asked_for_and_in_torque_mode);
+    RUN_TEST(test_one_modulation_fades_out_before_the_other_comes);
     RUN_TEST(test_what_is_no_number_is_not_remembered);
     return UNITY_END();
 }

@@ -246,7 +246,7 @@ static void test_dwelling_gets_its_numbers(void)
     EXPECT(dwell.fade_s, 0.5f);
     EXPECT(dwell.settle_s, 3.0f);
     EXPECT(dwell.slew_rad_s2, 0.628318531f);
-    EXPECT(dwell.load_A, 1.0f);
+    EXPECT(dwell.load_A, 0.3f);
     EXPECT(rs_tracking.dwell_gain_ohm_per_s, 1.0f);
 }
 

@@ -69,8 +69,10 @@ static void follow(const dwell_config_t *cfg, dwell_state_t *st, const dwell_in_
     }
 }
 
-static void decide(const dwell_config_t *cfg, dwell_state_t *st, float moved_rad_s)
+static void decide(const dwell_config_t *cfg, dwell_state_t *st, const dwell_in_t *in)
 {
+    const float moved_rad_s = in->omega_ref_rad_s - st->reference_rad_s;
+    st->reference_rad_s = in->omega_ref_rad_s;
     const float window_rad_s = st->active ? (DWELL_LEAVE * cfg->window_rad_s) : cfg->window_rad_s;
     const float load_A = st->active ? (DWELL_UNLOADED_PU * cfg->load_A) : cfg->load_A;
     if (!(absf(st->omega_s_rad_s) < window_rad_s) || !(absf(st->i_q_A) > load_A) ||
@@ -84,23 +86,36 @@ static void decide(const dwell_config_t *cfg, dwell_state_t *st, float moved_rad
     }
 }
 
+/* Speed or flux; the one that is on fades out before the other comes. */
+static void fade(const dwell_config_t *cfg, dwell_state_t *st, bool speed_free)
+{
+    const bool flux = speed_free || (cfg->kind == DWELL_FLUX);
+    if (!(st->share > 0.0f)) {
+        st->flux = flux;
+        st->gain = flux ? 1.0f : DWELL_FIRST;
+        st->turns = 0.0f;
+    }
+    const bool on = st->active && (st->flux == flux);
+    st->gain += cfg->settle_gain * (1.0f - st->gain);
+    st->share = clampf(st->share + (on ? cfg->share_step : -cfg->share_step), 0.0f, 1.0f);
+}
+
 /* Begins at its phase 0, where speed and flux are what they were. */
-static void modulate(const dwell_config_t *cfg, dwell_state_t *st, const dwell_in_t *in)
+static void modulate(const dwell_config_t *cfg, dwell_state_t *st, float omega_ref_rad_s)
 {
     const float turns = st->turns + cfg->turns;
     st->turns = (turns < 1.0f) ? turns : (turns - 1.0f);
     const ab_t unit = trig_unit(NUM_TWO_PI * st->turns);
+    const float swing_pu = st->share * st->gain * cfg->amplitude_pu;
     st->speed_rad_s = 0.0f;
     st->reduction_pu = 0.0f;
     st->rate_pu_per_s = 0.0f;
-    if (in->speed_free || (cfg->kind == DWELL_FLUX)) {
-        const float swing_pu = st->share * cfg->amplitude_pu;
+    if (st->flux) {
         st->reduction_pu = swing_pu * (1.0f - unit.alpha);
         st->rate_pu_per_s = swing_pu * cfg->omega_rad_s * unit.beta;
         st->swing_rad_s = swing_pu * cfg->omega_rad_s;
     } else {
-        const float pole_rad_s = maxf(absf(in->omega_ref_rad_s), cfg->tau_per_s);
-        st->swing_rad_s = st->share * st->gain * cfg->amplitude_pu * pole_rad_s;
+        st->swing_rad_s = swing_pu * maxf(absf(omega_ref_rad_s), cfg->tau_per_s);
         st->speed_rad_s = st->swing_rad_s * unit.beta;
     }
 }
@@ -108,16 +123,9 @@ static void modulate(const dwell_config_t *cfg, dwell_state_t *st, const dwell_i
 void dwell_step(const dwell_config_t *cfg, dwell_state_t *st, const dwell_in_t *in)
 {
     follow(cfg, st, in);
-    decide(cfg, st, in->omega_ref_rad_s - st->reference_rad_s);
-    st->reference_rad_s = in->omega_ref_rad_s;
-    if (dwell_idle(st)) {
-        st->gain = DWELL_FIRST;
-        return;
-    }
-    st->gain += cfg->settle_gain * (1.0f - st->gain);
-    st->share = clampf(st->share + (st->active ? cfg->share_step : -cfg->share_step), 0.0f, 1.0f);
-    modulate(cfg, st, in);
-    if (dwell_idle(st)) {
-        st->turns = 0.0f;
+    decide(cfg, st, in);
+    if (!dwell_idle(st)) {
+        fade(cfg, st, in->speed_free);
+        modulate(cfg, st, in->omega_ref_rad_s);
     }
 }

@@ -56,6 +56,7 @@ typedef struct {
 
 typedef struct {
     bool active;
+    bool flux;             /* that is what is modulated, not the speed */
     uint32_t inside_steps; /* on end */
     float omega_s_rad_s;   /* low-passed, less the modulation */
     float i_q_A;           /* low-passed */
