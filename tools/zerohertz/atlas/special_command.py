@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import time
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -39,6 +40,9 @@ def special(
     load_step: Annotated[
         float, typer.Option(min=-1.0, max=1.0, help="Share of the load, on and off every minute.")
     ] = 0.0,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Draw run 2 of zero_hertz, no other.")
+    ] = None,
     modulation: Annotated[
         str, typer.Option(help="Of zero_hertz: speed, flux, off, or configured.")
     ] = "configured",
@@ -50,6 +54,9 @@ def special(
     frequency, drawn plants. Exit 1 when a goal is missed.
     """
     if names == [ZERO_HERTZ]:
+        if picture is not None:
+            _draw_dwell(config, seed, seconds, arrival, picture)
+            return
         asked_of = (runs, seed, seconds, arrival, load_step, modulation)
         _zero_hertz(config, asked_of, workers, as_json)
         return
@@ -132,6 +139,16 @@ def _zero_hertz(
         _print_dwells(setup.name, seed, found)
     if not all(met.values()):
         raise typer.Exit(1)
+
+
+def _draw_dwell(config: str, seed: int, seconds: float, arrival: float, path: Path) -> None:
+    from zerohertz.atlas import zero_hertz, zero_hertz_picture
+    from zerohertz.scenario.setup import load_setup
+
+    ask = zero_hertz.Dwell(seconds=seconds, arrival_pu=arrival)
+    row, record = zero_hertz.one(load_setup(config), ask, seed, 2)
+    zero_hertz_picture.write_png(path, row, record)
+    print(f"written: {path}")
 
 
 def _finite(value: Any) -> Any:

@@ -98,7 +98,9 @@ def draw(ask: Dwell, seed: int, k: int) -> Drawn:
     drift = arrival * float(rng.choice((0.8, 1.2)))
     arrived_s = LOAD_AT_S + float(rng.uniform(2.0, 8.0))
     i_d_A = RATED_I_D_A if abs(speed_rpm) >= RATED_RPM else None
-    told = {"steer_min_Hz": 0.0, "overload_motor_A": 0.0, **({} if i_d_A is None else {"i_d_A": i_d_A}), **ask.firmware}
+    # Steering would lower the flux, overload protection end a test that is about the estimate.
+    told = {"steer_min_Hz": 0.0, "overload_motor_A": 0.0, **ask.firmware}
+    told |= {} if i_d_A is None else {"i_d_A": i_d_A}
     what = Experiment(
         duration_s=arrived_s + ask.seconds,
         speed_rpm=[(0.0, speed_rpm)],

@@ -88,6 +88,15 @@ CompareOption = Annotated[
 ]
 
 
+DwellOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.png",
+        help="Draw instead what a modulation tells at zero stator frequency and 30 min^-1.",
+    ),
+]
+
+
 def register(app: typer.Typer) -> None:
     app.command("stability")(stability)
 
@@ -109,6 +118,7 @@ def stability(
     png: PngOption = None,
     html: HtmlOption = None,
     compare: CompareOption = None,
+    dwell: DwellOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Linearise motor, firmware and shaft together at each operating point, and map the verdict.
@@ -118,6 +128,9 @@ def stability(
     stable, flux angle within 25 degrees, magnitude within 25 %, speed within 30 min^-1. How it is
     computed: tools/zerohertz/stability/README.md.
     """
+    if dwell is not None:
+        _dwell(dwell, 5.1 if i_d is None else i_d, as_json)
+        return
     changes = _assignments(override or [])
     if i_d is not None:
         changes["i_d_A"] = _in_range(i_d, "--i-d", 0.01, 1e4)
@@ -139,6 +152,17 @@ def stability(
         return
     stem = DEFAULT_OUT / f"{Path(config).stem}{'_' + folder.name if folder else ''}"
     _map(asked, folder, changes, (png or stem.with_suffix(".png"), html), as_json)
+
+
+def _dwell(path: Path, i_d_A: float, as_json: bool) -> None:
+    from zerohertz.stability import dwell
+
+    numbers = dwell.write_picture(path, 30.0, i_d_A, 2.0)
+    tell(f"written: {short_paths(path)}")
+    if as_json:
+        print(json.dumps(numbers))
+    else:
+        print("\n".join(f"{name}: {value:.3g}" for name, value in numbers.items()))
 
 
 def _map(
