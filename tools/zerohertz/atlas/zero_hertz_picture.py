@@ -36,8 +36,7 @@ def write_png(path: Path, row: dict[str, Any], record: sim.Record) -> None:
             axes.legend(loc="upper right", fontsize=7)
         every[-1].set_xlabel("s")
         drawn.suptitle(
-            f"Dwelling at zero stator frequency, {row['speed_rpm']:g} min⁻¹, load chosen by a servo "
-            "in the plant",
+            f"Zero stator frequency at {row['speed_rpm']:g} min⁻¹, kept there by the load",
             x=0.01, ha="left", fontsize=10,
         )  # fmt: skip
         drawn.savefig(path, dpi=110)
