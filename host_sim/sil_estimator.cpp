@@ -47,10 +47,11 @@ estimator_in_t input_of(const zh_estimator_event &e)
 
 bool finite(const zh_estimator_event &e)
 {
-    const std::array values{
-        e.u_alpha_V,           e.u_beta_V,          e.i_alpha_A,     e.i_beta_A,
-        e.expected_step_rad_s, e.omega_frame_rad_s, e.omega_e_rad_s, e.lambda_alpha_Wb,
-        e.lambda_beta_Wb,      e.dwell};
+    const std::array values{e.u_alpha_V,           e.u_beta_V,
+                            e.i_alpha_A,           e.i_beta_A,
+                            e.expected_step_rad_s, e.omega_frame_rad_s,
+                            e.omega_e_rad_s,       e.lambda_alpha_Wb,
+                            e.lambda_beta_Wb,      e.dwell};
     float sum = 0.0F;
     for (const float value : values) {
         sum += value * 0.0F;
