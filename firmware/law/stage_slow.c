@@ -58,7 +58,7 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
         dwell(cfg, st, &in);
     }
     if ((st->slot == SLOT_RS_TRACKING) && rs_tracking_on(&cfg->rs_tracking)) {
-        if (dwell_idle(&st->dwell)) {
+        if (!st->dwell.standing && dwell_idle(&st->dwell)) {
             track_rs(cfg, st, &in);
         } else {
             track_standing(cfg, st, &in);

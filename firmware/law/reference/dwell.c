@@ -73,17 +73,17 @@ static void decide(const dwell_config_t *cfg, dwell_state_t *st, const dwell_in_
 {
     const float moved_rad_s = in->omega_ref_rad_s - st->reference_rad_s;
     st->reference_rad_s = in->omega_ref_rad_s;
-    const float window_rad_s = st->active ? (DWELL_LEAVE * cfg->window_rad_s) : cfg->window_rad_s;
-    const float load_A = st->active ? (DWELL_UNLOADED_PU * cfg->load_A) : cfg->load_A;
-    if (!(absf(st->omega_s_rad_s) < window_rad_s) || !(absf(st->i_q_A) > load_A) ||
-        !(absf(moved_rad_s) < cfg->moved_rad_s)) {
+    const float window_rad_s = st->standing ? (DWELL_LEAVE * cfg->window_rad_s) : cfg->window_rad_s;
+    if (!(absf(st->omega_s_rad_s) < window_rad_s) || !(absf(moved_rad_s) < cfg->moved_rad_s)) {
         st->inside_steps = 0u;
-        st->active = false;
+        st->standing = false;
     } else if (st->inside_steps < cfg->wait_steps) {
         st->inside_steps++;
     } else {
-        st->active = true;
+        st->standing = true;
     }
+    const float load_A = st->active ? (DWELL_UNLOADED_PU * cfg->load_A) : cfg->load_A;
+    st->active = st->standing && (absf(st->i_q_A) > load_A);
 }
 
 /* Speed or flux; the one that is on fades out before the other comes. */

@@ -55,7 +55,8 @@ typedef struct {
 } dwell_config_t;
 
 typedef struct {
-    bool active;
+    bool standing;         /* the field stands: Rs can be found */
+    bool active;           /* under load: something is modulated */
     bool flux;             /* that is what is modulated, not the speed */
     uint32_t inside_steps; /* on end */
     float omega_s_rad_s;   /* low-passed, less the modulation */
