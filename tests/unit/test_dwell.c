@@ -115,16 +115,32 @@ static void test_flux_can_be_asked_for(void)
     TEST_ASSERT_TRUE(dwell_on(&cfg));
 }
 
-/* The first step sees the reference move from 0; the torque current has passed 1 of 6 A after .06
- * s, which is step 18. */
+/* The first step sees the reference move from 0. */
 static void test_it_begins_after_the_wait_and_not_before(void)
 {
-    steps(17 + 156, standing);
-    TEST_ASSERT_FALSE(st.active);
+    steps(1 + 156, standing);
+    TEST_ASSERT_FALSE(st.standing);
     TEST_ASSERT_TRUE(dwell_idle(&st));
     steps(1, standing);
+    TEST_ASSERT_TRUE(st.standing);
     TEST_ASSERT_TRUE(st.active);
     ASSERT_NEAR(1e-7, 0.0064, st.share);
+}
+
+/* Rs is found without a load too; what is modulated waits for one. */
+static void test_a_field_that_stands_without_load_is_not_modulated(void)
+{
+    dwell_in_t in = standing;
+    in.i_q_A = 0.9f;
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_TRUE(st.standing);
+    TEST_ASSERT_TRUE(dwell_idle(&st));
+    in.omega_s_hat_rad_s = 3.7f; /* less than two windows */
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_TRUE(st.standing);
+    in.omega_s_hat_rad_s = 3.9f;
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_FALSE(st.standing);
 }
 
 static void assert_never_begins(dwell_in_t in)
@@ -311,6 +327,7 @@ int main(void)
     RUN_TEST(test_off_nothing_is_looked_at);
     RUN_TEST(test_flux_can_be_asked_for);
     RUN_TEST(test_it_begins_after_the_wait_and_not_before);
+    RUN_TEST(test_a_field_that_stands_without_load_is_not_modulated);
     RUN_TEST(test_outside_the_window_or_without_load_it_never_begins);
     RUN_TEST(test_a_crossing_by_the_reference_never_begins_it);
     RUN_TEST(test_it_stays_while_inside_twice_the_window_and_loaded_by_half);

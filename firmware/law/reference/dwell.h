@@ -5,12 +5,12 @@
  * error of speed swings with it and the adaptation sees a^2/2 of it. Rs is the easy parameter
  * there: u = Rs i (rs_tracking_dwell).
  *
- * Dwelling begins when, under load, the low-passed stator frequency has stayed inside a window
- * about zero while the reference hardly moved: a ramp that crosses zero never begins it. Then the
- * speed reference gets A sin(W t) on top, A = k max(|w|, tau), W = 1.67 tau, at first 1.8 times
- * that, since Rs may have to be found; where the speed is not controlled, or may not move, the flux
- * swings by k (1 - cos W t) of itself instead. `share` fades all of it in and out, what the
- * estimator makes of it included: neither entry nor exit is a step.
+ * The field stands when the low-passed stator frequency has stayed inside a window about zero while
+ * the reference hardly moved: a ramp that crosses zero never gets there. Rs is found from then on.
+ * Under load the speed reference also gets A sin(W t) on top, A = k max(|w|, tau), W = 1.67 tau, at
+ * first 1.8 times that; where the speed is not controlled, or may not move, the flux swings by
+ * k (1 - cos W t) of itself instead. `share` fades all of it in and out, what the estimator makes
+ * of it included: neither entry nor exit is a step.
  */
 #ifndef DWELL_H
 #define DWELL_H
