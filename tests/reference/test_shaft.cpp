@@ -3,6 +3,7 @@
 #include "load.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -169,6 +170,28 @@ void senseless_mechanics_are_refused()
     CHECK(!refused(rig));
 }
 
+// What the load's servo goes by: 2.5 turns forward, one back; none without a flux.
+void the_turns_of_a_flux_are_counted_either_way()
+{
+    zh::FluxTurns turns;
+    const auto at = [](double turned) {
+        const double angle = 2.0 * std::numbers::pi * turned;
+        return zh::Vec{0.4 * std::cos(angle), 0.4 * std::sin(angle)};
+    };
+    turns.start(at(0.3));
+    for (int k = 1; k <= 2500; ++k) {
+        turns.follow(at(0.3 + 0.001 * k));
+    }
+    CHECK_RELATIVE(turns.turns(), 2.5, 1e-9);
+    for (int k = 1; k <= 1000; ++k) {
+        turns.follow(at(2.8 - 0.001 * k));
+    }
+    CHECK_RELATIVE(turns.turns(), 1.5, 1e-9);
+    turns.follow({0.0, 0.0});
+    turns.follow(at(0.0));
+    CHECK_RELATIVE(turns.turns(), 1.5, 1e-9);
+}
+
 } // namespace
 
 int main()
@@ -186,6 +209,7 @@ int main()
         {"a load follows its law", a_load_follows_its_law},
         {"a second mass swings at its resonance and loses nothing",
          a_second_mass_swings_at_its_resonance_and_loses_nothing},
+        {"the turns of a flux are counted either way", the_turns_of_a_flux_are_counted_either_way},
         {"a second mass needs a coupling", a_second_mass_needs_a_coupling},
         {"senseless mechanics are refused", senseless_mechanics_are_refused},
     });
