@@ -78,7 +78,6 @@ static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive
     if (st->mode == MODE_VECTOR) {
         const request_t request = vector_control(cfg, st, asked, out);
         stage_apply(cfg, st, &request, out);
-        vector_expect(&cfg->modes.vector, &st->modes.vector, out->i_A.q);
         if (supervisor_is_due(st->slot)) {
             stage_judge(cfg, st, asked, out);
         }

@@ -435,7 +435,7 @@ static void test_dwelling_takes_what_does_not_move_from_the_residual(void)
             .e1_A = {(float)creal(moving_A), (float)cimag(moving_A)},
             .omega_s_hat_rad_s = omega_s_rad_s,
             .omega_e_hat_rad_s = omega_rad_s,
-            .expected_step_rad_s = 0.25f * in.expected_step_rad_s,
+            .expected_step_rad_s = in.expected_step_rad_s,
             .gain = st.gain,
             .dwell = 0.75f};
         const float expected =

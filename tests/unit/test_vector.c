@@ -146,6 +146,8 @@ static void test_a_speed_is_wanted_of_flux_and_speed_control(void)
                 speed_in.omega_ref_rad_s = asked.omega_e_ref_rad_s;
                 speed_in.i_d_ref_A = flux_control_step(&cfg->flux, &flux, &flux_in);
                 speed_control_limit(&cfg->speed, &speed, &speed_in);
+                speed.expected_step_rad_s =
+                    speed_control_expected_rad_s(&cfg->speed, &speed, speed.i_q_A);
             }
             const dq_t i_ref_A = step();
             ASSERT_SAME_FLOAT(speed_in.i_d_ref_A, i_ref_A.d);
@@ -189,6 +191,26 @@ static void test_a_torque_is_wanted_as_its_current(void)
     ASSERT_NEAR(1e-5, 3.0 / (2.0 * kr * (double)p.speed.lambda_Wb), step().q);
     ASSERT_SAME_FLOAT(0.0f, st.ramp.steps);
     ASSERT_NEAR(1e-3, 100.0, st.speed.omega_ref_rad_s); /* speed mode goes on from it */
+}
+
+/* The estimator is told what torque beside the load's does, unless the flux is weakened or a lost
+ * mains takes the torque: then nobody knows the load. */
+static void test_a_change_of_speed_is_expected_where_the_load_is_known(void)
+{
+    in.slot = SLOT_QUARTER_REFERENCES - 1u;
+    st.speed.gain_extra = 0.5f;
+    vector_config_t told = *cfg;
+    told.speed.step_rad_s_per_A = 0.25f;
+    st.speed.pi.x = 1.0f;
+    st.speed.i_q_A = 3.0f;
+    for (int k = 0; k < 3; k++) {
+        st.mains.active = k == 1;
+        st.reference.reduction_Wb = (k == 2) ? 0.01f : 0.0f;
+        st.planned = false;
+        st.speed.expected_step_rad_s = 7.0f;
+        vector_slow(&told, &drive.limits, &st, &in);
+        ASSERT_SAME_FLOAT((k == 0) ? 0.25f : 0.0f, st.speed.expected_step_rad_s);
+    }
 }
 
 /* The estimate knows of an M that is not what was told; of no flux at all it says nothing. */
@@ -537,6 +559,7 @@ int main(void)
     RUN_TEST(test_a_speed_is_wanted_of_flux_and_speed_control);
     RUN_TEST(test_slow_work_is_due_in_its_slots);
     RUN_TEST(test_a_torque_is_wanted_as_its_current);
+    RUN_TEST(test_a_change_of_speed_is_expected_where_the_load_is_known);
     RUN_TEST(test_torque_mode_makes_up_for_the_flux_that_is_there);
     RUN_TEST(test_a_stop_takes_its_own_ramp);
     RUN_TEST(test_not_running_there_is_flux_without_torque);

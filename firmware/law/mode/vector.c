@@ -85,6 +85,15 @@ COLD static float torque_for_flux_Nm(const vector_config_t *cfg, const vector_st
     return in->asked->torque_ref_Nm * (wanted_Wb / there_Wb);
 }
 
+/* What the torque current does to the speed, for the estimator. Nothing is said of a current that
+ * somebody else sets, nor with the flux weakened: the load is not known then. */
+static void expect(const vector_config_t *cfg, vector_state_t *st)
+{
+    const bool known = !st->mains.active && !(st->reference.reduction_Wb > 0.0f);
+    st->speed.expected_step_rad_s =
+        known ? speed_control_expected_rad_s(&cfg->speed, &st->speed, st->speed.i_q_A) : 0.0f;
+}
+
 /* Flux control, limits and target of the next four periods. */
 static void plan(const vector_config_t *cfg, const torque_limits_config_t *limits,
                  vector_state_t *st, const mode_in_t *in)
@@ -114,6 +123,7 @@ static void plan(const vector_config_t *cfg, const torque_limits_config_t *limit
         .window = limited ? &window : NULL};
     speed_control_limit(&cfg->speed, &st->speed, &st->plan);
     st->plan.window = NULL;
+    expect(cfg, st);
     st->planned = true;
 }
 

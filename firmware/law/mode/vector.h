@@ -106,16 +106,6 @@ static inline dq_t vector_step(const vector_config_t *cfg, vector_state_t *st, f
                   speed_control_step(&cfg->speed, &st->speed, &st->plan, omega_e_rad_s)};
 }
 
-/* What the torque current that flows does to the speed, for the estimator. Nothing is said of a
- * current that somebody else sets, nor with the flux weakened: the load is not known then. */
-static inline void vector_expect(const vector_config_t *cfg, vector_state_t *st, float i_q_A)
-{
-    const bool known = !st->mains.active && !(st->reference.reduction_Wb > 0.0f);
-    st->speed.expected_step_rad_s =
-        known ? speed_control_expected_rad_s(&cfg->speed, &st->speed, i_q_A * st->plan.flux_pu)
-              : 0.0f;
-}
-
 /* Flux without torque, and a speed controller that waits. */
 static inline dq_t vector_wait(vector_state_t *st, float omega_e_rad_s)
 {

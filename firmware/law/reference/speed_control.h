@@ -119,8 +119,8 @@ static inline bool speed_control_at_limit(const speed_control_state_t *st)
            (st->i_q_A <= SPEED_CONTROL_AT_LIMIT_PU * st->low_A);
 }
 
-/* How much the speed changes until the next period while the torque current i_q_A (at nominal flux)
- * flows. What is asked for may not flow, at the voltage limit for one. */
+/* How much the speed changes in a period while the torque current i_q_A (at nominal flux) flows.
+ * What is asked for may not flow, at the voltage limit for one. */
 static inline float speed_control_expected_rad_s(const speed_control_config_t *cfg,
                                                  const speed_control_state_t *st, float i_q_A)
 {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Sequence
 
 from zerohertz.envelope import campaign
@@ -60,7 +61,7 @@ A range is cut into {campaign.BINS} parts with equal numbers of runs.
 - A threshold or a capacitance below what the plant can integrate is raised to that.
 - A pulsating load swings the free shaft by 10 min^-1 at most (at 2 pole pairs); its run has no
   torque ripple.
-- Not drawn: {"; ".join(NOT_DRAWN)}.
+{_not_drawn()}
 
 ## How it is judged
 
@@ -116,9 +117,9 @@ def _faults(rows: Sequence[Row]) -> str:
 
 
 def _axes(rows: Sequence[Row]) -> str:
-    return "\n\n".join(
-        f"**{axis.name}**: {axis.text}\n\n{table(campaign.parts(axis, rows))}" for axis in AXES
-    )
+    titles = (textwrap.fill(f"**{axis.name}**: {axis.text}", 100) for axis in AXES)
+    tables = (table(campaign.parts(axis, rows)) for axis in AXES)
+    return "\n\n".join(f"{title}\n\n{part}" for title, part in zip(titles, tables, strict=True))
 
 
 def worst(result: Result) -> str:
@@ -141,6 +142,10 @@ def _worst(row: Row) -> Iterator[str]:
 
 def drawn() -> str:
     return "\n".join(f"| {axis.name} | {axis.values} | {axis.text} |" for axis in AXES)
+
+
+def _not_drawn() -> str:
+    return textwrap.fill(f"- Not drawn: {'; '.join(NOT_DRAWN)}.", 100, subsequent_indent="  ")
 
 
 def _told() -> str:

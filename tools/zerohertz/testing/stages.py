@@ -8,7 +8,14 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from zerohertz.paths import BUILD, ROOT
-from zerohertz.testing import eva, include_rules, object_rules, shape, source_rules
+from zerohertz.testing import (
+    eva,
+    include_rules,
+    object_rules,
+    page_rules,
+    shape,
+    source_rules,
+)
 from zerohertz.testing.counts import junit_outcome
 from zerohertz.testing.misra import cppcheck_suppressions, notices
 from zerohertz.testing.stage import Log, Outcome, Stage
@@ -16,6 +23,7 @@ from zerohertz.testing.stage import Log, Outcome, Stage
 LOGS = BUILD / "test-logs"
 PYTHON = Path(sys.executable)
 RUFF = (PYTHON, "-m", "ruff")
+CODESPELL = (PYTHON, "-m", "codespell_lib")
 RUFF_CONFIG = ("--config", "tools/pyproject.toml")
 PYTHON_FOLDERS = ("tools", "tests")
 C_FOLDERS = ("firmware", "hal", "host_sim", "tests")
@@ -102,6 +110,7 @@ def _that_read_the_code() -> list[Stage]:
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
         Stage("shell", "shellcheck", _shell, quick=True),
+        Stage("pages", "lines, links, words and spelling of the pages", _pages, quick=True),
         Stage("shape", "size of functions and files, layers, include cycles", _shape, quick=True),
         Stage("eva", "Frama-C on the guard: any input", _eva, asked=True),
         Stage(
@@ -288,6 +297,17 @@ def _ruff(log: Log) -> Outcome:
 
 def _shell(log: Log) -> Outcome:
     return log.check(("shellcheck", *SHELL_SCRIPTS))
+
+
+def _pages(log: Log) -> Outcome:
+    pages = page_rules.pages(ROOT)
+    if not pages:
+        return Outcome(0, 1, "no page found")
+    rules = _no_breaches(log, page_rules.check_tree(ROOT))
+    spelling = log.check((*CODESPELL, *map(str, pages)))
+    return Outcome(
+        rules.passed + spelling.passed, rules.failed + spelling.failed, rules.note or spelling.note
+    )
 
 
 def _shape(log: Log) -> Outcome:

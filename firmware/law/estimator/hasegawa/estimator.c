@@ -83,8 +83,7 @@ void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const 
         .dwell = in->dwell,
         .omega_s_hat_rad_s = e->omega_s_rad_s,
         .omega_e_hat_rad_s = e->omega_e_rad_s,
-        /* A field that stands takes an inertia that is off for slip. */
-        .expected_step_rad_s = (1.0f - in->dwell) * in->expected_step_rad_s,
+        .expected_step_rad_s = in->expected_step_rad_s,
         .gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm, g->l2_im_ohm}};
     e->omega_e_rad_s =
         speed_adaptation_step(&cfg->adaptation, &st->adaptation, &adaptation_in).omega_e_hat_rad_s;

@@ -88,8 +88,9 @@ every bit is flipped in every mode.
 - **undeclared harm**: harm without a word; `gates`: on in two periods on end before the run
   command.
 - **protections lost**: in a run of its own each plain fault follows the flip by 60 ms or more:
-  {", ".join(PLAIN)}. It counts as lost when the drive trips on it without the flip, and with the
-  flip neither trips nor stops within twice the time and {1e3 * judge.GRACE_S:g} ms.
+  {", ".join(PLAIN)}.
+  It counts as lost when the drive trips on it without the flip, and with the flip neither trips
+  nor stops within twice the time and {1e3 * judge.GRACE_S:g} ms.
 - One case again: `tools/zh campaign flips --case 'NAME'`."""
 
 
