@@ -195,7 +195,7 @@ def test_a_speed_filter_that_makes_the_shaft_swing_is_refused_live():
         for value in (0.7, 1.0):
             with pytest.raises(UserError, match=r"speed_filter_s.*at most.*bandwidth_rad_s"):
                 drive["speed_filter_s"] = value
-        drive["speed_filter_s"] = 0.005
+        drive["speed_filter_s"] = 0.003
 
 
 def test_every_reference_is_bounded():
