@@ -13,7 +13,7 @@ INVARIANTS = re.findall(r"^\| (S\d+) \|(.*)\|(.*)\|(.*)\|$", PAGE, re.MULTILINE)
 PARAMETERS = PAGE.split("## Parameters by harm")[1].split("## Not defended")[0]
 
 
-def tests_of_the_tree() -> str:
+def known_tests() -> str:
     files = [p for s in ("*.c", "*.py", "*.cpp") for p in (ROOT / "tests").rglob(s)]
     names = [f for p in files for f in re.findall(r"\b(test_\w+)\(", p.read_text("utf-8"))]
     cmake = (ROOT / "tests/fuzz/CMakeLists.txt").read_text("utf-8")
@@ -22,7 +22,7 @@ def tests_of_the_tree() -> str:
 
 
 def test_each_invariant_names_tests_that_exist() -> None:
-    known = set(tests_of_the_tree().split())
+    known = set(known_tests().split())
     assert [name for name, *_ in INVARIANTS] == [f"S{k + 1}" for k in range(len(INVARIANTS))]
     assert len(INVARIANTS) >= 10
     for name, _, _, tests in INVARIANTS:
