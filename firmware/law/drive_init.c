@@ -1,13 +1,22 @@
 #include "drive_params.h"
 
+/* What is stepped once in a schedule. */
+static bool init_scheduled(drive_config_t *cfg, const drive_params_t *p)
+{
+    const float schedule_s = (float)SLOT_COUNT * p->period_s;
+    if (!rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, schedule_s)) {
+        return false;
+    }
+    return dwell_init(&cfg->dwell, &p->dwell, &cfg->motor, schedule_s);
+}
+
 static bool init_estimator(drive_config_t *cfg, const drive_params_t *p, const gain_table_t *table)
 {
     return measurement_init(&cfg->measurement, &p->measurement) &&
            acting_voltage_init(&cfg->acting, &p->acting) &&
            estimator_init(&cfg->estimator, p->list, &cfg->motor, table) &&
            supervisor_init(&cfg->supervisor, &p->supervisor, &cfg->motor, p->period_s) &&
-           rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, (float)SLOT_COUNT * p->period_s) &&
-           dwell_init(&cfg->dwell, &p->dwell, &cfg->motor, (float)SLOT_COUNT * p->period_s);
+           init_scheduled(cfg, p);
 }
 
 static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const motor_model_t *motor)

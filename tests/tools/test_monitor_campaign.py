@@ -123,7 +123,7 @@ def test_without_its_detectors_the_same_drive_fails(bench: Bench) -> None:
     cases = [
         c
         for c in monitor_cases.groups()["sensor"]
-        if (c.what, c.kind) in {("u_vw", "gain"), ("i_u", "gain")} and c.speed_rpm >= 60.0
+        if (c.what, c.kind) in {("u_dc", "gain"), ("i_u", "gain")} and c.speed_rpm >= 60.0
     ]
     assert any(monitor_run.run_case(blind, case)["verdict"] == "FAILED" for case in cases)
 

@@ -501,6 +501,57 @@ static void test_delay_angles_follow_the_frequency_in_every_fourth_period(void)
     }
 }
 
+/* In its slot the dwell says what is modulated; while the field stands Rs is found from all of e1,
+ * not from what a torque current leaves along the flux. */
+static void test_a_standing_field_is_modulated_and_tells_rs(void)
+{
+    drive_params_t p = both_machines(0);
+    p.rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = 0.5f,
+                                           .i_0_A = 1.5f,
+                                           .min_rad_s = 0.5f,
+                                           .max_rad_s = 300.0f,
+                                           .low_pu = 0.5f,
+                                           .high_pu = 1.5f,
+                                           .quiet_s = 1e-3f,
+                                           .speed_err_rad_s = 1000.0f,
+                                           .slew_rad_s2 = 20.0f,
+                                           .dwell_gain_ohm_per_s = 0.3f};
+    p.dwell = (dwell_params_t){.kind = DWELL_SPEED,
+                               .amplitude_pu = 0.2f,
+                               .window_rad_s = 1.9f,
+                               .wait_s = 0.5f,
+                               .filter_s = 0.3f,
+                               .fade_s = 0.5f,
+                               .settle_s = 4.0f,
+                               .slew_rad_s2 = 0.3f,
+                               .load_A = 0.3f};
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    const measurement_in_t sample = words(&p, 3, 5.0, 30.0, 540.0);
+    const drive_in_t in = {.mode = DRIVE_RUN};
+    drive_out_t out;
+    float Rs_delta_ohm[3]; /* no dwell, a dwell, one that fades out */
+    for (int dwelling = 0; dwelling < 3; dwelling++) {
+        drive_state_t st = {.estimator.observer = {.lambda_r_hat_Wb = {0.3f, 0.0f}},
+                            .dwell = {.standing = dwelling == 1,
+                                      .active = dwelling == 1,
+                                      .share = (dwelling == 2) ? 0.5f : (float)dwelling}};
+        int modulated = 0;
+        for (uint32_t k = 0u; k < 2u * SLOT_COUNT; k++) {
+            const float before_rad_s = st.modes.vector.modulation.speed_rad_s;
+            drive_step(&cfg, &st, &sample, &in, &out);
+            const float now_rad_s = st.modes.vector.modulation.speed_rad_s;
+            TEST_ASSERT_TRUE((st.slot == SLOT_DWELL) || (now_rad_s == before_rad_s));
+            modulated += (st.slot == SLOT_DWELL) && (now_rad_s != before_rad_s);
+            TEST_ASSERT_TRUE(now_rad_s == ((dwelling > 0) ? st.dwell.speed_rad_s : 0.0f));
+        }
+        TEST_ASSERT_TRUE((dwelling == 2) || (modulated == 2 * dwelling));
+        Rs_delta_ohm[dwelling] = st.rs_tracking.delta_ohm;
+    }
+    TEST_ASSERT_TRUE(Rs_delta_ohm[1] != Rs_delta_ohm[0]);
+    TEST_ASSERT_TRUE(Rs_delta_ohm[2] != Rs_delta_ohm[0]);
+}
+
 /* Nothing of the period before is left in the output: the caller need not clear it. */
 static void test_every_field_of_the_output_is_written_in_every_mode(void)
 {
@@ -1080,6 +1131,7 @@ int main(void)
     RUN_TEST(test_tracking_in_the_chain_is_told_start_error_and_moving_reference);
     RUN_TEST(test_delay_compensation_angle_is_limited);
     RUN_TEST(test_delay_angles_follow_the_frequency_in_every_fourth_period);
+    RUN_TEST(test_a_standing_field_is_modulated_and_tells_rs);
     RUN_TEST(test_every_field_of_the_output_is_written_in_every_mode);
     RUN_TEST(test_the_measured_resistance_is_used_after_both_levels);
     RUN_TEST(test_the_legs_loss_is_identified_when_wanted);

@@ -776,6 +776,27 @@ static void test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms
     TEST_ASSERT_EQUAL_HEX32(0u, unit.mailbox.faults);
 }
 
+/* Yes and no of a dwell, and the slow part of e1 that goes with it. */
+static void test_signals_of_a_dwell_show_its_state(void)
+{
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    const hal_output_t out = {0};
+    for (uint32_t yes = 0u; yes < 2u; yes++) {
+        dwell_state_t *dwell = &unit.drive.dwell;
+        dwell->standing = yes == 1u;
+        dwell->active = yes == 1u;
+        dwell->flux = yes == 1u;
+        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, &out, UNIT_SIGNAL_dwell_standing));
+        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, &out, UNIT_SIGNAL_dwelling));
+        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, &out, UNIT_SIGNAL_dwell_flux));
+    }
+    unit.drive.estimator.residual_slow_A = (ab_t){2.0f, -5.0f};
+    TEST_ASSERT_EQUAL_HEX32(float_bits(2.0f),
+                            unit_signal(&unit, &out, UNIT_SIGNAL_residual_slow_alpha_A));
+    TEST_ASSERT_EQUAL_HEX32(float_bits(-5.0f),
+                            unit_signal(&unit, &out, UNIT_SIGNAL_residual_slow_beta_A));
+}
+
 /* What the estimator shows beside its estimate is read from its state. */
 static void test_signals_of_the_estimator_show_its_state(void)
 {
@@ -879,6 +900,7 @@ int main(void)
     RUN_TEST(test_a_flipped_bit_of_what_is_asked_opens_the_gates);
     RUN_TEST(test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms);
     RUN_TEST(test_a_reference_is_bounded_and_one_that_is_no_number_is_none);
+    RUN_TEST(test_signals_of_a_dwell_show_its_state);
     RUN_TEST(test_signals_of_the_estimator_show_its_state);
     return UNITY_END();
 }

@@ -132,7 +132,7 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
         "speed_bandwidth_rad_s": SPEED_SLOW * slow,
         "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
         "speed_slow_rad_s": SPEED_FROM * slow,
-        "speed_ki_factor": 0.08,
+        "speed_ki_factor": 0.12,
         "adapt_accel_share": 0.7,
         "speed_filter_s": 0.0005,
         "speed_J_kg_m2": J_kg_m2,
