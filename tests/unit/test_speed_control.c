@@ -623,6 +623,22 @@ static void test_torque_gives_way_at_either_speed_limit(void)
     ASSERT_SAME_FLOAT(-6.0f, torque_after(&st, 9.0f, -3.0f, 60));
 }
 
+/* The controller of the limit has an integrator, which waits while the current limit cuts it. */
+static void test_the_speed_limit_of_torque_mode_integrates(void)
+{
+    const speed_control_config_t cfg = torque_config();
+    const float beyond_rad_s[2] = {2.0f, 100.0f};
+    const float x_A[2] = {-0.25f, 0.0f}; /* T K_I (-2 rad/s); cut at -15 A */
+    for (int n = 0; n < 2; n++) {
+        const float omega_rad_s = cfg.torque_max_rad_s + beyond_rad_s[n];
+        speed_control_state_t st = {.omega_filtered_rad_s = omega_rad_s};
+        const speed_control_in_t in = {
+            .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .torque = true, .torque_ref_Nm = 3.0f};
+        (void)step(&cfg, &st, &in, omega_rad_s);
+        ASSERT_SAME_FLOAT(x_A[n], st.pi.x);
+    }
+}
+
 /* The limit that counts is that of the direction it turns in, however slowly: no way forward holds
  * back nothing while it turns backward. */
 static void test_the_speed_limit_is_that_of_the_direction(void)
@@ -792,6 +808,7 @@ int main(void)
     RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
     RUN_TEST(test_torque_becomes_current_on_its_slew);
     RUN_TEST(test_torque_gives_way_at_either_speed_limit);
+    RUN_TEST(test_the_speed_limit_of_torque_mode_integrates);
     RUN_TEST(test_the_speed_limit_is_that_of_the_direction);
     RUN_TEST(test_take_over_is_smooth_both_ways);
     RUN_TEST(test_torque_that_is_no_number_moves_nothing);

@@ -217,7 +217,7 @@ static void test_a_change_of_speed_is_expected_where_the_load_is_known(void)
 static void test_torque_mode_makes_up_for_the_flux_that_is_there(void)
 {
     const double there[4] = {0.85, 1.15, 0.1, 3.0};
-    const double made_up_for[4] = {0.85, 1.15, VECTOR_FLUX_LEAST_PU, VECTOR_FLUX_MOST_PU};
+    const double made_up_for[4] = {0.85, 1.15, (double)0.67f, 1.5};
     const double kr = (double)p.motor.M_H / (double)p.motor.Lr_H;
     asked.aim = DRIVE_AIM_TORQUE;
     asked.torque_ref_Nm = -3.0f;
