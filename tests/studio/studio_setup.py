@@ -41,7 +41,7 @@ def zh(*words: str, said: re.Pattern[str]) -> Iterator[str]:
         yield found[1]
     finally:
         process.terminate()
-        assert process.wait(20.0) is not None
+        assert process.wait(120.0) is not None
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from zerohertz.link.recording import unit_of
 from zerohertz.link.server import PtyEnd
 
 RPM_PER_RAD_S = 30.0 / math.pi
-RUN_S = 20_000  # ms of patience: offsets, resistance, flux, then the ramp
+RUN_S = 90_000  # ms of patience: offsets, resistance, flux, then the ramp
 KEY = "00112233445566778899aabbccddeeff"
 
 
@@ -231,7 +231,7 @@ def test_another_trace_gets_its_turn_beside_a_normal_trigger(page: Page, drive: 
     now = {"trigger": "u_dc_V", "edge": 0, "level": 0.0}
     with joined(drive, "zh trace (1)") as client:
         for _ in range(3):
-            record = take(client, ["u_dc_V"], now, before=0.0, every=1, rows=100, wait_s=20.0)
+            record = take(client, ["u_dc_V"], now, before=0.0, every=1, rows=100, wait_s=90.0)
             assert len(record.t_s) == 100
     assert len(rows_of(page, "#csv")) > 1000
     page.click("#live")
