@@ -55,7 +55,7 @@ def test_the_list_of_commands_shows_whole_summaries(words: tuple[str, ...]) -> N
 
 
 def test_what_stands_in_square_brackets_is_shown() -> None:
-    assert "[nameplate]isallthatistold" in shown("commission")
-    assert "filewith[nameplate],orarig" in shown("commission")
+    assert "section[nameplate]istheonlyinput" in shown("commission")
+    assert "afilewith[nameplate],orarig" in shown("commission")
     assert "[[s,Nm],...]" in shown("serve")
     assert "[OPTIONS][MOTOR_DIR]..." in shown("design")

@@ -49,11 +49,10 @@ def make_app() -> typer.Typer:
     app = typer.Typer(
         name="zh",
         help="ZeroHertz: sensorless induction-motor drive down to zero hertz.\n\n"
-        "Start with `zh demo`: it sets up, builds, designs, runs the paper's experiments and "
-        "writes a report. Also: `zh setup` installs everything any command needs; `zh python` "
-        "runs a script with the package `zerohertz` at hand.",
-        epilog="Exit codes: 0 fine, 1 what was checked does not hold, 2 bad input, "
-        "130 interrupted.",
+        "Start with `zh demo`: it installs what is missing, builds, runs the paper's experiments "
+        "and writes a report. `zh setup` installs what any command needs. `zh python` runs a "
+        "script that imports the package `zerohertz`.",
+        epilog="Exit codes: 0 success, 1 a check failed, 2 bad input, 130 interrupted.",
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # markup would swallow whatever stands in square brackets

@@ -25,35 +25,44 @@ VOLTAGE = {"sensors": 0, "duty": 1}
 
 NamesArgument = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Recipes of --features, configurations of --compare."),
+    typer.Argument(
+        metavar="NAME", help="With --features: recipes. With --compare: configurations."
+    ),
 ]
 ConfigOption = Annotated[
-    str, typer.Option(help="recommended, paper, no_gain, or a TOML file like theirs.")
+    str,
+    typer.Option(
+        help="Configuration: recommended, paper, no_gain, or a TOML file in the same form."
+    ),
 ]
 StandardOption = Annotated[
-    bool, typer.Option("--standard", help="Maps i, ii and drift, and test R.")
+    bool, typer.Option("--standard", help="Run maps i, ii and drift, and test R.")
 ]
 MapsOption = Annotated[
-    list[str] | None, typer.Option("--map", help="i, ii, drift, rr or m; may be repeated.")
+    list[str] | None,
+    typer.Option("--map", help="Map to run: i, ii, drift, rr or m; may be repeated."),
 ]
-RandomOption = Annotated[int, typer.Option(min=0, help="A sample of N points off the grid.")]
+RandomOption = Annotated[int, typer.Option(min=0, help="Run N random points off the grid instead.")]
 LoadedOption = Annotated[
-    float, typer.Option(min=2.0, max=600.0, help="Of the sample: seconds under load.")
+    float, typer.Option(min=2.0, max=600.0, help="With --random: seconds under load.")
 ]
 SetsOption = Annotated[
-    list[str] | None, typer.Option("--set", help="Firmware parameter name=value, last word.")
+    list[str] | None,
+    typer.Option("--set", help="Firmware parameter NAME=VALUE; overrides all else."),
 ]
 PlantOption = Annotated[
     list[str] | None,
-    typer.Option(help="Rig or board section.key=value, for example inverter.model=switched."),
+    typer.Option(help="Rig or board value SECTION.KEY=VALUE, e.g. inverter.model=switched."),
 ]
 VariationOption = Annotated[
-    str | None, typer.Option(help="Another plant by name, or all (atlas/variations.py).")
+    str | None, typer.Option(help="Plant variation by name, or all of them (atlas/variations.py).")
 ]
 VoltageOption = Annotated[
-    str | None, typer.Option(help="Voltage the observer uses: sensors or duty.")
+    str | None, typer.Option(help="Voltage source of the observer: sensors or duty.")
 ]
-WorkersOption = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
+WorkersOption = Annotated[
+    int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+]
 SchedulerOption = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, instead of --workers.")
 ]
@@ -61,20 +70,26 @@ FreshOption = Annotated[
     bool, typer.Option("--fresh/--resume", help="Run everything again, or only what is missing.")
 ]
 ThroughputOption = Annotated[
-    bool, typer.Option("--throughput", help="Measure points per second, and stop.")
+    bool, typer.Option("--throughput", help="Only measure how many points run per second.")
 ]
 FeaturesOption = Annotated[
     bool,
-    typer.Option("--features", help="What each feature is worth (atlas/features.py), and stop."),
+    typer.Option(
+        "--features", help="Only measure what each feature contributes (atlas/features.py)."
+    ),
 ]
 CompareOption = Annotated[
-    bool, typer.Option("--compare", help="Maps of configurations in one picture, and stop.")
+    bool,
+    typer.Option("--compare", help="Only draw the maps of several configurations in one picture."),
 ]
 CountOption = Annotated[
-    int, typer.Option("--points", min=0, help="Of --features: so many of each map; 0: all.")
+    int, typer.Option("--points", min=0, help="With --features: points per map; 0: all.")
 ]
 WriteOption = Annotated[
-    bool, typer.Option("--write", help="Of --features, --compare: to tools/docs, for a commit.")
+    bool,
+    typer.Option(
+        "--write", help="With --features or --compare: write to tools/docs, to be committed."
+    ),
 ]
 
 
@@ -89,7 +104,7 @@ def atlas(
     standard: StandardOption = False,
     maps: MapsOption = None,
     random: RandomOption = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random sample.")] = 1,
     loaded: LoadedOption = 12.0,
     sets: SetsOption = None,
     plant: PlantOption = None,
@@ -97,18 +112,21 @@ def atlas(
     voltage: VoltageOption = None,
     workers: WorkersOption = 2,
     scheduler: SchedulerOption = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
     fresh: FreshOption = False,
     throughput: ThroughputOption = False,
     features: FeaturesOption = False,
     compare: CompareOption = False,
     count: CountOption = 0,
     write: WriteOption = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Run the real firmware over a map of speed x load x errors, and class every point.
+    """Run the firmware over a map of speed, load and parameter errors, and classify each point.
 
-    Without --standard, --map or --random: map i. Rows go to Parquet, maps to PNG and HTML.
+    Without --standard, --map or --random it runs map i. It writes the rows as Parquet and the
+        maps as PNG and HTML. What the maps show: tools/zerohertz/atlas/README.md.
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.atlas import output

@@ -18,15 +18,24 @@ def register(app: typer.Typer) -> None:
 
 def detection(
     hours: Annotated[
-        float, typer.Option(min=0.1, help="Simulated hours of oriented missions; shares need 1.")
+        float,
+        typer.Option(
+            min=0.1, help="Simulated hours of random missions; the rates need at least 1."
+        ),
     ] = 1.0,
-    seeds: Annotated[int, typer.Option(min=1, max=100, help="Noise seeds of the figures.")] = 6,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=100, help="Number of noise seeds per figure.")
+    ] = 6,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Judge the supervisor on the paper's losing experiments and on random missions.
+    """Test the supervisor's loss detection on the paper's experiments and on random missions.
 
-    Exit 1 when a delay is too long, a loss is silent, or an oriented drive is called lost.
+    Exit 1 if a detection takes too long, a loss goes undetected, or a false alarm occurs.
     """
     from zerohertz.atlas import detection as judge
 

@@ -19,23 +19,23 @@ def register(app: typer.Typer) -> None:
 
 def ensemble(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Ensembles by name; none: all of them.")
+        list[str] | None, typer.Argument(help="Ensembles to run; default: all.")
     ] = None,
-    runs: Annotated[int, typer.Option(min=1, help="Runs of each.")] = 200,
+    runs: Annotated[int, typer.Option(min=1, help="Number of runs of each ensemble.")] = 200,
     seed: Seed = 1,
     config: Annotated[
-        str, typer.Option(help="A configuration of host_sim/configs, or a TOML file.")
+        str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
     ] = "recommended",
     only: Annotated[
-        int | None, typer.Option(min=0, help="This run alone, with its faults.")
+        int | None, typer.Option(min=0, help="Run this one alone and list its faults.")
     ] = None,
     workers: Workers = 2,
     as_json: Json = False,
 ) -> None:
-    """Performance as an ensemble: crossings, load_steps, reversals, ripple.
+    """Measure performance over many random runs: crossings, load_steps, reversals, ripple.
 
-    Each run draws plant, noise, phase and mission; half of the runs have no voltage sensors. Prints
-    median, quantiles and worst, and the share within the goal. Exit 1 when a goal is missed.
+    Plant, noise, phase and mission are random. Half of the runs have no voltage sensors. Prints
+    median, quantiles and worst, and the share within the goal. Exit 1 if a goal is missed.
     """
     from zerohertz.atlas import ensembles
     from zerohertz.console import progress_bar

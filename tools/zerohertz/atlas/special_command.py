@@ -24,34 +24,49 @@ ZERO_HERTZ = "zero_hertz"
 
 def special(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Tests by name; none: all of them.")
+        list[str] | None, typer.Argument(help="Tests to run; default: all but zero_hertz.")
     ] = None,
     config: Annotated[
-        str, typer.Option(help="A configuration of host_sim/configs, or a TOML file.")
+        str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
     ] = "recommended",
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-    runs: Annotated[int, typer.Option(min=1, help="Of zero_hertz, of each kind.")] = 40,
-    seed: Annotated[int, typer.Option(min=0, help="Of zero_hertz: draws every run.")] = 1,
-    seconds: Annotated[float, typer.Option(min=30.0, help="Of each dwell of zero_hertz.")] = 600.0,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
+    runs: Annotated[
+        int, typer.Option(min=1, help="zero_hertz: runs of each kind (slow, rated).")
+    ] = 40,
+    seed: Annotated[int, typer.Option(min=0, help="zero_hertz: seed of the random runs.")] = 1,
+    seconds: Annotated[
+        float, typer.Option(min=30.0, help="zero_hertz: length of each dwell, s.")
+    ] = 600.0,
     arrival: Annotated[
-        float, typer.Option(min=0.0, max=0.5, help="Rs is off by up to this when the load comes.")
+        float,
+        typer.Option(
+            min=0.0, max=0.5, help="zero_hertz: largest relative Rs error when the load comes."
+        ),
     ] = 0.2,
     load_step: Annotated[
-        float, typer.Option(min=-1.0, max=1.0, help="Share of the load, on and off every minute.")
+        float,
+        typer.Option(
+            min=-1.0, max=1.0, help="zero_hertz: share of the load switched every minute."
+        ),
     ] = 0.0,
     picture: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw run 2 of zero_hertz, no other.")
+        Path | None,
+        typer.Option(metavar="FILE.png", help="zero_hertz: only draw run 2 of the slow dwells."),
     ] = None,
     modulation: Annotated[
-        str, typer.Option(help="Of zero_hertz: speed, flux, off, or configured.")
+        str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
     ] = "configured",
 ) -> None:
-    """Special tests on the atlas' bench: long holds, slow crossings, performance.
+    """Run special tests on the atlas bench: long holds, slow crossings, performance.
 
-    test_R, slow_crossing, dwell, situations, speed_range, static_accuracy, torque_rise,
-    speed_bandwidth, starting_torque; and zero_hertz, asked for by its name: dwelling at zero stator
-    frequency, drawn plants. Exit 1 when a goal is missed.
+    Tests: test_R, slow_crossing, dwell, situations, speed_range, static_accuracy, torque_rise,
+    speed_bandwidth, starting_torque. zero_hertz runs only when named: random plants dwell at zero
+    stator frequency. Exit 1 if a goal is missed.
     """
     if names == [ZERO_HERTZ]:
         if picture is not None:

@@ -40,29 +40,34 @@ def bench(
     functions: Annotated[
         bool,
         typer.Option(
-            "--functions", help="Only instructions by function and slot: writes the page."
+            "--functions", help="Only instructions by function and slot; writes the page."
         ),
     ] = False,
     only: Annotated[
-        str | None, typer.Option(help="One scenario on the image, with its functions; seconds.")
+        str | None,
+        typer.Option(help="Only one scenario, on the image, by function; takes seconds."),
     ] = None,
     config: Annotated[
         str, typer.Option(help="With --only: paper, recommended or all_options.")
     ] = "paper",
     worst: Annotated[
-        bool, typer.Option("--worst", help="With --only: the functions of the worst period.")
+        bool, typer.Option("--worst", help="With --only: count the worst period, not the mean.")
     ] = False,
-    rows: Annotated[int, typer.Option(min=1, help="With --only: how many functions.")] = 30,
+    rows: Annotated[
+        int, typer.Option(min=1, help="With --only: number of functions to list.")
+    ] = 30,
     write: Annotated[
         bool,
         typer.Option(
-            "--write", help=f"Store {COUNTS.name} or, with --image, {IMAGE.name} (for a commit)."
+            "--write", help=f"Store {COUNTS.name} or, with --image, {IMAGE.name} to be committed."
         ),
     ] = False,
     peer: Annotated[
-        bool, typer.Option("--peer", help="Only the SIL beside motulator 0.5.0.")
+        bool, typer.Option("--peer", help="Only compare the speed of the SIL with motulator 0.5.0.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
     """Measure the simulation, the gain design, the control period and the flash images.
 

@@ -23,12 +23,12 @@ from zerohertz.errors import UserError
 
 def register(app: typer.Typer) -> None:
     """Add `zh campaign` and its runs."""
-    campaign = typer.Typer(help="Long campaigns; zh test takes samples of them.")
+    campaign = typer.Typer(help="Long campaigns; `zh test` runs samples of them.")
     app.add_typer(campaign, name="campaign")
 
     @campaign.callback()
     def group() -> None:
-        """Long campaigns; zh test takes samples of them."""
+        """Long campaigns; `zh test` runs samples of them."""
 
     register_campaign(campaign)
 
@@ -43,16 +43,17 @@ def register(app: typer.Typer) -> None:
 
 
 def mutation(
-    folder: Annotated[str, typer.Option(help="What to mutate.")] = "firmware",
-    sample: Annotated[int, typer.Option(min=0, help="How many mutants; 0: all.")] = 0,
-    seed: Annotated[int, typer.Option(help="Of the sample.")] = 2005,
-    minimum: Annotated[float, typer.Option(help="Score to reach.")] = 0.95,
+    folder: Annotated[str, typer.Option(help="Folder to mutate.")] = "firmware",
+    sample: Annotated[int, typer.Option(min=0, help="Number of mutants; 0: all.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the random sample.")] = 2005,
+    minimum: Annotated[float, typer.Option(help="Mutation score to reach.")] = 0.95,
     as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+        bool,
+        typer.Option("--json", help="Print one JSON object on stdout, everything else on stderr."),
     ] = False,
-    output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
+    output: Annotated[Path | None, typer.Option(help="Also write the JSON to this file.")] = None,
 ) -> None:
-    """Do the unit tests notice every small, wrong change of the firmware?"""
+    """Check that the unit tests detect small wrong changes of the firmware (mutants)."""
     request = Request(folder=folder, sample=sample, seed=seed, minimum=minimum)
     result, good = run_and_show(request, output, sys.stderr if as_json else sys.stdout)
     if as_json:
@@ -61,12 +62,13 @@ def mutation(
 
 
 def mcdc(
-    jobs: Annotated[int, typer.Option(min=1, help="Tests at a time.")] = 2,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of parallel tests.")] = 2,
     as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+        bool,
+        typer.Option("--json", help="Print one JSON object on stdout, everything else on stderr."),
     ] = False,
 ) -> None:
-    """Does each condition of guard and sequence decide alone in some unit test (MC/DC)?
+    """Measure the MC/DC coverage of guard and sequence by the unit tests.
 
     Needs clang 19 and llvm 19: tools/zh installs them from Debian, about 500 MB.
     """
@@ -88,15 +90,16 @@ def mcdc(
 
 
 def powercut(
-    triple: Annotated[int, typer.Option(min=1, help="Random triple cuts.")] = 1_000_000,
-    seed: Annotated[int, typer.Option(min=0, help="Of all that is random.")] = 2005,
-    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time.")] = 2,
+    triple: Annotated[int, typer.Option(min=1, help="Number of random triple cuts.")] = 1_000_000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 2005,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of parallel runs.")] = 2,
     write: Annotated[bool, typer.Option(help="Write tools/docs/powercut.md.")] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+        bool,
+        typer.Option("--json", help="Print one JSON object on stdout, everything else on stderr."),
     ] = False,
 ) -> None:
-    """Do the stored parameters survive the power going at any moment?"""
+    """Cut the power at any moment, and check that the stored parameters survive."""
 
     def show(row: cuts.Row) -> None:
         text = f"{row.what}, unit of {row.unit_bytes} bytes: {row.runs} runs"
@@ -111,15 +114,18 @@ def powercut(
 
 
 def fuzz(
-    parser: Annotated[int, typer.Option(min=0, help="Inputs to the frame parser.")] = 10**8,
-    whole: Annotated[int, typer.Option(min=0, help="Inputs to the whole link.")] = 10**6,
-    sil: Annotated[int, typer.Option(min=0, help="Frames into the SIL drive.")] = 10**7,
-    image: Annotated[int, typer.Option(min=0, help="Frames into the image.")] = 10**5,
-    seed: Annotated[int, typer.Option(min=1, help="Of all of them.")] = 2005,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-    output: Annotated[Path | None, typer.Option(help="Write the JSON there too.")] = None,
+    parser: Annotated[int, typer.Option(min=0, help="Number of inputs to the frame parser.")] = 10
+    ** 8,
+    whole: Annotated[int, typer.Option(min=0, help="Number of inputs to the whole link.")] = 10**6,
+    sil: Annotated[int, typer.Option(min=0, help="Number of frames into the SIL drive.")] = 10**7,
+    image: Annotated[int, typer.Option(min=0, help="Number of frames into the image.")] = 10**5,
+    seed: Annotated[int, typer.Option(min=1, help="Seed of all random inputs.")] = 2005,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
+    output: Annotated[Path | None, typer.Option(help="Also write the JSON to this file.")] = None,
 ) -> None:
-    """Does anything that a host can say break the link, or change a duty?"""
+    """Send random frames, and check that none breaks the link or changes a duty."""
     from zerohertz.campaign import fuzz as campaign_fuzz
 
     tell = sys.stderr if as_json else sys.stdout
@@ -137,18 +143,25 @@ def fuzz(
 
 
 def monitor(
-    hours: Annotated[float, typer.Option(min=0.0, help="Without any fault; 0: none.")] = 10.0,
-    sample: Annotated[int, typer.Option(min=0, help="Cases of each group; 0: all.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 2005,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-    out: Annotated[Path | None, typer.Option(help="Folder of the rows.")] = None,
+    hours: Annotated[
+        float, typer.Option(min=0.0, help="Hours without any fault, to find false alarms; 0: none.")
+    ] = 10.0,
+    sample: Annotated[int, typer.Option(min=0, help="Cases per group; 0: all.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random sample.")] = 2005,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
+    out: Annotated[Path | None, typer.Option(help="Folder for the result rows.")] = None,
     fresh: Annotated[
-        bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
+        bool,
+        typer.Option("--fresh/--resume", help="Run everything again, or only what is missing."),
     ] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/monitor.md.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Is everything that breaks noticed or harmless, and nothing noticed that is whole?"""
+    """Inject faults: each must be detected or harmless, without false alarms."""
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.atlas.run import RunOptions
     from zerohertz.campaign import monitor as watched

@@ -7,14 +7,16 @@ from typing import Annotated
 
 import typer
 
-Seed = Annotated[int, typer.Option(min=0, help="Of the sample.")]
-Mode = Annotated[list[str] | None, typer.Option(help="This mode only; may be repeated.")]
-Workers = Annotated[int, typer.Option("-j", "--workers", "--parallel", min=1, help="Processes.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the random sample.")]
+Mode = Annotated[list[str] | None, typer.Option(help="Only this mode; may be repeated.")]
+Workers = Annotated[
+    int, typer.Option("-j", "--workers", "--parallel", min=1, help="Number of parallel processes.")
+]
 Scheduler = Annotated[
-    str | None, typer.Option(help="Address of a Dask scheduler instead of processes.")
+    str | None, typer.Option(help="Address of a Dask scheduler, instead of local processes.")
 ]
-Out = Annotated[Path | None, typer.Option(help="Folder of the rows.")]
+Out = Annotated[Path | None, typer.Option(help="Folder for the result rows.")]
 Fresh = Annotated[
-    bool, typer.Option("--fresh/--resume", help="Everything again, or what is missing.")
+    bool, typer.Option("--fresh/--resume", help="Run everything again, or only what is missing.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]

@@ -23,22 +23,29 @@ def register(app: typer.Typer) -> None:
 def certify_tables(
     motor_dirs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="MOTOR_DIR", help="Default: every motor in gain_tables."),
+        typer.Argument(
+            metavar="MOTOR_DIR", help="Motor folders; default: every one in gain_tables."
+        ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
     plot: Annotated[
-        bool, typer.Option("--plot", help="Also draw root loci (Fig. 4) and gamma, build/certify.")
+        bool,
+        typer.Option("--plot", help="Also draw root loci (Fig. 4) and gamma, in build/certify."),
     ] = False,
 ) -> None:
     """Prove every entry of the stored gain tables in exact rational arithmetic.
 
-    The LMIs (14)-(16) at both speed errors, the Euler disc |1 + T s| < 1, the CRC, and that the
-    table belongs to motor.toml. Negative speed follows by conjugation, it is no check of its own.
-    The verdict is that at the speeds of the entries; how many are proven for all speeds up to half
-    a step off, with a gamma 1 % larger, is told besides. Exit 1 when fewer entries are proven than
-    exist, whatever the method; it is said which inequalities hold. For a gamma_pr table an entry
-    with a gamma of 1 or more, which bounds nothing, counts as not proven. "any" (null in the JSON)
-    is a bound that does not exist: the orientation error where gamma is 1 or more or missing.
+    Checks the LMIs (14)-(16) at both speed errors, the Euler disc |1 + T s| < 1, the CRC, and that
+    the table belongs to motor.toml. Negative speed follows by conjugation and is not checked
+    separately.
+
+    The verdict holds at the speeds of the entries. The report also counts the entries that are
+    proven for all speeds up to half a step off, with a gamma 1 % larger. Exit 1 unless every entry
+    is proven, whatever the method; the report says which inequalities hold. In a gamma_pr table, a
+    gamma of 1 or more bounds nothing and counts as not proven. The orientation error then has no
+    bound: "any", or null in the JSON.
     """
     # What was found is the answer; with --json that is the object alone.
     answer = Console(stderr=as_json)

@@ -34,23 +34,22 @@ if TYPE_CHECKING:
 
 
 RigOption = Annotated[
-    str | None, typer.Option(help="Simulated: name in host_sim/rigs/motors, or a file.")
+    str | None, typer.Option(help="Simulated rig: a name in host_sim/rigs/motors, or a file.")
 ]
 PlateOption = Annotated[
-    str | None, typer.Option(help="Of a drive's motor: file with [nameplate], or a rig.")
+    str | None,
+    typer.Option(help="Nameplate of a drive's motor: a file with [nameplate], or a rig."),
 ]
 OutOption = Annotated[
-    Path | None, typer.Option(help="Folder, or its motor.toml, that receives the result.")
+    Path | None, typer.Option(help="Write the result to this folder (or its motor.toml).")
 ]
 BoardOption = Annotated[
-    Path | None, typer.Option(help="Board file; without it one of the motor's size.")
+    Path | None, typer.Option(help="Board file; default: a board that fits the motor.")
 ]
 RotateOption = Annotated[
-    bool, typer.Option("--rotate", help="Then turn the free shaft: inertia and friction.")
+    bool, typer.Option("--rotate", help="Then turn the free shaft to find inertia and friction.")
 ]
-SaveOption = Annotated[
-    bool, typer.Option("--save", help="Set and save what was found in the drive.")
-]
+SaveOption = Annotated[bool, typer.Option("--save", help="Set and save the result in the drive.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -77,15 +76,17 @@ def commission(
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
-    seed: Annotated[int, typer.Option(min=1, help="Of the sensors' noise.")] = 1,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    seed: Annotated[int, typer.Option(min=1, help="Seed of the sensor noise.")] = 1,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Find a motor's circuit with the firmware at standstill, and derive all parameters.
+    """Identify a motor at standstill with the firmware, and derive all parameters.
 
-    --rig: the firmware in the simulated rig. --plate with --port or --sil: a drive on its line; it
-    has to be unlocked. [nameplate] is all that is told: kW, V and A of the line (rms), Hz, min^-1,
-    cos phi, star or delta. With --out: motor.toml for `zh design`, board.toml and firmware.toml.
-    Exit 1 when the firmware refuses what it found.
+    --rig identifies the motor of a simulated rig. --plate identifies the motor of a drive, reached
+    by --port or --sil and unlocked. The section [nameplate] is the only input: kW, line voltage and
+    current (V, A rms), Hz, min^-1, cos phi, star or delta. With --out it writes motor.toml for
+    `zh design`, board.toml and firmware.toml. Exit 1 if the firmware rejects its result.
     """
     linked = port is not None or sil
     _require_one_motor(rig, plate, linked)
@@ -121,9 +122,9 @@ def _require_one_motor(rig: str | None, plate: str | None, linked: bool) -> None
 
 def _require_its_options(board: Path | None, save: bool, linked: bool) -> None:
     if linked and board is not None:
-        raise UserError("--board: is for --rig; a drive says itself what its board is")
+        raise UserError("--board: only with --rig; a drive reports its own board")
     if not linked and save:
-        raise UserError("--save: is for a drive, with --port or --sil")
+        raise UserError("--save: only with --port or --sil")
 
 
 def _keep(drive: Client, found: Finding, notes: Console) -> None:
@@ -144,15 +145,21 @@ def _write(found: Finding, out: Path, notes: Console) -> None:
 
 
 def trial(
-    folder: Annotated[Path, typer.Argument(help="Folder of zh commission, with its table.")],
-    rig: Annotated[str, typer.Option(help="Name in host_sim/rigs/motors, or a file.")],
-    seed: Annotated[int, typer.Option(min=1, help="Of the sensors' noise.")] = 1,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    folder: Annotated[
+        Path, typer.Argument(help="Folder written by zh commission, with a gain table.")
+    ],
+    rig: Annotated[
+        str, typer.Option(help="Simulated rig: a name in host_sim/rigs/motors, or a file.")
+    ],
+    seed: Annotated[int, typer.Option(min=1, help="Seed of the sensor noise.")] = 1,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Run a commissioned motor: a speed step, rated load on and off, and what lies near zero.
+    """Try a commissioned motor: a speed step, rated load on and off, and operation near zero.
 
-    Near zero: rated load both ways at 5 % and 2 % of rated speed, Rs that drifts, slow crossings.
-    Exit 1 when anything is not held.
+    Near zero: rated load in both directions at 5 % and 2 % of rated speed, drifting Rs, slow
+    crossings. Exit 1 if the drive does not hold all of them.
     """
     from zerohertz.commission.folder import rig_file
     from zerohertz.commission.slow import run_slow
@@ -187,13 +194,16 @@ def _print_row(row: Row, output: TextIO) -> None:
 
 def commissioning(
     motor: Annotated[
-        list[str] | None, typer.Option(help="Names in host_sim/rigs/motors; default: all.")
+        list[str] | None,
+        typer.Option(help="Motor, a name in host_sim/rigs/motors; may be repeated; default: all."),
     ] = None,
-    seed: Annotated[int, typer.Option(min=1, help="Of the sensors' noise.")] = 1,
+    seed: Annotated[int, typer.Option(min=1, help="Seed of the sensor noise.")] = 1,
     write: Annotated[bool, typer.Option(help="Write tools/docs/commissioning.md.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Are motors found from their nameplates, and do they run with what follows from it?"""
+    """Commission motors from their nameplates, and check that they run with the result."""
     from zerohertz.commission import campaign
     from zerohertz.commission.folder import all_rigs
 

@@ -25,23 +25,25 @@ def register(app: typer.Typer) -> None:
 
 
 def envelope(
-    runs: Annotated[int, typer.Option(min=1, help="How many; each draws every axis.")] = 200,
+    runs: Annotated[int, typer.Option(min=1, help="Number of runs; each draws every axis.")] = 200,
     seed: Seed = 2005,
     fix: Annotated[
         list[str] | None,
-        typer.Option(metavar="AXIS=VALUE", help="Not drawn but this; may be repeated."),
+        typer.Option(
+            metavar="AXIS=VALUE", help="Fix an axis instead of drawing it; may be repeated."
+        ),
     ] = None,
     sets: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter, last word."),
+        typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter; overrides all else."),
     ] = None,
     only: Annotated[
-        int | None, typer.Option(min=0, metavar="K", help="Run K of the seed alone, with a trace.")
+        int | None, typer.Option(min=0, metavar="K", help="Only run K of this seed, with a trace.")
     ] = None,
     why: Annotated[
-        bool, typer.Option(help="With --only: which axis, put to its plain value, mends the run?")
+        bool, typer.Option(help="With --only: find the axis whose plain value mends the run.")
     ] = False,
-    axes: Annotated[bool, typer.Option("--axes", help="List every axis, and stop.")] = False,
+    axes: Annotated[bool, typer.Option("--axes", help="Only list all axes.")] = False,
     workers: Workers = 2,
     scheduler: Scheduler = None,
     out: Out = None,
@@ -49,9 +51,9 @@ def envelope(
     write: Annotated[bool, typer.Option(help="Write tools/docs/envelope.md.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Does the drive hold on any inverter, motor, load and mission, drawn at random?
+    """Run the drive on random inverters, motors, loads and missions, and judge every run.
 
-    Judged by the plant's true speed, flux and torque. Exit code 1 when there is undeclared harm or
+    Judged by the plant's true speed, flux and torque. Exit 1 if there is undeclared harm or
     a false trip. How to read the result: tools/docs/envelope.md.
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.

@@ -24,17 +24,19 @@ def register(app: typer.Typer) -> None:
 
 def flash(
     board: Annotated[
-        str, typer.Option(help="A port whose port.toml has a section flash.")
+        str, typer.Option(help="Board: a port in hal whose port.toml has a section [flash].")
     ] = "stm32f405",
     tool: Annotated[
-        str | None, typer.Option(help="openocd or st-flash; without it, what is installed.")
+        str | None, typer.Option(help="openocd or st-flash; default: whichever is installed.")
     ] = None,
-    interface: Annotated[str, typer.Option(help="openocd's debug probe.")] = "interface/stlink.cfg",
+    interface: Annotated[
+        str, typer.Option(help="Debug probe of openocd.")
+    ] = "interface/stlink.cfg",
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the command.")] = False,
 ) -> None:
-    """Build the image of a board, write it and check what was written.
+    """Build the image of a board, write it to flash and verify it.
 
-    Parameters stored in the board stay: they lie in sectors of their own.
+    Stored parameters are kept; they lie in separate sectors.
     """
     from zerohertz.build import build_image
 

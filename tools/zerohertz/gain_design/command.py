@@ -50,25 +50,33 @@ def register(app: typer.Typer) -> None:
 def design(
     motor_dirs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="MOTOR_DIR", help="Default: every motor in gain_tables."),
+        typer.Argument(
+            metavar="MOTOR_DIR", help="Motor folders; default: every one in gain_tables."
+        ),
     ] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; compare the files with a fresh design.")
+        bool,
+        typer.Option(
+            "--check", help="Write nothing; compare the stored tables with a fresh design."
+        ),
     ] = False,
     method: Annotated[
         str | None,
-        typer.Option(help=f"Instead of motor.toml's: {', '.join(METHODS)}. Needs --out."),
+        typer.Option(help=f"Method instead of motor.toml's: {', '.join(METHODS)}. Needs --out."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder that receives <motor>/motor.toml and l_gain.json.")
+        Path | None,
+        typer.Option(help="Write MOTOR/motor.toml and MOTOR/l_gain.json to this folder."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
     """Design the observer gain tables (l_gain.json).
 
-    A table that a fresh design confirms is left as it is, so that nothing changes with the
-    computer. With --check: exit 1 unless the json agrees with motor.toml and, within 1e-3, with a
-    fresh design. The C of a table is made by the build.
+    A stored table that a fresh design confirms stays as it is, so that results do not depend on the
+    computer. With --check, exit 1 unless the JSON agrees with motor.toml and, within 1e-3, with a
+    fresh design. The build generates the C source of a table.
     """
     _require_compatible(check, method, out)
     if out:

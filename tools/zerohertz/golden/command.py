@@ -25,19 +25,27 @@ def register(app: typer.Typer) -> None:
 
 def golden(
     only: Annotated[
-        str, typer.Option(help="Runs with these parts in their name, e.g. fig16,weakening,monitor.")
+        str,
+        typer.Option(
+            help="Only runs with these parts in their name, e.g. fig16,weakening,monitor."
+        ),
     ] = "",
-    quick: Annotated[bool, typer.Option("--quick", help="Every fifth run.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Only every fifth run.")] = False,
     write: Annotated[
-        bool, typer.Option("--write", help="Commit to the numbers of now: all runs.")
+        bool, typer.Option("--write", help="Store the present hashes of all runs, to be committed.")
     ] = False,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Is every bit of every traced signal what it was? Exit 1 when one differs.
+    """Compare every traced signal with its committed hash. Exit 1 if one bit differs.
 
-    The thirteen figures as `paper` and as `recommended`, the cases of `zh modes` and a sample of
-    `zh campaign monitor`, all signals of every control period, against tests/sil/golden.json.
+    It runs the thirteen figures as `paper` and as `recommended`, the cases of `zh modes` and a
+    sample of `zh campaign monitor`. The hashes in tests/sil/golden.json cover all signals of every
+    control period.
     """
     # Here and not above: other commands need not wait for numpy.
     from zerohertz.golden import runs, store

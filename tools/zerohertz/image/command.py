@@ -60,25 +60,27 @@ def register(app: typer.Typer) -> None:
 
 def pil(
     scenario: Annotated[
-        str, typer.Argument(help="fig06 .. fig18, any file of host_sim/scenarios, or all.")
+        str, typer.Argument(help="Scenario: fig06 .. fig18, a file of host_sim/scenarios, or all.")
     ] = "all",
     config: Annotated[
         str | None,
-        typer.Option(help="paper, recommended, or all_options (every option on)."),
+        typer.Option(help="Configuration: paper, recommended, or all_options (every option on)."),
     ] = None,
     machine: Annotated[
-        str, typer.Option(help="an386 (Cortex-M4F) or an500 (Cortex-M7).")
+        str, typer.Option(help="Emulated machine: an386 (Cortex-M4F) or an500 (Cortex-M7).")
     ] = "an386",
     max_periods: Annotated[
         int | None, typer.Option(min=1, help="Stop each run after this many control periods.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Run the flash image on an emulated core against the plant and compare it with the SIL.
+    """Run the flash image on an emulated core in closed loop, and compare it with the SIL.
 
-    The plant gets the image's duties. Every signal of firmware/unit/signal_list.def is compared to
-    the bit in every control period; the first difference is named and ends the run with exit 1.
-    Also counts the instructions of the control period, worst and mean.
+    The image's duties drive the plant. Every signal of firmware/unit/signal_list.def is compared
+    bit for bit in every control period. The first difference ends the run with exit 1. The command
+    also counts the instructions of the control period, worst and mean.
     """
     if machine not in MACHINES:
         raise UserError(f"--machine: no '{machine}'; there are {', '.join(MACHINES)}")

@@ -23,20 +23,24 @@ def register(app: typer.Typer) -> None:
 
 def params(
     config: Annotated[
-        str, typer.Option(help="Configuration: host_sim/configs/<it>.toml, or a TOML file.")
+        str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
     ] = "recommended",
     board: Annotated[
         str | None,
-        typer.Option(help="Board instead: host_sim/boards/<it>.toml, or a TOML file."),
+        typer.Option(
+            help="Board instead of the configuration's: a name in host_sim/boards, or a file."
+        ),
     ] = None,
-    motor: Annotated[Path | None, typer.Option(help="Motor folder instead.")] = None,
-    write: Annotated[Path | None, typer.Option(help="File to write; stdout without it.")] = None,
+    motor: Annotated[
+        Path | None, typer.Option(help="Motor folder instead of the configuration's.")
+    ] = None,
+    write: Annotated[Path | None, typer.Option(help="File to write; default: stdout.")] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Exit 1 when a page is not fresh.")
+        bool, typer.Option("--check", help="Exit 1 if parameters.md or faults.md is out of date.")
     ] = False,
     page: Annotated[
         bool,
-        typer.Option("--page", help="Write parameters.md and faults.md of tools/docs instead."),
+        typer.Option("--page", help="Write parameters.md and faults.md in tools/docs instead."),
     ] = False,
 ) -> None:
     """Write a configuration as the C header that a flash image is built with.

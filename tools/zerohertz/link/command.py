@@ -39,21 +39,23 @@ _LOADED = 1  # found at start
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEVICE", help="Serial port of the drive.")
 ]
-BaudOption = Annotated[int, typer.Option(min=1, help="Of the serial port.")]
-SilOption = Annotated[bool, typer.Option("--sil", help="The drive of `zh serve`.")]
-TcpOption = Annotated[int, typer.Option(min=0, max=65535, help="Where `zh serve` listens.")]
+BaudOption = Annotated[int, typer.Option(min=1, help="Baud rate of the serial port.")]
+SilOption = Annotated[bool, typer.Option("--sil", help="Use the drive of `zh serve`.")]
+TcpOption = Annotated[int, typer.Option(min=0, max=65535, help="TCP port of `zh serve`.")]
 UnlockOption = Annotated[
-    bool, typer.Option("--unlock", help="Protected parameters too, with the development key.")
+    bool, typer.Option("--unlock", help="Unlock protected parameters with the development key.")
 ]
 KeyOption = Annotated[
     Path | None,
-    typer.Option("--key", metavar="FILE", help="Unlock with this key: 32 hexadecimal digits."),
+    typer.Option(
+        "--key", metavar="FILE", help="Unlock with the key in this file: 32 hexadecimal digits."
+    ),
 ]
 SealKeyOption = Annotated[
     Path | None,
-    typer.Option("--key", metavar="FILE", help="The drive's key: 32 hexadecimal digits."),
+    typer.Option("--key", metavar="FILE", help="File with the drive's key: 32 hexadecimal digits."),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -88,13 +90,15 @@ def open_client(
 
 
 def serve(
-    config: Annotated[str, typer.Option(help="Configuration, host_sim/configs.")] = "recommended",
+    config: Annotated[
+        str, typer.Option(help="Configuration, in host_sim/configs.")
+    ] = "recommended",
     rig: Annotated[
         str | None,
-        typer.Option(help="Connect this motor (host_sim/rigs/motors), on a board of its size."),
+        typer.Option(help="Motor to connect, in host_sim/rigs/motors, on a board that fits it."),
     ] = None,
     load_Nm: Annotated[
-        str, typer.Option("--load", help="Load torque: Nm, or [[s, Nm], ...] over time.")
+        str, typer.Option("--load", help="Load torque in Nm, or as [[s, Nm], ...] over time.")
     ] = "0",
     set_params: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter.")
@@ -103,18 +107,22 @@ def serve(
         float,
         typer.Option(
             min=0.0,
-            help="Seconds of the drive per second; 0: as fast as it goes. Beyond 8 a `zh run` is "
-            "too slow for command_timeout_s.",
+            help="Simulated seconds per second; 0: as fast as possible. Above 8, `zh run` is too "
+            "slow for command_timeout_s.",
         ),
     ] = 1.0,
     tcp: TcpOption = DEFAULT_TCP_PORT,
-    pty: Annotated[bool, typer.Option("--pty", help="A terminal device instead of TCP.")] = False,
+    pty: Annotated[
+        bool, typer.Option("--pty", help="Serve on a pseudo-terminal instead of TCP.")
+    ] = False,
     keep: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Saved parameters and fault record, from run to run."),
+        typer.Option(
+            metavar="FILE", help="Flash file: keeps parameters and fault record between runs."
+        ),
     ] = None,
 ) -> None:
-    """Run the firmware on the simulated rig and serve its host link, until interrupted."""
+    """Run the firmware on a simulated rig and serve its host link until interrupted."""
     from zerohertz.link import server
 
     end = server.PtyEnd() if pty else BrokerEnd(tcp)
@@ -179,7 +187,7 @@ def connect(
     tcp: TcpOption = DEFAULT_TCP_PORT,
     as_json: JsonOption = False,
 ) -> None:
-    """Say who is there and what it is doing."""
+    """Identify the drive and show its state."""
     with open_client(port, baud, sil, tcp) as drive:
         who, status, store = drive.identity, drive.status(), drive.store()
         if as_json:
@@ -205,14 +213,16 @@ def connect(
 
 
 def get(
-    names: Annotated[list[str] | None, typer.Argument(help="Parameters; none: all.")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Names of parameters; default: all.")
+    ] = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
     as_json: JsonOption = False,
 ) -> None:
-    """Read parameters of the drive."""
+    """Show parameters of the drive, by group."""
     with open_client(port, baud, sil, tcp) as drive:
         values = drive.get(names or list(drive.parameters))
         if as_json:
@@ -239,8 +249,10 @@ def _parameter_table(drive: Client, values: dict[str, float]) -> Table:
 
 
 def set_(
-    name: Annotated[str, typer.Argument(help="Parameter.")],
-    value: Annotated[str, typer.Argument(help="In the parameter's unit, or a choice's name.")],
+    name: Annotated[str, typer.Argument(help="Name of the parameter.")],
+    value: Annotated[
+        str, typer.Argument(help="Value in the parameter's unit, or the name of a choice.")
+    ],
     unlock: UnlockOption = False,
     key: KeyOption = None,
     port: PortOption = None,
@@ -248,7 +260,7 @@ def set_(
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
 ) -> None:
-    """Change a parameter of the drive; it acts from the next control period on."""
+    """Set a parameter of the drive; it acts from the next control period."""
     with open_client(port, baud, sil, tcp, key) as drive:
         unlock_drive(drive, unlock, key)
         parameter = drive.parameter(name)
@@ -264,7 +276,7 @@ def save(
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
 ) -> None:
-    """Save the parameters in use, for the next power-up; gates off."""
+    """Save the parameters in use for the next power-up. The gates must be off."""
     with open_client(port, baud, sil, tcp, key) as drive:
         unlock_drive(drive, unlock, key)
         drive.save()
@@ -297,25 +309,31 @@ _TRIGGER = re.compile(r"^(?P<signal>\w+)\s*(?P<how><|>|=)\s*(?P<level>[-+.\deE]+
 
 
 def trace(
-    signals: Annotated[str, typer.Option(help="Up to eight names, with commas.")],
+    signals: Annotated[str, typer.Option(help="Up to eight signals, separated by commas.")],
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Write .csv or .mf4.")
+        Path | None, typer.Option("--out", metavar="FILE", help="File to write, .csv or .mf4.")
     ] = None,
     trigger: Annotated[
         str | None,
-        typer.Option(help="'SIGNAL>LEVEL' rising, '<' falling, '=' either; none: at once."),
+        typer.Option(help="'SIGNAL>LEVEL' rising, '<' falling, '=' either edge; default: now."),
     ] = None,
-    before: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share before it.")] = 0.25,
-    every: Annotated[int, typer.Option(min=1, help="Control periods from row to row.")] = 1,
-    rows: Annotated[int, typer.Option(min=0, help="0: as many as the drive has room for.")] = 0,
-    wait_s: Annotated[float, typer.Option("--wait", min=0.0, help="For the trigger.")] = 60.0,
-    live: Annotated[bool, typer.Option("--live", help="Plot until interrupted instead.")] = False,
+    before: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Share of the rows before the trigger.")
+    ] = 0.25,
+    every: Annotated[int, typer.Option(min=1, help="Control periods per row.")] = 1,
+    rows: Annotated[int, typer.Option(min=0, help="Number of rows; 0: as many as fit.")] = 0,
+    wait_s: Annotated[
+        float, typer.Option("--wait", min=0.0, help="Longest wait for the trigger, s.")
+    ] = 60.0,
+    live: Annotated[
+        bool, typer.Option("--live", help="Plot live until interrupted instead.")
+    ] = False,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
 ) -> None:
-    """Record signals of the control law, period by period, round a trigger."""
+    """Record signals of the control law, period by period, around a trigger."""
     names = [name.strip() for name in signals.split(",") if name.strip()]
     if not 1 <= len(names) <= 8:
         raise UserError(f"--signals: {len(names)} names; give one to eight")
@@ -392,9 +410,11 @@ def _live(drive: Client, names: list[str]) -> None:
 def faults(
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="Write its record, .csv or .mf4."),
+        typer.Option("--out", metavar="FILE", help="Write the fault record, .csv or .mf4."),
     ] = None,
-    clear: Annotated[bool, typer.Option("--clear", help="Forget list and record.")] = False,
+    clear: Annotated[
+        bool, typer.Option("--clear", help="Delete the fault list and the record.")
+    ] = False,
     key: SealKeyOption = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
@@ -402,7 +422,7 @@ def faults(
     tcp: TcpOption = DEFAULT_TCP_PORT,
     as_json: JsonOption = False,
 ) -> None:
-    """List the drive's faults, and read the record round the last that opened the gates."""
+    """List the drive's faults, and read the record of the last one that opened the gates."""
     with open_client(port, baud, sil, tcp, key) as drive:
         ever, entries = drive.faults()
         kept = drive.fault_record()

@@ -38,17 +38,20 @@ def register(app: typer.Typer) -> None:
 
 
 def run(
-    rpm: Annotated[float | None, typer.Option(help="Speed, the sign is the direction.")] = None,
+    rpm: Annotated[
+        float | None, typer.Option(help="Speed in min^-1; the sign gives the direction.")
+    ] = None,
     torque_Nm: Annotated[
         float | None,
         typer.Option(
             "--torque-Nm",
-            help="Torque instead, the sign is the direction; parameter torque_speed_max_rad_s "
-            "limits the speed, which may run up to there.",
+            help="Torque instead of speed; the sign gives the direction. The shaft may speed up to "
+            "torque_speed_max_rad_s.",
         ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="Then stop; without: until interrupted.")
+        float | None,
+        typer.Option(min=0.0, help="Run for this long, then stop. Default: until interrupted."),
     ] = None,
     valid_s: Annotated[
         float,
@@ -56,22 +59,24 @@ def run(
             "--valid",
             min=0.0,
             max=60.0,
-            help="The drive stops when it hears nothing for this long, in its own time; 0: after "
-            "command_timeout_s.",
+            help="The drive stops after this long without a command, s of its own clock; 0: "
+            "command_timeout_s applies.",
         ),
     ] = 1.0,
     reset: Annotated[bool, typer.Option("--reset", help="Reset faults first.")] = False,
-    stop: Annotated[bool, typer.Option("--stop", help="Only stop; needs no key.")] = False,
+    stop: Annotated[
+        bool, typer.Option("--stop", help="Only stop the drive; needs no key.")
+    ] = False,
     key: SealKeyOption = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
 ) -> None:
-    """Run the drive and show what it does; it stops when this command ends or dies.
+    """Run the drive and show its state. It stops when this command ends or dies.
 
-    What the drive only warns of is said, and it goes on. Exit code 1 when a fault that stops it
-    stands at the end.
+    Warnings are shown and do not end the run. Exit 1 if a fault that stops the drive is present at
+    the end.
     """
     wanted = [value for value in (rpm, torque_Nm) if value is not None]
     if len(wanted) + stop > 1 or not (wanted or stop or reset):

@@ -30,13 +30,13 @@ def register(app: typer.Typer) -> None:
 
 
 def modes(
-    names: Annotated[
-        list[str] | None, typer.Argument(help="Groups by name; none: all of them.")
-    ] = None,
+    names: Annotated[list[str] | None, typer.Argument(help="Groups to run; default: all.")] = None,
     write: Annotated[bool, typer.Option(help="Write tools/docs/modes.md (all groups).")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Range and modes of operation, each run judged. Exit 1 when one is missed."""
+    """Test the range and the modes of operation. Exit 1 if a run misses its goal."""
     from zerohertz.modes.cases import GROUPS
 
     asked = _groups(names, list(GROUPS))

@@ -41,51 +41,55 @@ MotorOption = Annotated[
 ColumnsOption = Annotated[
     str,
     typer.Option(
-        help="role=name,...; roles t, i_alpha, i_beta (or i_u, i_v), u_alpha, u_beta "
-        "(or u_uv, u_vw), omega_e; SI units."
+        help="Columns as ROLE=NAME,... Roles: t, i_alpha, i_beta (or i_u, i_v), u_alpha, u_beta "
+        "(or u_uv, u_vw), omega_e. SI units."
     ),
 ]
 ScalingOption = Annotated[
-    str, typer.Option(help="Vectors of the log: amplitude or power (invariant).")
+    str,
+    typer.Option(help="Scaling of the log's vectors: amplitude (invariant) or power (invariant)."),
 ]
 PeriodOption = Annotated[
-    float | None, typer.Option(help="Control period, s; default: that of motor.toml.")
+    float | None, typer.Option(help="Control period, s. Default: as in motor.toml.")
 ]
-OwnOption = Annotated[bool, typer.Option("--own", help="Run at the log's own period.")]
+OwnOption = Annotated[
+    bool, typer.Option("--own", help="Use the log's sampling period as control period.")
+]
 MethodOption = Annotated[
-    str, typer.Option(help="Discretisation: second (order, bias-free) or euler.")
+    str, typer.Option(help="Discretisation: second (second order, free of bias) or euler.")
 ]
 GainOption = Annotated[
     str,
     typer.Option(
-        help="L: table (of the motor's method), zero, or design (for this log, with K_I and lag "
-        "correction). Default: table where DIR has one, else design."
+        help="Observer gain L: table (of the motor folder), zero, or design (for this log, with "
+        "K_I and lag correction). Default: table if DIR has one, else design."
     ),
 ]
 InitialOption = Annotated[
-    float | None, typer.Option(help="First speed estimate, rad/s electrical; default: 20 % wrong.")
+    float | None,
+    typer.Option(help="Initial speed estimate, rad/s electrical. Default: 20 % wrong."),
 ]
-DelayOption = Annotated[float, typer.Option(help="The logged voltage acted this much later, s.")]
-VoltageGainOption = Annotated[
-    float, typer.Option(help="The voltage that acted, over the logged one.")
+DelayOption = Annotated[
+    float, typer.Option(help="Delay from the logged voltage to the acting one, s.")
 ]
+VoltageGainOption = Annotated[float, typer.Option(help="Acting voltage over logged voltage.")]
 CornerOption = Annotated[
     float | None,
-    typer.Option(help="Of the lag correction, rad/s; 0: the estimate as the drive has it."),
+    typer.Option(help="Corner of the lag correction, rad/s; 0: none, as in the drive."),
 ]
 FitOption = Annotated[
-    bool, typer.Option(help="Say as well what is left when the voltage is fitted to the sensor.")
+    bool, typer.Option(help="Also report the error after fitting the voltage to the sensor.")
 ]
-SettleOption = Annotated[float, typer.Option(help="Statistics begin here, s into the log.")]
-UntilOption = Annotated[float, typer.Option(help="Statistics end here, s.")]
+SettleOption = Annotated[float, typer.Option(help="Start of the statistics, s into the log.")]
+UntilOption = Annotated[float, typer.Option(help="End of the statistics, s.")]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the firmware."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter."),
 ]
 PlotOption = Annotated[
-    Path | None, typer.Option("--plot", metavar="FILE", help="Write a .png or .svg.")
+    Path | None, typer.Option("--plot", metavar="FILE", help="Plot to write, .png or .svg.")
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -115,7 +119,7 @@ def replay(
 ) -> None:
     """Run the firmware's observer on a recorded log and compare its speed with the sensor's.
 
-    Columns and scaling may also stand in LOG.toml beside the log; see
+    A file LOG.toml beside the log may also give columns and scaling; see
     tools/zerohertz/replay/README.md.
     """
     if plot_file is not None:

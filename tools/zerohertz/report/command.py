@@ -27,15 +27,19 @@ def register(app: typer.Typer) -> None:
 
 
 def demo(
-    seeds: Annotated[int, typer.Option(min=1, max=100, help="Noise seeds per experiment.")] = 6,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
-    out: Annotated[Path, typer.Option(help="Folder of the report.")] = OUT,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=100, help="Number of noise seeds per experiment.")
+    ] = 6,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
+    out: Annotated[Path, typer.Option(help="Folder for the report.")] = OUT,
 ) -> None:
-    """Build, design and prove the gain tables, run the paper's experiments, write the report.
+    """Build, design and prove the gain tables, run the paper's experiments, write a report.
 
-    Ends with the table of verdicts and the path of a page that opens in any browser, without
-    network. What does not match the paper is shown as not matching; exit 0 all the same. Exit 1
-    when a committed gain table is not what the design gives, or is not proven.
+    At the end it prints the verdicts and the path of the report, which opens in any browser without
+    network. A figure that does not match the paper is shown as such and does not change the exit
+    code. Exit 1 if a committed gain table differs from a fresh design or is not proven.
     """
     # Here and not above: other commands need not wait for scipy.
     from zerohertz.report.demo import make_report
@@ -65,18 +69,20 @@ def demo(
 
 
 def picture(
-    png: Annotated[Path, typer.Option(metavar="FILE", help="Picture to write.")],
+    png: Annotated[Path, typer.Option(metavar="FILE", help="PNG file to write.")],
     figure: Annotated[
-        int | None, typer.Option(min=6, max=18, help="Experiment of the paper.")
+        int | None, typer.Option(min=6, max=18, help="Experiment of the paper, by figure number.")
     ] = None,
     situation: Annotated[
-        str | None, typer.Option(help="Or: no_load, load_50, load_50_rs_1.5, regen_ramp.")
+        str | None,
+        typer.Option(help="Instead of --figure: no_load, load_50, load_50_rs_1.5 or regen_ramp."),
     ] = None,
     config: Annotated[
-        str, typer.Option(help="paper, recommended, or a TOML file like theirs.")
+        str,
+        typer.Option(help="Configuration: paper, recommended, or a TOML file in the same form."),
     ] = "paper",
     seed: Annotated[int, typer.Option(min=1, help="Noise seed.")] = 1,
-    width: Annotated[int, typer.Option(min=300, max=6000, help="Pixels.")] = 1200,
+    width: Annotated[int, typer.Option(min=300, max=6000, help="Width in pixels.")] = 1200,
 ) -> None:
     """Run one experiment and draw it as a PNG file.
 

@@ -29,27 +29,32 @@ def register(app: typer.Typer) -> None:
 
 def figures(
     config: Annotated[
-        str, typer.Option(help="paper, recommended, or a TOML file like theirs.")
+        str,
+        typer.Option(help="Configuration: paper, recommended, or a TOML file in the same form."),
     ] = "paper",
-    seeds: Annotated[int, typer.Option(min=1, max=100, help="Noise seeds 1..n.")] = 6,
+    seeds: Annotated[int, typer.Option(min=1, max=100, help="Number of noise seeds: 1 to N.")] = 6,
     sensitivity: Annotated[
-        bool, typer.Option("--sensitivity", help="Compute it anew: minutes, not seconds.")
+        bool, typer.Option("--sensitivity", help="Compute the sensitivities again; takes minutes.")
     ] = False,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
     require: Annotated[
-        int | None, typer.Option(help="Exit 1 when fewer figures than this match.")
+        int | None, typer.Option(help="Exit 1 if fewer figures than this match.")
     ] = None,
     write: Annotated[
-        bool, typer.Option("--write", help="Store the result in tools/docs (for a commit).")
+        bool, typer.Option("--write", help="Store the result in tools/docs, to be committed.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
     """Run the experiments of Hasegawa (2005), Figs. 6-18, and judge them.
 
-    Configuration `paper` is judged by the paper's outcomes: a figure matches only with margin and
-    for every seed; "by eye" asks more, so that who sees both plots agrees. Any other configuration
-    is judged as a good drive in the same four situations.
-    The score is a report: exit 0 whatever it is, unless --require asks for one.
+    Configuration `paper` is judged by the paper's outcomes. A figure matches only with a margin and
+    for every seed. "by eye" is stricter: whoever sees both plots has to agree. Any other
+    configuration is judged as a good drive in the same four situations. Exit 0 whatever the score,
+    unless --require is given.
     """
     # Here and not above: other commands need not wait for scipy.
     from zerohertz.scenario import evaluate
@@ -149,23 +154,29 @@ def _acting(content: dict[str, Any], result: Any) -> str:
 
 
 def identify(
-    hours: Annotated[float, typer.Option(min=0.001, help="Machine time.")] = 1.0,
-    seed: Annotated[int, typer.Option(help="Of the search's random numbers.")] = 1,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 2,
+    hours: Annotated[float, typer.Option(min=0.001, help="Computing time, in hours.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of the random search.")] = 1,
+    workers: Annotated[
+        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+    ] = 2,
     log: Annotated[
-        Path, typer.Option(help="Everything tried, one JSON per line; resumed when it exists.")
+        Path,
+        typer.Option(
+            help="Log of all trials, one JSON object per line; an existing log is resumed."
+        ),
     ] = IDENTIFY_LOG,
     start: Annotated[
-        list[Path] | None, typer.Option(help="JSON of a point to start from; may be repeated.")
+        list[Path] | None, typer.Option(help="JSON file with a starting point; may be repeated.")
     ] = None,
     write: Annotated[
-        Path | None, typer.Option(help="Afterwards: folder for rig, config and motor.toml.")
+        Path | None,
+        typer.Option(help="Write rig, configuration and motor.toml to this folder at the end."),
     ] = None,
 ) -> None:
     """Search for the rig and the tuning that reproduce the paper's figures.
 
-    Ranges stand in scenario/space.py. The result is a proposal: `zh figures --config FILE` is the
-    judge, with all seeds.
+    The ranges are in scenario/space.py. The result is a proposal; `zh figures --config FILE` judges
+    it with all seeds.
     """
     from zerohertz.scenario.identify import Search, read_point, search
     from zerohertz.scenario.propose import write_proposal

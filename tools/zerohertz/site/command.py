@@ -17,9 +17,9 @@ def register(app: typer.Typer) -> None:
 
 
 def site(
-    out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("build/site"),
+    out: Annotated[Path, typer.Option(help="Folder for the site.")] = Path("build/site"),
     only_twin: Annotated[
-        bool, typer.Option("--only-twin", help="The simulator page alone, no documentation.")
+        bool, typer.Option("--only-twin", help="Only write the simulator page, no documentation.")
     ] = False,
 ) -> None:
     """Write a static site: the drive in the browser, and the documentation.

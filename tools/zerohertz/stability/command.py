@@ -54,15 +54,14 @@ RsRatioOption = Annotated[
     list[float] | None,
     typer.Option(
         metavar="R",
-        help="True Rs over the nameplate's; one panel each. Default: .67 .8 1 1.25 1.5.",
+        help="True Rs over nameplate Rs, one panel each. Default: .67 .8 1 1.25 1.5.",
     ),
 ]
 FirmwareRsOption = Annotated[
     float | None,
     typer.Option(
         metavar="R",
-        help="Rs in use over the true one. Default: the nameplate's, or with rs_measure "
-        "rs_bias times the true one.",
+        help="Firmware Rs over true Rs. Default: nameplate Rs; with rs_measure: rs_bias.",
     ),
 ]
 CurrentOption = Annotated[
@@ -70,20 +69,22 @@ CurrentOption = Annotated[
 ]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the firmware; last word."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Firmware parameter; overrides all else."),
 ]
-CellsOption = Annotated[str, typer.Option(metavar="NxM", help="Frequencies x torques.")]
+CellsOption = Annotated[str, typer.Option(metavar="NxM", help="Grid size: frequencies x torques.")]
 PngOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Default: build/stability/<config>.png.")
+    Path | None,
+    typer.Option(metavar="FILE", help="Picture to write. Default: build/stability/<config>.png."),
 ]
 HtmlOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Default: the same with .html.")
+    Path | None,
+    typer.Option(metavar="FILE", help="Zoomable page to write. Default: the same name with .html."),
 ]
 CompareOption = Annotated[
     Path | None,
     typer.Option(
         metavar="ATLAS.parquet",
-        help="Judge the atlas' points and count agreement instead; exit 1 below 95 %.",
+        help="Instead, compare with the runs of an atlas; exit 1 below 95 % agreement.",
     ),
 ]
 
@@ -92,7 +93,7 @@ DwellOption = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE.png",
-        help="Draw instead what a modulation tells at zero stator frequency and 30 min^-1.",
+        help="Instead, draw what a modulation reveals at 0 Hz stator frequency, 30 min^-1.",
     ),
 ]
 
@@ -106,9 +107,11 @@ def stability(
     table: TableOption = None,
     plane: PlaneOption = "frequency",
     rs_ratio: RsRatioOption = None,
-    rr_ratio: Annotated[float, typer.Option(help="True Rr over the nameplate's.")] = 1.0,
-    m_ratio: Annotated[float, typer.Option(help="True M over the nameplate's.")] = 1.0,
-    leakage_ratio: Annotated[float, typer.Option(help="True leakage over the nameplate's.")] = 1.0,
+    rr_ratio: Annotated[float, typer.Option(help="True Rr over nameplate Rr.")] = 1.0,
+    m_ratio: Annotated[float, typer.Option(help="True M over nameplate M.")] = 1.0,
+    leakage_ratio: Annotated[
+        float, typer.Option(help="True leakage over nameplate leakage.")
+    ] = 1.0,
     firmware_rs: FirmwareRsOption = None,
     i_d: CurrentOption = None,
     override: SetOption = None,
@@ -119,14 +122,16 @@ def stability(
     html: HtmlOption = None,
     compare: CompareOption = None,
     dwell: DwellOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout.")
+    ] = False,
 ) -> None:
-    """Linearise motor, firmware and shaft together at each operating point, and map the verdict.
+    """Linearise motor, firmware and shaft at each operating point, and map where they are stable.
 
-    The firmware is told the nameplate; the true motor differs. Every point is an equilibrium of the
-    deceived drive, followed from the error-free one; where that ends there is none. oriented:
-    stable, flux angle within 25 degrees, magnitude within 25 %, speed within 30 min^-1. How it is
-    computed: tools/zerohertz/stability/README.md.
+    The firmware uses nameplate values; the true motor differs. Each point is an equilibrium of the
+    drive with these errors, continued from the error-free one until it ceases to exist. "oriented"
+    is a stable point with flux angle within 25 degrees, flux magnitude within 25 % and speed within
+    30 min^-1. Method: tools/zerohertz/stability/README.md.
     """
     if dwell is not None:
         _dwell(dwell, 5.1 if i_d is None else i_d, as_json)

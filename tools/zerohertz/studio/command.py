@@ -58,36 +58,39 @@ def studio(
     tcp: TcpOption = DEFAULT_TCP_PORT,
     key: KeyOption = None,
     page: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port of the page on this machine; 0: a free one.")
+        int, typer.Option(min=0, max=65535, help="Local port of the page; 0: any free port.")
     ] = DEFAULT_PAGE_PORT,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
     config: Annotated[
-        str, typer.Option(help="Simulated drive: configuration, host_sim/configs.")
+        str, typer.Option(help="Simulated drive: configuration, in host_sim/configs.")
     ] = "recommended",
     rig: Annotated[
-        str | None, typer.Option(help="Simulated drive: this motor, host_sim/rigs/motors.")
+        str | None, typer.Option(help="Simulated drive: motor, in host_sim/rigs/motors.")
     ] = None,
     load_Nm: Annotated[
-        str, typer.Option("--load", help="Simulated drive: load torque, or [[s, Nm], ...].")
+        str, typer.Option("--load", help="Simulated drive: load torque in Nm, or [[s, Nm], ...].")
     ] = "0",
     set_params: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Simulated drive: firmware parameter."),
     ] = None,
     speed: Annotated[
-        float, typer.Option(min=0.1, max=8.0, help="Simulated drive: its seconds per second.")
+        float, typer.Option(min=0.1, max=8.0, help="Simulated drive: simulated seconds per second.")
     ] = 1.0,
     keep: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Simulated drive: saved parameters and fault record."),
+        typer.Option(
+            metavar="FILE", help="Simulated drive: flash file, keeps parameters and fault record."
+        ),
     ] = None,
 ) -> None:
-    """Open a page in the browser that shows and runs a drive.
+    """Show and run a drive on a page in the browser.
 
-    --port: a board. --sil: the drive of `zh serve`. Neither: a simulated drive, started here. Other
-    commands (run, trace, get, set, faults, commission) work at the same time.
+    --port connects to a board, --sil to the drive of `zh serve`. Without either, the command starts
+    a simulated drive. Other commands (run, trace, get, set, faults, commission) work at the same
+    time.
     """
     from zerohertz.studio.bundle import ensure_bundle
 

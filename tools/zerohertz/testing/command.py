@@ -27,16 +27,22 @@ def register(app: typer.Typer) -> None:
     @app.command("test")
     def test(
         quick: Annotated[
-            bool, typer.Option("--quick", help="Build, unit tests, layout and rules: a minute.")
+            bool,
+            typer.Option(
+                "--quick", help="Only build, unit tests, layout and rules; takes a minute."
+            ),
         ] = False,
         only: Annotated[
-            str, typer.Option(help="These stages and what they need, e.g. unit,tidy-c.")
+            str, typer.Option(help="Only these stages and what they need, e.g. unit,tidy-c.")
         ] = "",
         as_json: Annotated[
-            bool, typer.Option("--json", help="One JSON object on stdout, the rest on stderr.")
+            bool,
+            typer.Option(
+                "--json", help="Print one JSON object on stdout, everything else on stderr."
+            ),
         ] = False,
     ) -> None:
-        """Build with gcc and clang, run all tests and every check; exit 1 if one fails."""
+        """Build with gcc and clang, run all tests and checks. Exit 1 if one fails."""
         out = sys.stderr if as_json else sys.stdout
         stages = select(all_stages(), quick, only)
         watch, since = Stopwatch(), time.time()

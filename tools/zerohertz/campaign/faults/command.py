@@ -25,7 +25,10 @@ class Which(StrEnum):
 
 def faults(
     runs: Annotated[
-        int, typer.Option(min=0, help="Seeded sample, shared equally by the groups; 0: every case.")
+        int,
+        typer.Option(
+            min=0, help="Size of the random sample, shared equally by the groups; 0: all cases."
+        ),
     ] = 0,
     kinds: Annotated[
         Which,
@@ -34,23 +37,23 @@ def faults(
             "triples: 20 000 at random; all: the three."
         ),
     ] = Which.all,
-    seed: Annotated[int, typer.Option(min=0, help="Of sample and triples.")] = 2005,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of sample and triples.")] = 2005,
     workers: Workers = 2,
     scheduler: Scheduler = None,
     out: Out = None,
     fresh: Fresh = False,
     case: Annotated[
-        str | None, typer.Option(help="One case by its name, as page and JSON give it.")
+        str | None, typer.Option(help="Only this case, named as in the page and the JSON.")
     ] = None,
     list_: Annotated[
-        bool, typer.Option("--list", help="Names of all faults and conditions, and stop.")
+        bool, typer.Option("--list", help="Only list all faults and conditions.")
     ] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/harm.md.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Is there a harm, by the true current and speed, that the drive does not declare?
+    """Search for harm, judged by the true current and speed, that the drive does not declare.
 
-    Exit code 1 when there is. How to read the result: tools/docs/harm.md.
+    Exit 1 if there is any. How to read the result: tools/docs/harm.md.
     """
     if list_:
         _list()

@@ -18,25 +18,28 @@ if TYPE_CHECKING:
 
 def flips(
     runs: Annotated[
-        int, typer.Option(min=0, help="Seeded sample, shared equally by the modes; 0: every bit.")
+        int,
+        typer.Option(
+            min=0, help="Size of the random sample, shared equally by the modes; 0: all bits."
+        ),
     ] = 0,
     mode: Mode = None,
-    member: Annotated[str, typer.Option(help="Members of unit_t that begin like this only.")] = "",
+    member: Annotated[
+        str, typer.Option(help="Only members of unit_t whose name begins like this.")
+    ] = "",
     seed: Seed = 2005,
     workers: Workers = 2,
     scheduler: Scheduler = None,
     out: Out = None,
     fresh: Fresh = False,
-    case: Annotated[str | None, typer.Option(help="One case by its name.")] = None,
-    list_: Annotated[
-        bool, typer.Option("--list", help="Names of all members and modes, and stop.")
-    ] = False,
+    case: Annotated[str | None, typer.Option(help="Only this case.")] = None,
+    list_: Annotated[bool, typer.Option("--list", help="Only list all members and modes.")] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/flips.md.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Does a flipped bit of a drive's RAM do harm without a word, or cost a protection?
+    """Flip bits of a drive's RAM: does one do undeclared harm, or disable a protection?
 
-    Exit code 1 when it does. How to read the result: tools/docs/flips.md.
+    Exit 1 if one does. How to read the result: tools/docs/flips.md.
     """
     from zerohertz.campaign.flips.campaign import Asked
     from zerohertz.campaign.flips.layout import leaves

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 def skips(
     runs: Annotated[
-        int, typer.Option(min=0, help="Seeded sample, shared equally by the modes; 0: all.")
+        int,
+        typer.Option(min=0, help="Size of the random sample, shared equally by the modes; 0: all."),
     ] = 0,
     mode: Mode = None,
     seed: Seed = 2005,
@@ -25,14 +26,14 @@ def skips(
     scheduler: Scheduler = None,
     out: Out = None,
     fresh: Fresh = False,
-    case: Annotated[str | None, typer.Option(help="One case by its name.")] = None,
-    list_: Annotated[bool, typer.Option("--list", help="Names of all cases, and stop.")] = False,
+    case: Annotated[str | None, typer.Option(help="Only this case.")] = None,
+    list_: Annotated[bool, typer.Option("--list", help="Only list all cases.")] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/skips.md.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Does a skipped instruction of the image do harm without a word, or cost a protection?
+    """Skip instructions of the image: does one do undeclared harm, or disable a protection?
 
-    Exit code 1 when it does. How to read the result: tools/docs/skips.md.
+    Exit 1 if one does. How to read the result: tools/docs/skips.md.
     """
     from zerohertz.campaign.flips.campaign import Asked
     from zerohertz.campaign.skips.cases import SKIPS, cases, skip_of
