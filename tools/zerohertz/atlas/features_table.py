@@ -127,13 +127,13 @@ _HEAD = """\
 # What each feature is worth
 
 Made by `tools/zh atlas --features{names} --write` from the recipes and reasons of
-`tools/zerohertz/atlas/features.py`. The firmware is told the nameplate only. Cells: % of the points
+`tools/zerohertz/atlas/features.py`. The firmware knows only the nameplate. Cells: % of the points
 oriented / held ([classes](../zerohertz/atlas/README.md#classes)). Columns: maps i and ii of the
 atlas (245 points each); map ii with the voltage from the duty alone; Rs drifting by
 +20 % under load ({drift} of that map's 245 points, drawn once for all rows); a random sample with
 every error at once ({random} points, seed {seed}: nothing was tuned on it). Unsafe and silent:
-points of all five columns together. Verdicts are about what the recipe tries: "kept" in a row that
-takes something away: the recommended configuration has it.
+points of all five columns together. A verdict judges what the recipe tries: "kept" in a row that
+removes a feature says that the recommended configuration has the feature.
 """
 
 

@@ -136,7 +136,7 @@ def page_text(result: Result, command: str) -> str:
     )
     failures = "\n".join(line for rows in result.rows.values() for line in _failures(rows))
     return f"""\
-# The monitor against everything that breaks
+# The monitor against injected faults
 
 Made by `{command}`; `tools/zh test` runs a sample.
 
@@ -155,7 +155,7 @@ the first period with a fault.
 {severities}
 
 - **detected**: a fault is latched, or the supervisor declared IMPRESSED and stays with it.
-- **harmless**: nothing is said and nothing is wrong: still running, speed within
+- **harmless**: nothing is declared and nothing is wrong: still running, speed within
   {monitor_run.END_RPM:g} min^-1 at the end and never off by {monitor_run.FAR_RPM:g} for longer than
   {1e3 * monitor_run.FAR_S:g} ms, current within its limit.
 - **FAILED**: neither, or a leg current beyond {monitor_run.OVER_A:g} A for more than

@@ -85,12 +85,14 @@ a sample.
 |---|---|---|---|---|
 {lines}
 
-A run fails when any boot finds another set than the old or the new one, when a set that the store
-had proven is gone later, when the store says "lost", when a save behind the cuts does not work, or
-when the store programs a word twice. A cut falls within an erase or program operation, which is
-then torn in one of {MODES} ways: nothing happened; some cells changed; the cells that were to
-change hold anything; they are marginal, and read at every boot as before, as they should have
-become, or differently each time. The operations include the two marks that a boot may have to add
-before it erases. Two cuts: the sets stored before are 0, 1, 2, 3 in turn over the pairs. Half of
-the random cuts are aimed at the erasure, the trailer and the marks. The bench is `tests/powercut`.
+A run fails in any of these cases: a boot finds another set than the old or the new one; a set that
+the store had proven is gone later; the store reports "lost"; a save after the cuts does not work;
+the store programs a word twice.
+
+A cut interrupts an erase or program operation in one of {MODES} ways: nothing happened; some cells
+changed; the cells to change hold random values; or they are marginal. Marginal cells read at every
+boot as before, as intended, or differently each time. The operations include the two marks that a
+boot may have to add before it erases. Two cuts: the sets stored before are 0, 1, 2, 3 in turn over
+the pairs. Half of the random cuts are aimed at the erasure, the trailer and the marks. The bench is
+`tests/powercut`.
 """

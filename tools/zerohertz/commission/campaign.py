@@ -249,30 +249,38 @@ def as_dict(row: Row) -> dict[str, object]:
 HOW_IT_IS_DONE = f"""\
 ## How
 
-The firmware is told the nameplate alone and finds the circuit at standstill, on the simulated rig:
-main flux saturated (the published M holds at rated flux, 1.25 of it without flux), 2 us of dead
-time and 1 V of device drop, thresholds of the inverter's error between 1 and 3.5 % of rated peak
-current, offsets of the current sensors up to .6 % of full scale, 1 LSB of noise at 14 bit. Not
-modelled: gain errors of the sensors (they go straight into every result), skin effect, iron loss,
-a warming winding, remanence. Where the circuits were published, and whether they were read there,
-stands in `host_sim/rigs/motors/*.toml`. The range asked for begins at .37 kW: no published circuit
-of such a motor was found, the smallest here has half of that.
+The firmware knows only the nameplate and identifies the circuit at standstill, on the simulated
+rig:
 
-M is judged at the main flux which the tool takes as rated: that of rated voltage, frequency,
-current and cos phi. The terminals do not tell how the leakage is shared between stator and rotor;
-the tool shares it equally, and the truth is converted to that: the same machine at the terminals.
-Only `im_1kw5_200v`, with all leakage in the stator, is not exactly so once its iron saturates,
-hence its larger errors.
+| property of the rig | value |
+|---|---|
+| main flux | saturated: the published M at rated flux, 1.25 of it without flux |
+| dead time, device drop | 2 us, 1 V |
+| inverter thresholds | between 1 and 3.5 % of rated peak current |
+| current sensors | offsets up to .6 % of full scale, 1 LSB of noise at 14 bit |
 
-Turning, the torque is the power into the air gap over the frequency, of sensed line voltages and
-currents: an angle error of the estimator, a degree or less, would hide a friction of 1 % of rated
-torque. Friction of the rigs is estimated, 1 % of rated torque and half of that again at rated
-speed; a real motor's iron loss would be found as friction. M comes from reactive power at half of
-rated speed without load, and the whole magnetising curve is scaled to that point.
+Not modelled: gain errors of the sensors (they affect every result directly), skin effect, iron
+loss, a warming winding, remanence.
 
-The run: gain table (closed form), bandwidths, limits and flux from the identified motor and the
-plate, nothing set by hand, with M, inertia and friction of the turning free shaft (`zh commission
---rotate`), the catalogue's inertia not used. Speed from a quarter to three quarters of rated at the
+`host_sim/rigs/motors/*.toml` names the source of each circuit, and says whether it was read there.
+The required range begins at .37 kW. No published circuit of such a motor was found; the smallest
+here has half of that.
+
+M is judged at the main flux that the tool takes as rated: that of rated voltage, frequency,
+current and cos phi. Measurements at the terminals do not show how the leakage is shared between
+stator and rotor. The tool shares it equally, and the true circuit is converted to that, with the
+same behaviour at the terminals. `im_1kw5_200v` has all leakage in the stator. Once its iron
+saturates the conversion is not exact, hence its larger errors.
+
+With the shaft turning, torque is air-gap power over frequency, from sensed line voltages and
+currents. With the estimator's angle instead, an error of a degree or less would hide a friction of
+1 % of rated torque. The friction of the rigs is estimated: 1 % of rated torque, and half of that
+again at rated speed. The iron loss of a real motor would count as friction. M comes from reactive
+power at half of rated speed without load, and the whole magnetising curve is scaled to that point.
+
+The run uses gain table (closed form), bandwidths, limits and flux from the identified motor and the
+plate, with nothing set by hand. M, inertia and friction come from the free shaft (`zh commission
+--rotate`), not from the catalogue. Speed goes from a quarter to three quarters of rated at the
 slew that takes {MARGIN:.0%} of rated torque (rise: to 90 %), then rated torque on and off. Held: no
 fault, and at the end of each phase the true speed within 1 % and the flux angle within 10 degrees.
 """

@@ -17,8 +17,8 @@ _ENTRY = re.compile(
     re.MULTILINE,
 )
 _REACTIONS = {
-    "WARN": "told only",
-    "DERATE": "told; the drive runs with less current",
+    "WARN": "reported only",
+    "DERATE": "reported; the drive runs with less current",
     "RAMP_DOWN": "speed down on a ramp, then gates off",
     "GATES_OFF": "gates off at once",
 }
@@ -27,9 +27,9 @@ _HEAD = """\
 
 Generated from `firmware/sequence/fault_list.def` by `tools/zh params --page`: do not edit.
 
-A fault is a bit. It is latched until a reset (rising edge of the reset command) that finds its
-cause gone; a run command that stands through that starts nothing: it has to be seen low once. Bits
-are append-only.
+A fault is a bit. It is latched until a reset (rising edge of the reset command) after its cause is
+gone. The run command is then level-triggered: it must drop and rise again before the drive starts.
+Bits are append-only.
 
 | reaction | what the drive does |
 |---|---|

@@ -87,8 +87,8 @@ a harm by current alone. Everywhere else the kind counts like any other.
 
 def how_to_read() -> str:
     """What the columns mean, with the judge's own numbers."""
-    off = f"{judge.LIMIT_RPM:g} min^-1 away from what was asked and the torque limit allows"
-    turns = "it turned as fast against everything asked in the last second"
+    off = f"{judge.LIMIT_RPM:g} min^-1 away from what reference and torque limit allow"
+    turns = "the shaft turned as fast against every reference of the last second"
     return f"""\
 A run is one case: one to three faults, one condition. There are {len(every_kind()) - 1} faults and
 {len(every_condition())} conditions. The configuration is the recommended one. The board has no
@@ -102,13 +102,13 @@ speed decide.
 | deviation | the shaft was {off} for {judge.DEVIATION_S:g} s |
 | direction | {turns} for {judge.DIRECTION_S:g} s |
 
-- **harmless**: no harm and no word.
-- **declared before**: a word before any harm, or without one. A word is a fault; for the speed also
-  `DERATED`, `REGENERATION` or "speed unknown".
-- **declared after**: a word within {1e3 * judge.GRACE_S:g} ms after the harm began.
+- **harmless**: no harm, and nothing declared.
+- **declared before**: declared before any harm, or without one. A fault declares; for the speed so
+  do `DERATED`, `REGENERATION` and "speed unknown".
+- **declared after**: declared within {1e3 * judge.GRACE_S:g} ms after the harm began.
 - **undeclared**: neither. **excepted**: neither, and proven to be beyond any observer of the words.
-- Times are median / 95 % / worst. `fault to word` counts from the first fault of a case; a fault
-  that is present from the start can only be found once the gates are on.
+- Times are median / 95 % / worst. `fault to word` is the time from the first fault of a case to the
+  declaration; a fault present from the start can only be found once the gates are on.
 - With two or three faults a run counts in the row of each.
 - One case again: `tools/zh campaign faults --case 'NAME'`."""
 

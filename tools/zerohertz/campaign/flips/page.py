@@ -70,8 +70,8 @@ def how_to_read() -> str:
     return f"""\
 A run is one flip: one bit of one member of `unit_t` (firmware/unit/unit.h: {bits} bits as the host
 lays them out), in one mode, at a random moment. Rig, judge and harms are those of `zh campaign
-faults` (harm.md). Nobody talks on the host link meanwhile, and nothing is traced. Without `--runs`
-every bit is flipped in every mode.
+faults` (harm.md). The host link is silent meanwhile, and nothing is traced. Without `--runs` every
+bit is flipped in every mode.
 
 | mode | condition of `zh campaign faults` |
 |---|---|
@@ -80,13 +80,13 @@ every bit is flipped in every mode.
 `start` flips between run command and RUN; `ready` flips before the run command, then starts.
 
 - **harmless**: duties, gates and fault bits are those of the run without a flip.
-- **healed**: they differ, and no harm comes of it.
+- **healed**: they differ, without harm.
 - **declared**: a fault before the harm or within {1e3 * judge.GRACE_S:g} ms, or without harm. A
-  memory access that the host refuses (exception) and a loop without end (hang) count here: on a
-  board the fault handler or the watchdog opens the gates.
-- **stopped without a reason**: the gates go off, no fault says why.
-- **undeclared harm**: harm without a word; `gates`: on in two periods on end before the run
-  command.
+  memory access that the host refuses (exception) and an endless loop (hang) count here: on a board
+  the fault handler or the watchdog opens the gates.
+- **stopped without a reason**: the gates go off without a fault.
+- **undeclared harm**: harm that nothing declares; `gates`: on in two successive periods before the
+  run command.
 - **protections lost**: in a run of its own each plain fault follows the flip by 60 ms or more:
   {", ".join(PLAIN)}.
   It counts as lost when the drive trips on it without the flip, and with the flip neither trips

@@ -40,23 +40,23 @@ def how_to_read(total: Mapping[str, Any]) -> str:
     """What the columns mean."""
     modes = "\n".join(f"| `{skip.name}` | `{skip.mode.condition}` |" for skip in SKIPS.values())
     return f"""\
-A run is one instruction of the control interrupt that is not executed in one control period, on the
-emulated core; the image puts a no-operation there and takes it away again (hal/qemu_mps2/inject.c).
-The plant is driven by the image. Without `--runs` every instruction that one period of each mode
-executes is skipped: one phase of the schedule of 16 periods. Rig, judge and classes are those of
+A run skips one instruction of the control interrupt in one control period, on the emulated core.
+The image puts a no-operation there and removes it again (hal/qemu_mps2/inject.c). The image drives
+the plant. Without `--runs` the campaign skips every instruction that one period of each mode
+executes: one phase of the schedule of 16 periods. Rig, judge and classes are those of
 `zh campaign flips` (flips.md).
 
 | mode | condition of `zh campaign faults` |
 |---|---|
 {modes}
 
-- `+fault`: the word of `i_u` goes to its end in the period before or in the period itself
-  (`{PLAIN}`); the instruction is skipped in the period in which the drive trips. It has to trip
-  within {1e3 * ANSWER_S:g} ms all the same; a run that does not is a protection lost.
+- `+fault`: the word of `i_u` goes to the end of its range in the period before or in the period
+  itself (`{PLAIN}`); the instruction is skipped in the period in which the drive trips. The
+  drive still has to trip within {1e3 * ANSWER_S:g} ms; a run that does not is a protection lost.
 - `ready`: a skip before the run command; then the drive starts.
 - The image ended by itself (fault handler, watchdog): declared, counted as an exception as well.
-  {total["lock_ups"]} runs ended in a lock-up of the core: counted as declared, for on a board the
-  watchdog ends it; the emulator cannot say what the motor does until then.
+  {total["lock_ups"]} runs ended in a lock-up of the core. They count as declared, because on a
+  board the watchdog ends it; the emulator cannot show what the motor does until then.
 - One case again: `tools/zh campaign skips --case 'NAME'`."""
 
 
