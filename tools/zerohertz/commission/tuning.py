@@ -30,6 +30,8 @@ WEAKEN = 0.92
 RS_BIAS, TRACK_PER_H = 1.015, 2.94
 # Steering: least stator frequency over that at which rated current drops the rotor's EMF at Rs.
 STEER, STEER_FLUX = 0.196, 0.39
+# Dwell where steering cannot act: share of the speed, or of 1/Tr below that, that it swings by.
+DWELL_SPEED, DWELL = 1, 0.2
 I_F = 0.95  # of the largest current: I-f operation after a lost orientation
 # Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us.
 CURRENT_PERIODS = 0.12
@@ -107,6 +109,8 @@ def _orientation(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, fl
         "rs_track_gain": TRACK_PER_H * circuit.M_H,
         "steer_min_Hz": STEER * drop_rad_s / (2.0 * math.pi),
         "steer_flux_min": STEER_FLUX,
+        "dwell": DWELL_SPEED,
+        "dwell_amplitude": DWELL,
     }
 
 
