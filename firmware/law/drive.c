@@ -52,18 +52,6 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
                        .i_ref_A = i_ref_A};
 }
 
-HOT static void other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                           drive_out_t *out)
-{
-    const bool taken_over = st->mode == MODE_TAKE_OVER;
-    const request_t request = stage_other_mode(cfg, st, asked, out);
-    stage_apply(cfg, st, &request, out);
-    if (taken_over) {
-        supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
-        stage_judge(cfg, st, asked, out);
-    }
-}
-
 /* The gates are on: acting voltage, mode with its estimator, voltage, judgement. */
 static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                        drive_out_t *out)
@@ -82,7 +70,7 @@ static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive
             stage_judge(cfg, st, asked, out);
         }
     } else {
-        other_mode(cfg, st, asked, out);
+        stage_other_mode(cfg, st, asked, out);
     }
 }
 

@@ -34,8 +34,9 @@ static request_t remagnetise(const drive_config_t *cfg, drive_state_t *st, const
                        .i_ref_A = vector_wait(&st->modes.vector, e->omega_e_rad_s)};
 }
 
-request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                           drive_out_t *out)
+/* Estimator and request. */
+static request_t wanted(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                        drive_out_t *out)
 {
     const bool open_loop = modes_open_loop(st->mode);
     if (open_loop) {
@@ -52,4 +53,16 @@ request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const d
         transition_after_open_loop(cfg, st, &in, &request);
     }
     return request;
+}
+
+void stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                      drive_out_t *out)
+{
+    const bool taken_over = st->mode == MODE_TAKE_OVER;
+    const request_t request = wanted(cfg, st, asked, out);
+    stage_apply(cfg, st, &request, out);
+    if (taken_over) {
+        supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
+        stage_judge(cfg, st, asked, out);
+    }
 }

@@ -27,8 +27,8 @@ static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const d
                             .dwell = st->dwell.share};
 }
 
-/* One period of a mode other than vector control: estimator and request. */
-request_t stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+/* One period of a mode other than vector control: estimator, request, voltage, judgement. */
+COLD void stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                            drive_out_t *out);
 
 /* Slow work of flux orientation, before the speed controller. */
