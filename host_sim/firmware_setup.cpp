@@ -133,23 +133,25 @@ void scale_to_board(params_t &params, const Board &board)
 
 std::string range_text(const param_info_t &info)
 {
-    if (info.choice != nullptr) {
+    if (const char *const *choices = param_choices(&info)) {
         std::string names = "one of";
         for (std::size_t k = 0; k <= static_cast<std::size_t>(info.maximum); ++k) {
-            names += (k == 0 ? " " : ", ") + std::string(info.choice[k]);
+            names += (k == 0 ? " " : ", ") + std::string(choices[k]);
         }
         return names;
     }
-    const std::string unit = info.unit[0] != '\0' ? " " + std::string(info.unit) : "";
-    return text_of(info.minimum) + " .. " + text_of(info.maximum) + unit;
+    const std::string unit = param_unit(&info);
+    return text_of(info.minimum) + " .. " + text_of(info.maximum) +
+           (unit.empty() ? "" : " " + unit);
 }
 
 std::string value_text(const param_info_t &info, float value)
 {
-    if (info.choice != nullptr) {
-        return info.choice[static_cast<std::size_t>(value)];
+    if (const char *const *choices = param_choices(&info)) {
+        return choices[static_cast<std::size_t>(value)];
     }
-    return text_of(value) + (info.unit[0] != '\0' ? " " + std::string(info.unit) : "");
+    const std::string unit = param_unit(&info);
+    return text_of(value) + (unit.empty() ? "" : " " + unit);
 }
 
 // Names of former lists, and what became of them.
@@ -176,7 +178,8 @@ std::string unknown_text(std::string_view name)
 std::optional<float> choice_of(std::string_view name, std::string_view value)
 {
     const param_info_t *info = params_info(params_find(std::string(name).c_str()));
-    if (info == nullptr || info->choice == nullptr) {
+    const char *const *choices = info != nullptr ? param_choices(info) : nullptr;
+    if (choices == nullptr) {
         return std::nullopt;
     }
     const std::string_view bare =
@@ -184,7 +187,7 @@ std::optional<float> choice_of(std::string_view name, std::string_view value)
             ? value.substr(1, value.size() - 2)
             : value;
     for (std::size_t k = 0; k <= static_cast<std::size_t>(info->maximum); ++k) {
-        if (bare == info->choice[k]) {
+        if (bare == choices[k]) {
             return static_cast<float>(k);
         }
     }
@@ -274,7 +277,7 @@ void set_param_text(params_t &params, std::string_view name, std::string_view va
     const auto parsed = std::from_chars(digits.data(), end, number);
     if (digits.empty() || parsed.ec != std::errc{} || parsed.ptr != end) {
         const param_info_t *info = params_info(params_find(std::string(name).c_str()));
-        const bool enumerated = info != nullptr && info->choice != nullptr;
+        const bool enumerated = info != nullptr && param_choices(info) != nullptr;
         throw ConfigError(where + ": " + std::string(name) + ": '" + std::string(value) +
                           "' is not a number; " +
                           (enumerated ? "give " + range_text(*info) : "write name=value"));
@@ -310,17 +313,17 @@ std::string refusal_reason(const params_t &p)
     }
     static constexpr const char *words[] = {"at most", "below", "at least", "above", "exactly"};
     const auto said = [&](std::size_t index) {
-        const param_info_t *info = params_info(index);
-        return std::string(info->name) + " = " + value_text(*info, params_get(&p, index));
+        return std::string(params_name(index)) + " = " +
+               value_text(*params_info(index), params_get(&p, index));
     };
     const param_info_t *first = params_info(conflict.first);
     std::string with;
     if (conflict.second != conflict.first) {
         with = " with " + said(conflict.second);
     }
-    return std::string(first->name) + ": is " + value_text(*first, params_get(&p, conflict.first)) +
-           "; it must be " + words[conflict.relation] + " " + value_text(*first, conflict.limit) +
-           with;
+    return std::string(params_name(conflict.first)) + ": is " +
+           value_text(*first, params_get(&p, conflict.first)) + "; it must be " +
+           words[conflict.relation] + " " + value_text(*first, conflict.limit) + with;
 }
 
 } // namespace zh

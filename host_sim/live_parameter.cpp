@@ -7,9 +7,10 @@
 namespace zh {
 namespace {
 
-int access_status(const Firmware &firmware, const param_info_t &info, const std::string &caller)
+int access_status(const Firmware &firmware, const char *name, const param_info_t &info,
+                  const std::string &caller)
 {
-    const std::string named = caller + ": " + std::string(info.name) + ": ";
+    const std::string named = caller + ": " + std::string(name) + ": ";
     if (info.access == PARAM_ACCESS_PROTECTED) {
         return fail(ZH_PROTECTED, named + "is protected; give it in the overrides of zh_sil_open");
     }
@@ -32,7 +33,7 @@ int set_live(Firmware &firmware, const char *name, float value, const std::strin
         }
         params_t changed = firmware.params();
         set_param(changed, name, value, caller);
-        if (const int status = access_status(firmware, *info, caller); status != ZH_OK) {
+        if (const int status = access_status(firmware, name, *info, caller); status != ZH_OK) {
             return status;
         }
         if (!firmware.reconfigure(changed)) {

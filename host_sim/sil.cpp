@@ -213,8 +213,7 @@ std::uint32_t zh_sil_name_count(void)
 
 const char *zh_sil_name(std::uint32_t index)
 {
-    const param_info_t *info = params_info(index);
-    return info != nullptr ? info->name : nullptr;
+    return index < params_count() ? params_name(index) : nullptr;
 }
 
 int zh_sil_describe(std::uint32_t index, zh_sil_name_info *info)
@@ -230,14 +229,14 @@ int zh_sil_describe(std::uint32_t index, zh_sil_name_info *info)
     }
     const zh_sil_name_info value{info->struct_size,
                                  static_cast<std::uint32_t>(p->access),
-                                 p->type == PARAM_UINT ? 1U : 0U,
+                                 p->type == PARAM_FLOAT ? 0U : 1U,
                                  p->minimum,
                                  p->maximum,
                                  params_initial(index),
-                                 p->unit,
+                                 param_unit(p),
                                  params_text(index),
                                  params_group_name(p->group),
-                                 p->choice};
+                                 param_choices(p)};
     hand_out(value, info);
     return ZH_OK;
 }

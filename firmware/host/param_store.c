@@ -10,7 +10,7 @@ static size_t find_key(const param_store_config_t *cfg, uint32_t key, size_t gue
     const size_t count = params_count();
     for (size_t k = 0u; k < count; k++) {
         const size_t index = (guess + k) % count;
-        if (param_record_key(params_info(index)->name) == key) {
+        if (param_record_key(params_name(index)) == key) {
             return index;
         }
     }

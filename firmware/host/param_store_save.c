@@ -34,7 +34,7 @@ static uint32_t record_word(const param_store_config_t *cfg, const param_store_t
     if (index >= st->next.entries) {
         return (at == param_record_body_words(st->next.entries)) ? st->crc : ~st->crc;
     }
-    return ((at % PARAM_RECORD_ENTRY_WORDS) == 0u) ? param_record_key(params_info(index)->name)
+    return ((at % PARAM_RECORD_ENTRY_WORDS) == 0u) ? param_record_key(params_name(index))
                                                    : float_bits(params_get(&st->set, index));
 }
 

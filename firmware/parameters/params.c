@@ -7,41 +7,47 @@
     enum last_of_##list##_tag{last_of_##list = (int)COUNT(choices_##list) - 1};
 #include "param_choices.def"
 
+/* One text, the names one behind the other: pointers and padding would take half as much again. */
+typedef struct {
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text) char name[sizeof #name];
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) char name[sizeof #name];
+#define PARAM_E(group, name, choices, initial, access, text)                char name[sizeof #name];
+#include "param_list.def"
+    char end[1];
+} param_names_t;
+
+static const param_names_t param_names = {
+#define PARAM_F(group, name, unit, minimum, maximum, initial, access, text) #name,
+#define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) #name,
+#define PARAM_E(group, name, choices, initial, access, text)                #name,
+#include "param_list.def"
+    ""};
+
+#define NUMBER(group, name, symbol, minimum, maximum, type, access)                                \
+    {{.unit = (symbol)},    (minimum),          (maximum), offsetof(param_names_t, name), type,    \
+     PARAM_ACCESS_##access, PARAM_GROUP_##group},
+
 static const param_info_t param_table[] = {
 #define PARAM_F(group, name, unit, minimum, maximum, initial, access, text)                        \
-    {#name,                                                                                        \
-     unit,                                                                                         \
-     NULL,                                                                                         \
-     (minimum),                                                                                    \
-     (maximum),                                                                                    \
-     offsetof(params_t, name),                                                                     \
-     PARAM_FLOAT,                                                                                  \
-     PARAM_ACCESS_##access,                                                                        \
-     PARAM_GROUP_##group},
+    NUMBER(group, name, unit, minimum, maximum, PARAM_FLOAT, access)
 #define PARAM_U(group, name, unit, minimum, maximum, initial, access, text)                        \
-    {#name,                                                                                        \
-     unit,                                                                                         \
-     NULL,                                                                                         \
-     (float)(minimum),                                                                             \
-     (float)(maximum),                                                                             \
-     offsetof(params_t, name),                                                                     \
-     PARAM_UINT,                                                                                   \
-     PARAM_ACCESS_##access,                                                                        \
-     PARAM_GROUP_##group},
-#define PARAM_E(group, name, choices, initial, access, text)                                       \
-    {#name,                                                                                        \
-     "",                                                                                           \
-     choices_##choices,                                                                            \
+    NUMBER(group, name, unit, (float)(minimum), (float)(maximum), PARAM_UINT, access)
+#define PARAM_E(group, name, list, initial, access, text)                                          \
+    {{.choices = choices_##list},                                                                  \
      0.0f,                                                                                         \
-     (float)last_of_##choices,                                                                     \
-     offsetof(params_t, name),                                                                     \
-     PARAM_UINT,                                                                                   \
+     (float)last_of_##list,                                                                        \
+     offsetof(param_names_t, name),                                                                \
+     PARAM_CHOICE,                                                                                 \
      PARAM_ACCESS_##access,                                                                        \
      PARAM_GROUP_##group},
 #include "param_list.def"
 };
 
 #define PARAMS_COUNT COUNT(param_table)
+
+/* All members of params_t are 32 bits wide, in the order of the list. */
+#define MEMBER_BYTES sizeof(uint32_t)
+_Static_assert(sizeof(params_t) == PARAMS_COUNT * MEMBER_BYTES, "no padding between members");
 
 size_t params_count(void)
 {
@@ -51,6 +57,13 @@ size_t params_count(void)
 const param_info_t *params_info(size_t index)
 {
     return (index < PARAMS_COUNT) ? &param_table[index] : NULL;
+}
+
+const char *params_name(size_t index)
+{
+    const size_t at =
+        (index < PARAMS_COUNT) ? param_table[index].name_at : offsetof(param_names_t, end);
+    return (const char *)&param_names + at;
 }
 
 const char *params_text(size_t index)
@@ -105,7 +118,7 @@ static bool same_name(const char *a, const char *b)
 size_t params_find(const char *name)
 {
     for (size_t i = 0u; i < PARAMS_COUNT; i++) {
-        if (same_name(param_table[i].name, name)) {
+        if (same_name(params_name(i), name)) {
             return i;
         }
     }
@@ -127,11 +140,11 @@ float params_get(const params_t *params, size_t index)
     if (index >= PARAMS_COUNT) {
         return 0.0f;
     }
-    const unsigned char *field = (const unsigned char *)params + param_table[index].offset;
-    if ((param_type_t)param_table[index].type == PARAM_UINT) {
-        return (float)*(const uint32_t *)(const void *)field;
+    const unsigned char *field = (const unsigned char *)params + index * MEMBER_BYTES;
+    if ((param_type_t)param_table[index].type == PARAM_FLOAT) {
+        return *(const float *)(const void *)field;
     }
-    return *(const float *)(const void *)field;
+    return (float)*(const uint32_t *)(const void *)field;
 }
 
 params_status_t params_allows(size_t index, float value)
@@ -146,7 +159,7 @@ params_status_t params_allows(size_t index, float value)
     if ((value < info->minimum) || (value > info->maximum)) {
         return PARAMS_OUT_OF_RANGE;
     }
-    if ((param_type_t)info->type == PARAM_UINT) {
+    if ((param_type_t)info->type != PARAM_FLOAT) {
         if ((float)(uint32_t)value < value) {
             return PARAMS_NOT_WHOLE;
         }
@@ -160,11 +173,11 @@ params_status_t params_set(params_t *params, size_t index, float value)
     if (status != PARAMS_OK) {
         return status;
     }
-    unsigned char *field = (unsigned char *)params + param_table[index].offset;
-    if ((param_type_t)param_table[index].type == PARAM_UINT) {
-        *(uint32_t *)(void *)field = (uint32_t)value;
-    } else {
+    unsigned char *field = (unsigned char *)params + index * MEMBER_BYTES;
+    if ((param_type_t)param_table[index].type == PARAM_FLOAT) {
         *(float *)(void *)field = value;
+    } else {
+        *(uint32_t *)(void *)field = (uint32_t)value;
     }
     return PARAMS_OK;
 }

@@ -20,7 +20,8 @@ typedef struct {
 
 typedef enum {
     PARAM_FLOAT = 0,
-    PARAM_UINT = 1 /* whole; one of its choices when it has some */
+    PARAM_UINT = 1,  /* whole */
+    PARAM_CHOICE = 2 /* whole: one of its choices */
 } param_type_t;
 
 typedef enum {
@@ -35,17 +36,31 @@ typedef enum {
     PARAM_GROUPS
 } param_group_t;
 
+/* An image has more than a hundred: packed. */
 typedef struct {
-    const char *name;
-    const char *unit;
-    const char *const *choice; /* names of the values 0 .. maximum; NULL: a number */
+    union {
+        const char *unit;
+        const char *const *choices; /* names of the values 0 .. maximum */
+    } says;
     float minimum;
     float maximum;
-    uint16_t offset; /* in params_t */
-    uint8_t type;    /* param_type_t */
-    uint8_t access;  /* param_access_t */
-    uint8_t group;   /* param_group_t */
+    uint32_t name_at : 16; /* in the list of names */
+    uint32_t type : 2;     /* param_type_t */
+    uint32_t access : 2;   /* param_access_t */
+    uint32_t group : 8;    /* param_group_t */
 } param_info_t;
+
+/* Empty for a choice. */
+static inline const char *param_unit(const param_info_t *info)
+{
+    return (info->type == (uint32_t)PARAM_CHOICE) ? "" : info->says.unit;
+}
+
+/* NULL for a number. */
+static inline const char *const *param_choices(const param_info_t *info)
+{
+    return (info->type == (uint32_t)PARAM_CHOICE) ? info->says.choices : NULL;
+}
 
 typedef enum {
     PARAMS_OK = 0,
@@ -62,7 +77,8 @@ size_t params_count(void);
 /* index < params_count(), else NULL. */
 const param_info_t *params_info(size_t index);
 
-/* Empty for a group that does not exist. */
+/* Empty for an index or a group that does not exist. */
+const char *params_name(size_t index);
 const char *params_group_name(size_t group);
 
 /* What the parameter or the group is, in words; empty for an index that does not exist. Apart from

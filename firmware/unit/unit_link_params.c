@@ -12,18 +12,19 @@ unit_link_status_t unit_link_param_info(const unit_t *unit, command_reader_t *bo
     if (info == NULL) {
         return UNIT_LINK_NO_SUCH;
     }
-    command_put_u8(w, (uint8_t)info->type);
+    command_put_u8(w, (uint8_t)((info->type == (uint32_t)PARAM_FLOAT) ? PARAM_FLOAT : PARAM_UINT));
     command_put_u8(w, (uint8_t)info->access);
     command_put_float(w, info->minimum);
     command_put_float(w, info->maximum);
     command_put_float(w, params_get((unit->image != NULL) ? unit->image : &unit->params, index));
-    command_put_text(w, info->name);
-    command_put_text(w, info->unit);
+    command_put_text(w, params_name(index));
+    command_put_text(w, param_unit(info));
     command_put_text(w, params_group_name(info->group));
-    const uint32_t choices = (info->choice != NULL) ? ((uint32_t)info->maximum + 1u) : 0u;
-    command_put_u8(w, (uint8_t)choices);
-    for (uint32_t k = 0u; k < choices; k++) {
-        command_put_text(w, info->choice[k]);
+    const char *const *choices = param_choices(info);
+    const uint32_t count = (choices != NULL) ? ((uint32_t)info->maximum + 1u) : 0u;
+    command_put_u8(w, (uint8_t)count);
+    for (uint32_t k = 0u; k < count; k++) {
+        command_put_text(w, choices[k]);
     }
     return UNIT_LINK_OK;
 }

@@ -48,7 +48,7 @@ static params_t make_set(uint32_t n)
         const param_info_t *info = params_info(k);
         const float share = (float)(n % (SETS + 1u)) / (float)SETS;
         float value = info->minimum + share * (info->maximum - info->minimum);
-        if (info->type == PARAM_UINT) {
+        if (info->type != PARAM_FLOAT) {
             const uint32_t span = (uint32_t)(info->maximum - info->minimum) + 1u;
             value = info->minimum + (float)((n + k) % span);
         }

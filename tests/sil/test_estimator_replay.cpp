@@ -170,7 +170,7 @@ std::string all_params(const params_t &params)
     std::string lines;
     for (std::size_t k = 0; k < params_count(); ++k) {
         char line[96];
-        std::snprintf(line, sizeof line, "%s=%.9g\n", params_info(k)->name,
+        std::snprintf(line, sizeof line, "%s=%.9g\n", params_name(k),
                       static_cast<double>(params_get(&params, k)));
         lines += line;
     }

@@ -137,9 +137,9 @@ static void test_names_have_keys_of_their_own_and_values_fit_a_float(void)
 {
     for (size_t k = 0u; k < params_count(); k++) {
         const param_info_t *info = params_info(k);
-        const uint32_t key = crc32c(info->name, strlen(info->name));
+        const uint32_t key = crc32c(params_name(k), strlen(params_name(k)));
         for (size_t n = 0u; n < k; n++) {
-            const char *other = params_info(n)->name;
+            const char *other = params_name(n);
             TEST_ASSERT_TRUE_MESSAGE(key != crc32c(other, strlen(other)), other);
         }
         TEST_ASSERT_TRUE((info->type == PARAM_FLOAT) || (info->maximum <= 16777216.0f));

@@ -29,8 +29,8 @@ static void set(const char *name, float value)
 static void expect(const char *first, params_relation_t relation, float limit, const char *second)
 {
     TEST_ASSERT_FALSE_MESSAGE(params_check(&params, &conflict), first);
-    TEST_ASSERT_EQUAL_STRING(first, params_info(conflict.first)->name);
-    TEST_ASSERT_EQUAL_STRING(second, params_info(conflict.second)->name);
+    TEST_ASSERT_EQUAL_STRING(first, params_name(conflict.first));
+    TEST_ASSERT_EQUAL_STRING(second, params_name(conflict.second));
     TEST_ASSERT_EQUAL(relation, conflict.relation);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f * fabsf(limit), limit, conflict.limit);
     TEST_ASSERT_FALSE(unit_init(&drive, &params, NULL));
@@ -43,8 +43,8 @@ static void expect(const char *first, params_relation_t relation, float limit, c
     set(first, inside + (below ? -margin : margin));
     (void)params_check(&params, &conflict);
     TEST_ASSERT_TRUE((conflict.first == params_count()) ||
-                     (strcmp(params_info(conflict.first)->name, first) != 0) ||
-                     (strcmp(params_info(conflict.second)->name, second) != 0));
+                     (strcmp(params_name(conflict.first), first) != 0) ||
+                     (strcmp(params_name(conflict.second), second) != 0));
     setUp();
 }
 
@@ -242,7 +242,7 @@ static void draw_set(uint32_t *seed)
         if ((draw(seed) % 4u) != 0u) {
             value = params_get(&params, index) * expf(4.0f * share - 2.0f);
         }
-        if (info->type == PARAM_UINT) {
+        if (info->type != PARAM_FLOAT) {
             value = floorf(value);
         }
         (void)!params_set(&params, index, clampf(value, info->minimum, info->maximum));

@@ -32,7 +32,7 @@ static float another(size_t k)
 {
     const param_info_t *info = params_info(k);
     const float initial = params_initial(k);
-    if ((param_type_t)info->type == PARAM_UINT) {
+    if ((param_type_t)info->type != PARAM_FLOAT) {
         return (initial + 1.0f <= info->maximum) ? (initial + 1.0f) : initial;
     }
     const float n = number_of(k);

@@ -281,20 +281,21 @@ static void test_lists_every_parameter_and_signal(void)
         command_put_u16(&w, (uint16_t)k);
         command_reader_t body;
         TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
-        TEST_ASSERT_EQUAL_UINT8(info->type, command_take_u8(&body));
+        TEST_ASSERT_EQUAL_UINT8((info->type == PARAM_FLOAT) ? 0u : 1u, command_take_u8(&body));
         TEST_ASSERT_EQUAL_UINT8(info->access, command_take_u8(&body));
         TEST_ASSERT_EQUAL_FLOAT(info->minimum, command_take_float(&body));
         TEST_ASSERT_EQUAL_FLOAT(info->maximum, command_take_float(&body));
         TEST_ASSERT_EQUAL_FLOAT(params_get(&params, k), command_take_float(&body));
-        TEST_ASSERT_EQUAL_UINT8(strlen(info->name), command_take_u8(&body));
-        TEST_ASSERT_EQUAL_MEMORY(info->name, body.at, strlen(info->name));
-        take(&body, strlen(info->name));
-        expect_text(info->unit, &body);
+        TEST_ASSERT_EQUAL_UINT8(strlen(params_name(k)), command_take_u8(&body));
+        TEST_ASSERT_EQUAL_MEMORY(params_name(k), body.at, strlen(params_name(k)));
+        take(&body, strlen(params_name(k)));
+        expect_text(param_unit(info), &body);
         expect_text(params_group_name(info->group), &body);
         const uint32_t choices = command_take_u8(&body);
-        TEST_ASSERT_EQUAL_UINT32((info->choice != NULL) ? info->maximum + 1.0f : 0.0f, choices);
+        TEST_ASSERT_EQUAL_UINT32((param_choices(info) != NULL) ? info->maximum + 1.0f : 0.0f,
+                                 choices);
         for (uint32_t n = 0u; n < choices; n++) {
-            expect_text(info->choice[n], &body);
+            expect_text(param_choices(info)[n], &body);
         }
         TEST_ASSERT_TRUE(command_all_taken(&body));
     }
@@ -976,7 +977,7 @@ static void test_what_can_hurt_needs_a_sealed_request(void)
     }
     TEST_ASSERT_EQUAL_HEX32(0u, unit_link_command(unit()).command);
     for (size_t k = 0u; k < params_count(); k++) {
-        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, set(params_info(k)->name, 1.0f));
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, set(params_name(k), 1.0f));
     }
     TEST_ASSERT_EQUAL_FLOAT(before, get("speed_filter_s"));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, act_only(UNIT_LINK_SAVE));
@@ -1216,7 +1217,7 @@ static void test_the_entries_of_a_saved_record_are_told_one_by_one(void)
     for (size_t k = 0u; k < params_count(); k++) {
         command_reader_t body;
         TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send_entry((uint16_t)k, &body));
-        const char *name = params_info(k)->name;
+        const char *name = params_name(k);
         TEST_ASSERT_EQUAL_HEX32(crc32c(name, strlen(name)), command_take_u32(&body));
         TEST_ASSERT_EQUAL_FLOAT(params_get(&unit()->params, k), command_take_float(&body));
         TEST_ASSERT_EQUAL_UINT16(k, command_take_u16(&body));
