@@ -59,7 +59,7 @@ static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 }
 
 /* A new command or aim: what follows for the law. */
-HOT static void ask(unit_t *unit, const unit_config_t *cfg)
+COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 {
     unit->taken = unit->mailbox.published;
     unit->command = unit->mailbox.slot[unit->taken & 1u];
@@ -72,7 +72,7 @@ HOT static void ask(unit_t *unit, const unit_config_t *cfg)
 }
 
 /* The state machine, and what follows from it for the next period. */
-HOT static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
+COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
                            uint32_t faults)
 {
     const measured_t *meas = &unit->last.meas;

@@ -102,6 +102,7 @@ static inline float float_of_bits(uint32_t bits)
 
 #define NUM_BITS_OF_ONE      0x3F800000u
 #define NUM_BITS_OF_INFINITY 0x7F800000u
+#define NUM_BITS_OF_MINUS_0  0x80000000u
 
 /* Neither infinite nor NaN. */
 static inline bool is_finite(float x)
@@ -121,10 +122,10 @@ static inline bool is_duty(float x)
     return float_bits(x) <= NUM_BITS_OF_ONE;
 }
 
-/* Finite and >= 0. */
+/* Finite and >= 0, -0 included. */
 static inline bool nonnegativef(float x)
 {
-    return (x >= 0.0f) && (x <= FLT_MAX);
+    return (float_bits(x) < NUM_BITS_OF_INFINITY) || (float_bits(x) == NUM_BITS_OF_MINUS_0);
 }
 
 /* The same of each of n values. */
