@@ -32,6 +32,7 @@ static void begin(const drive_config_t *cfg, drive_state_t *st, const mode_in_t 
                   mode_id_t before)
 {
     const estimate_t *e = in->estimate;
+    const bool at_rest = before == MODE_OFF; /* all of the state was cleared */
     if (before == MODE_DC_BRAKE) {
         stand_still(cfg, st, in->meas->i_s_A.alpha);
     }
@@ -46,10 +47,10 @@ static void begin(const drive_config_t *cfg, drive_state_t *st, const mode_in_t 
     } else {
         /* begins from rest, or goes on */
     }
-    if ((st->mode != MODE_VECTOR) && (st->mode != MODE_TAKE_OVER)) {
-        st->supervisor = (supervisor_state_t){0};
-    }
-    if (st->mode != MODE_VECTOR) {
+    if (!at_rest && (st->mode != MODE_VECTOR)) {
+        if (st->mode != MODE_TAKE_OVER) {
+            st->supervisor = (supervisor_state_t){0};
+        }
         stop_dwelling(cfg, st);
     }
 }

@@ -491,6 +491,7 @@ static void test_nothing_is_impressed_outside_of_run(void)
     const supervisor_state_t rested = {0};
     for (unsigned k = 0; k < 2u; k++) {
         run_impressed(SUPERVISOR_IMPRESSED, 30.0f, 1.0);
+        st.mode = MODE_TAKE_OVER;
         in.mode = modes[k];
         step();
         TEST_ASSERT_EQUAL_MEMORY(&none, &st.modes.i_f, sizeof none);

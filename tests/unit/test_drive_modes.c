@@ -255,6 +255,7 @@ static void test_open_loop_is_not_judged(void)
     p.modes.control = MODES_CONTROL_VOLTS_PER_HERTZ;
     start();
     in.mode = DRIVE_RUN;
+    st.mode = MODE_VECTOR;
     st.supervisor = (supervisor_state_t){
         .judged = true, .flux_error_bound_pu = 0.5f, .confidence = SUPERVISOR_IMPRESSED};
     TEST_ASSERT_EQUAL_HEX32(0u, run(1.5 * PERIOD_S));
