@@ -5,7 +5,7 @@
 /* Caught in turning: by itself. Lost orientation: I-f turns the frame; fast enough the estimator
  * sees the rotor again; below, the rotor follows what is imposed, or nothing helps. Else at rest.
  */
-static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
+COLD static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
 {
     const i_f_state_t *i_f = &st->modes.i_f;
     const bool beside_i_f = st->mode == MODE_TAKE_OVER;

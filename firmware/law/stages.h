@@ -28,8 +28,8 @@ static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const d
 }
 
 /* One period of a mode other than vector control: estimator, request, voltage, judgement. */
-COLD void stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                           drive_out_t *out);
+HOT void stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                          drive_out_t *out);
 
 /* Slow work of flux orientation, before the speed controller. */
 HOT void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,

@@ -51,8 +51,8 @@ static void add(rs_measurement_sums_t *sums, const rs_measurement_in_t *in)
 }
 
 /* Both levels are averaged over the same time, so that sums stand for averages. */
-static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
-                                   const rs_measurement_state_t *st)
+COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
+                                        const rs_measurement_state_t *st)
 {
     const float n = (float)cfg->average_periods;
     const float di_A = st->high.i_A - st->low.i_A;
