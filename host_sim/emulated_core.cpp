@@ -27,21 +27,29 @@ constexpr int patience_ms = 20000;
 constexpr auto slot_signal = PIL_SIGNAL_slot;
 
 constexpr const char *signal_names[] = {
-#define SIGNAL_F(name, value, text) #name,
-#define SIGNAL_U(name, value, text) #name,
+#define SIGNAL_F(name, path, text)   #name,
+#define SIGNAL_U(name, path, text)   #name,
+#define SIGNAL_XF(name, value, text) #name,
+#define SIGNAL_X(name, value, text)  #name,
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
 };
 static_assert(std::size(signal_names) == PIL_SIGNALS);
 
 void gather(const unit_t *a, const hal_output_t *o, std::uint32_t (&words)[PIL_SIGNALS])
 {
-#define SIGNAL_F(name, value, text) words[PIL_SIGNAL_##name] = std::bit_cast<std::uint32_t>(value);
-#define SIGNAL_U(name, value, text) words[PIL_SIGNAL_##name] = (value);
+#define SIGNAL_F(name, path, text)   words[PIL_SIGNAL_##name] = float_bits(a->path);
+#define SIGNAL_U(name, path, text)   words[PIL_SIGNAL_##name] = a->path;
+#define SIGNAL_XF(name, value, text) words[PIL_SIGNAL_##name] = float_bits(value);
+#define SIGNAL_X(name, value, text)  words[PIL_SIGNAL_##name] = (value);
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
 }
 
 // A FIFO's write end opens only once somebody reads; one who never comes must not hang the run.

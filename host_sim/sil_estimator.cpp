@@ -86,8 +86,8 @@ zh_estimate estimate_of(const estimate_t &e)
 }
 
 constexpr const char *signal_names[] = {
-#define SIGNAL_F(name, value, text) #name,
-#define SIGNAL_U(name, value, text) #name,
+#define SIGNAL_F(name, path, text) #name,
+#define SIGNAL_U(name, path, text) #name,
 #include "estimator_signals.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
@@ -156,9 +156,9 @@ float zh_estimator_signal(const zh_estimator *handle, std::uint32_t index)
     }
     [[maybe_unused]] const estimator_state_t &st = handle->st;
     const float values[] = {
-#define ESTIMATOR_STATE             st
-#define SIGNAL_F(name, value, text) (value),
-#define SIGNAL_U(name, value, text) static_cast<float>(value),
+#define ESTIMATOR_STATE            st
+#define SIGNAL_F(name, path, text) path,
+#define SIGNAL_U(name, path, text) static_cast<float>(path),
 #include "estimator_signals.def"
 #undef SIGNAL_F
 #undef SIGNAL_U

@@ -5,16 +5,16 @@
 #include "fault_reaction.h"
 #include "unit_signal.h"
 
-/* Columns of the fault record. */
+/* Columns of the fault record; floats of the unit, as the list has them. */
 #define FAULT_SIGNALS(COLUMN)                                                                      \
-    COLUMN(0, i_s_alpha_A)                                                                         \
-    COLUMN(1, i_s_beta_A)                                                                          \
-    COLUMN(2, u_dc_V)                                                                              \
-    COLUMN(3, omega_e_hat_rad_s)                                                                   \
-    COLUMN(4, omega_ref_rad_s)                                                                     \
-    COLUMN(5, i_q_ref_A)
+    COLUMN(0, i_s_alpha_A, last.meas.i_s_A.alpha)                                                  \
+    COLUMN(1, i_s_beta_A, last.meas.i_s_A.beta)                                                    \
+    COLUMN(2, u_dc_V, last.meas.u_dc_V)                                                            \
+    COLUMN(3, omega_e_hat_rad_s, drive.estimator.estimate.omega_e_rad_s)                           \
+    COLUMN(4, omega_ref_rad_s, drive.modes.vector.speed.omega_ref_rad_s)                           \
+    COLUMN(5, i_q_ref_A, last.i_ref_A.q)
 
-#define NUMBER(column, name) [column] = UNIT_SIGNAL_##name,
+#define NUMBER(column, name, path) [column] = UNIT_SIGNAL_##name,
 static const uint8_t fault_signal[FAULT_RECORD_SIGNALS] = {FAULT_SIGNALS(NUMBER)};
 
 uint32_t unit_record_fault_signal(uint32_t column)
@@ -30,9 +30,9 @@ void unit_record_init(unit_t *unit, const unit_memory_t *memory)
 }
 
 /* In every period: six loads and stores. */
-static inline void write_fault_row(const unit_t *unit, const hal_output_t *output, uint32_t *row)
+static inline void write_fault_row(const unit_t *unit, uint32_t *row)
 {
-#define STORE(column, name) row[column] = unit_signal_value(unit, output, UNIT_SIGNAL_##name);
+#define STORE(column, name, path) row[column] = float_bits(unit->path);
     FAULT_SIGNALS(STORE)
 }
 
@@ -64,7 +64,7 @@ void unit_record_period(unit_t *unit, const hal_output_t *output)
                           unit->period_count);
     }
     if (fault->row != NULL) {
-        write_fault_row(unit, output, fault->row);
+        write_fault_row(unit, fault->row);
         fault_record_next(fault);
     }
     if (trace_running(&unit->trace)) {

@@ -1,33 +1,90 @@
 #include "unit_signal.h"
 
+#include <stddef.h>
+
+/* How a signal is read. */
+typedef enum {
+    SIGNAL_FLOAT,
+    SIGNAL_WORD,
+    SIGNAL_BYTE /* a bool, or an enumeration where the compiler packs them */
+} kind_t;
+
+/* And where it lies in unit_t. */
+typedef struct {
+    uint16_t at : 14;
+    uint16_t kind : 2; /* kind_t */
+} place_t;
+
+#define KIND(path)                                                                                 \
+    ((sizeof(((const unit_t *)NULL)->path) == sizeof(uint32_t)) ? SIGNAL_WORD : SIGNAL_BYTE)
+
+static const place_t places[] = {
+#define SIGNAL_F(name, path, text)   {offsetof(unit_t, path), SIGNAL_FLOAT},
+#define SIGNAL_U(name, path, text)   {offsetof(unit_t, path), KIND(path)},
+#define SIGNAL_XF(name, value, text) {0u, SIGNAL_FLOAT},
+#define SIGNAL_X(name, value, text)  {0u, SIGNAL_WORD},
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
+};
+
+_Static_assert(sizeof(unit_t) <= (1u << 14u), "an offset has 14 bits");
+
+static uint32_t member(const unit_t *a, place_t place)
+{
+    const unsigned char *at = (const unsigned char *)a + place.at;
+    switch ((kind_t)place.kind) {
+    case SIGNAL_FLOAT:
+        return float_bits(*(const float *)(const void *)at);
+    case SIGNAL_WORD:
+        return *(const uint32_t *)(const void *)at;
+    case SIGNAL_BYTE:
+    default:
+        return *at;
+    }
+}
+
 uint32_t unit_signal(const unit_t *a, const hal_output_t *o, uint32_t number)
 {
-    return unit_signal_value(a, o, number);
+    switch (number) {
+#define SIGNAL_F(name, path, text)
+#define SIGNAL_U(name, path, text)
+#define SIGNAL_XF(name, value, text)                                                               \
+    case UNIT_SIGNAL_##name:                                                                       \
+        return float_bits(value);
+#define SIGNAL_X(name, value, text)                                                                \
+    case UNIT_SIGNAL_##name:                                                                       \
+        return (value);
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
+    default:
+        return (number < (uint32_t)UNIT_SIGNALS) ? member(a, places[number]) : 0u;
+    }
 }
 
 bool unit_signal_is_float(uint32_t number)
 {
-    switch (number) {
-#define SIGNAL_F(name, value, text) case UNIT_SIGNAL_##name:
-#define SIGNAL_U(name, value, text)
-#include "signal_list.def"
-#undef SIGNAL_F
-#undef SIGNAL_U
-        return true;
-    default:
-        return false;
-    }
+    return (number < (uint32_t)UNIT_SIGNALS) && ((kind_t)places[number].kind == SIGNAL_FLOAT);
 }
 
 /* One text, the names one behind the other: pointers to each would take as much flash again. */
 const char *unit_signal_name(uint32_t number)
 {
     static const char names[] = {
-#define SIGNAL_F(name, value, text) #name "\0"
-#define SIGNAL_U(name, value, text) #name "\0"
+#define SIGNAL_F(name, path, text)   #name "\0"
+#define SIGNAL_U(name, path, text)   #name "\0"
+#define SIGNAL_XF(name, value, text) #name "\0"
+#define SIGNAL_X(name, value, text)  #name "\0"
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
     };
     const char *at = names;
     uint32_t left = (number < (uint32_t)UNIT_SIGNALS) ? number : (uint32_t)UNIT_SIGNALS;

@@ -8,34 +8,19 @@
 #include "unit.h"
 
 enum {
-#define SIGNAL_F(name, value, text) UNIT_SIGNAL_##name,
-#define SIGNAL_U(name, value, text) UNIT_SIGNAL_##name,
+#define SIGNAL_F(name, path, text)   UNIT_SIGNAL_##name,
+#define SIGNAL_U(name, path, text)   UNIT_SIGNAL_##name,
+#define SIGNAL_XF(name, value, text) UNIT_SIGNAL_##name,
+#define SIGNAL_X(name, value, text)  UNIT_SIGNAL_##name,
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
     UNIT_SIGNALS
 };
 
-/* A float as its bits; 0 for a number there is not. Inline for numbers that are constants: one load
- * each; unit_signal for all others. */
-INLINE static inline uint32_t unit_signal_value(const unit_t *a, const hal_output_t *o,
-                                                uint32_t number)
-{
-    switch (number) {
-#define SIGNAL_F(name, value, text)                                                                \
-    case UNIT_SIGNAL_##name:                                                                       \
-        return float_bits(value);
-#define SIGNAL_U(name, value, text)                                                                \
-    case UNIT_SIGNAL_##name:                                                                       \
-        return (value);
-#include "signal_list.def"
-#undef SIGNAL_F
-#undef SIGNAL_U
-    default:
-        return 0u;
-    }
-}
-
+/* A float as its bits; 0 for a number there is not. */
 uint32_t unit_signal(const unit_t *a, const hal_output_t *o, uint32_t number);
 
 bool unit_signal_is_float(uint32_t number);

@@ -836,6 +836,36 @@ static void test_every_flag_is_a_signal_of_0_and_1(void)
     TEST_ASSERT_EQUAL_UINT32(UNIT_SIGNALS, unit_record_fault_signal(FAULT_RECORD_SIGNALS));
 }
 
+static void test_a_signal_is_the_member_that_the_list_names(void)
+{
+    uint32_t n = 0u;
+#define SIGNAL_F(name, path, text)                                                                 \
+    unit.path = 0.5f + (float)n;                                                                   \
+    TEST_ASSERT_EQUAL_HEX32(float_bits(unit.path), unit_signal(&unit, &unit.output, n));           \
+    TEST_ASSERT_TRUE(unit_signal_is_float(n));                                                     \
+    n++;
+#define SIGNAL_U(name, path, text)                                                                 \
+    unit.path = 1u;                                                                                \
+    TEST_ASSERT_EQUAL_HEX32(1u, unit_signal(&unit, &unit.output, n));                              \
+    TEST_ASSERT_FALSE(unit_signal_is_float(n));                                                    \
+    n++;
+#define SIGNAL_XF(name, value, text)                                                               \
+    TEST_ASSERT_TRUE(unit_signal_is_float(n));                                                     \
+    n++;
+#define SIGNAL_X(name, value, text)                                                                \
+    TEST_ASSERT_FALSE(unit_signal_is_float(n));                                                    \
+    n++;
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+#undef SIGNAL_XF
+#undef SIGNAL_X
+    TEST_ASSERT_EQUAL_UINT32(UNIT_SIGNALS, n);
+    unit.output.duty_w = 0.25f;
+    TEST_ASSERT_EQUAL_HEX32(float_bits(0.25f),
+                            unit_signal(&unit, &unit.output, UNIT_SIGNAL_duty_w));
+}
+
 static void test_a_decimated_trace_leaves_periods_out(void)
 {
     static uint32_t memory[64];
@@ -861,6 +891,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_flag_is_a_signal_of_0_and_1);
+    RUN_TEST(test_a_signal_is_the_member_that_the_list_names);
     RUN_TEST(test_a_decimated_trace_leaves_periods_out);
     RUN_TEST(test_starts_from_boot_to_run_by_itself);
     RUN_TEST(test_speed_reference_is_mechanical);
