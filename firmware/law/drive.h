@@ -1,14 +1,15 @@
 /* The control law of one drive, one call per 200 us period, in one direction:
  *
  *   ADC -> measurement -> acting voltage -> estimator -> mode -> current control -> inverter error
- *       -> SVPWM -> duty, and a guard beside it
+ *       -> SVPWM -> duty, with the guard beside it
  *
- * A stator resistance other than the parameter's (measured at the start, tracked while running)
- * acts as voltage: u - (Rs - Rs_parameter) i_s. The estimator stays the one that was designed and
- * proven.
+ * A stator resistance that differs from the parameter (measured at the start, tracked while
+ * running) acts as a voltage: u - (Rs - Rs_parameter) i_s. The estimator therefore stays as
+ * designed and proven.
  *
- * The only file that knows the order. Timing: step k takes the samples of carrier crest t_k; its
- * duties act on t_(k+1) .. t_(k+2), so the interval that ended at t_k had the duties of step k - 2.
+ * This is the only file that knows the order. Timing: step k takes the samples of carrier crest
+ * t_k; its duties act on t_(k+1) .. t_(k+2). The interval that ended at t_k therefore had the
+ * duties of step k - 2.
  */
 #ifndef DRIVE_H
 #define DRIVE_H
@@ -27,11 +28,11 @@
 #include "torque_limits.h"
 #include "voltage.h"
 
-/* When the supervisor finds the orientation lost. */
+/* Reaction to a lost orientation. */
 typedef enum {
-    DRIVE_LOST_TELL = 0, /* telemetry only, as the paper would */
+    DRIVE_LOST_TELL = 0, /* warning only, as in the paper */
     DRIVE_LOST_STOP = 1, /* a fault: gates off */
-    DRIVE_LOST_I_F = 2   /* I-f takes over and holds the load until the estimate is back */
+    DRIVE_LOST_I_F = 2   /* I-f takes over and holds the load until the estimate has recovered */
 } drive_lost_action_t;
 
 typedef struct {
@@ -51,7 +52,7 @@ typedef struct {
 
 typedef struct {
     mode_id_t mode;
-    drive_mode_t asked; /* that this mode was chosen for */
+    drive_mode_t asked; /* request for which this mode was chosen */
     measurement_state_t measurement;
     acting_voltage_state_t acting;
     estimator_state_t estimator;
@@ -66,8 +67,8 @@ typedef struct {
     modes_state_t modes;          /* last: what every period needs stays within a load's reach */
 } drive_state_t;
 
-/* What happened in one period and is not kept in the state: duties for the port, the rest for
- * telemetry and trace. */
+/* Results of one period that are not kept in the state: duties for the port, the rest for telemetry
+ * and trace. */
 typedef struct {
     uvw_t duty;
     uint32_t faults;
@@ -76,7 +77,7 @@ typedef struct {
     dq_t i_ref_A;
     dq_t i_A;
     ab_t axis;           /* of the request */
-    bool premagnetising; /* measures or searches: RUN has to wait */
+    bool premagnetising; /* measuring or searching: RUN has to wait */
 } drive_out_t;
 
 /* Parameters of all parts; drive_params.c makes them a configuration. */
@@ -89,10 +90,10 @@ CHECKED bool drive_init(drive_config_t *cfg, const drive_params_t *params,
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurement_in_t *sample,
                 const drive_in_t *in, drive_out_t *out);
 
-/* Everything but the sensors' offsets back to rest. */
+/* Resets everything except the sensor offsets. */
 void drive_reset(drive_state_t *st);
 
-/* A stop has come to its end: reference and estimate are within this of standstill. */
+/* True when a stop is complete: reference and estimate are within this of standstill. */
 bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s);
 
 /* Stator resistance in use. */

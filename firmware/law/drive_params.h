@@ -1,4 +1,4 @@
-/* Parameters of all parts of the law, in the units they are used in. */
+/* Parameters of all parts of the law, in SI units. */
 #ifndef DRIVE_PARAMS_H
 #define DRIVE_PARAMS_H
 
@@ -15,7 +15,7 @@ typedef struct {
 } modes_params_t;
 
 struct drive_params {
-    const params_t *list; /* the parameters as they are, for the estimator */
+    const params_t *list; /* the unconverted parameters, for the estimator */
     float period_s;
     motor_t motor;
     measurement_params_t measurement;
@@ -27,7 +27,7 @@ struct drive_params {
     current_control_params_t current;
     svpwm_params_t svpwm;
     inverter_error_params_t dead_time;
-    bool dead_time_identify; /* the loss that the dc measurement finds, instead of the parameters */
+    bool dead_time_identify; /* use the loss found by the dc measurement, not the parameters */
     rs_measurement_params_t rs_measurement;
     rs_tracking_params_t rs_tracking;
     dwell_params_t dwell;

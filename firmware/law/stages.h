@@ -1,10 +1,11 @@
-/* What drive.c calls beside its main path: modes that are not flux-oriented, and slow work. */
+/* Stages that drive.c calls beside its main path: modes that are not flux-oriented, and slow work.
+ */
 #ifndef STAGES_H
 #define STAGES_H
 
 #include "drive.h"
 
-/* What a mode sees in this period. */
+/* Input of a mode in this period. */
 static inline mode_in_t stage_view(const drive_config_t *cfg, const drive_state_t *st,
                                    const drive_in_t *asked, const drive_out_t *out)
 {
@@ -18,7 +19,7 @@ static inline mode_in_t stage_view(const drive_config_t *cfg, const drive_state_
                        .slot = st->slot};
 }
 
-/* What the estimator is given; a mode that imposes the frame says so on top. */
+/* Input of the estimator; a mode that imposes the frame adds that. */
 static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const drive_out_t *out)
 {
     const float Rs_extra_ohm = st->modes.premagnetise.Rs_delta_ohm + st->rs_tracking.delta_ohm;
@@ -47,15 +48,15 @@ static inline bool stage_slow_is_due(const drive_config_t *cfg, const drive_stat
 void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *request,
                  drive_out_t *out);
 
-/* How far the estimate is to be believed, and what follows. */
+/* Confidence in the estimate, and its consequences. */
 HOT void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                      drive_out_t *out);
 
-/* Fault bits of the guard's second looks. */
+/* Fault bits of the guard's slow checks. */
 HOT uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                               const drive_out_t *out);
 
-/* Heats or cools motor and inverter: slow work. */
+/* Thermal models of motor and inverter: slow work. */
 HOT void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked,
                     drive_out_t *out);
 

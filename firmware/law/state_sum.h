@@ -1,10 +1,10 @@
-/* Is every float of the law's state a number? One sum stands for all: NaN and infinity survive any
- * addition, and no sum of limited values overflows.
+/* NaN check of the law's state: one sum over all floats. NaN and infinity survive any addition, and
+ * no sum of limited values overflows.
  *
- * Taken as a period finds the state. `passing`, in every period: what a limit makes a number of, a
- * wrong one, in the period that uses it. `fast`, in every fourth: what else the voltage rests on,
- * and the sensors' offsets. `slow`, in four parts once in sixteen: what changes slowly, or waits
- * for its use.
+ * The sums are taken before a period uses the state. `passing`, in every period: states where a
+ * limit would turn NaN into a wrong number in the same period. `fast`, in every fourth: the other
+ * states behind the voltage, and the sensor offsets. `slow`, in four parts once in sixteen: states
+ * that change slowly or are used later.
  */
 #ifndef STATE_SUM_H
 #define STATE_SUM_H
@@ -26,10 +26,10 @@ static inline float state_sum_fast(const drive_state_t *st)
     return acting + offsets + st->modes.vector.speed.gain_extra;
 }
 
-/* The part of this slot: one of those of SLOT_QUARTER_STATE. */
+/* The part of this slot: one of SLOT_QUARTER_STATE. */
 HOT float state_sum_slow(const drive_state_t *st);
 
-/* What is due in this slot. */
+/* The sum that is due in this slot. */
 static inline float state_sum_due(const drive_state_t *st)
 {
     float sum = state_sum_passing(st);

@@ -1,6 +1,7 @@
-/* How often something was wrong lately: a count that goes up by 8 when it is and down by 1 when it
- * is not. It reaches limit x 8 after `limit` times on end, and from one time in eight upward at
- * all: a loose contact is found, a disturbed sample is not.
+/* Debounce counter: rises by 8 when a check fails and falls by 1 when it passes.
+ *
+ * It reaches limit x 8 after `limit` failures in a row, and also when more than one check in eight
+ * fails. It therefore finds a loose contact and ignores a single disturbed sample.
  */
 #ifndef DEBOUNCE_H
 #define DEBOUNCE_H
@@ -10,7 +11,7 @@
 
 #define DEBOUNCE_WEIGHT 8u
 
-/* The next count; it stays at `limit` x 8 and cannot wrap. */
+/* The next count; it saturates at `limit` x 8 and cannot wrap. */
 static inline uint32_t debounce_count(uint32_t count, bool wrong, uint32_t limit)
 {
     const uint32_t most = DEBOUNCE_WEIGHT * limit;

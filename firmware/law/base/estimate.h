@@ -1,10 +1,10 @@
-/* What any estimator says of the motor, by the end of a period. Stationary frame, electrical. */
+/* Output of any estimator, valid at the end of a period. Stationary frame, electrical. */
 #ifndef ESTIMATE_H
 #define ESTIMATE_H
 
 #include "frames.h"
 
-/* Below this share of the flux reference an estimate does not say where the flux is. */
+/* Below this share of the flux reference the estimated flux angle is not usable. */
 #define ESTIMATE_LAMBDA_MIN_PU 0.05f
 
 typedef struct {

@@ -24,7 +24,7 @@ typedef struct {
     float q;
 } dq_t;
 
-/* A copy part by part: a vector that was just computed is not read back from memory. */
+/* Copy by component, so that a vector just computed is not read back from memory. */
 static inline ab_t ab_by_parts(ab_t a)
 {
     return (ab_t){a.alpha, a.beta};
@@ -68,7 +68,7 @@ static inline float ab_cross(ab_t a, ab_t b)
     return a.alpha * b.beta - a.beta * b.alpha;
 }
 
-/* A number that stands for both components where only NaN matters. */
+/* One number for both components, where only NaN matters. */
 static inline float ab_sum(ab_t a)
 {
     return a.alpha + a.beta;
@@ -87,18 +87,18 @@ static inline bool ab_finite(ab_t a)
 /* Both components limited to +-limit; NaN becomes -limit. */
 static inline ab_t ab_clamp(ab_t a, float limit)
 {
-    /* When their sum is inside, both are: one comparison in the usual case. */
+    /* If the sum is within the limit, both are: one comparison in the usual case. */
     if (!(absf(a.alpha) + absf(a.beta) <= limit)) {
         a = (ab_t){limitf(a.alpha, limit), limitf(a.beta, limit)};
     }
     return a;
 }
 
-/* Shortened to the limit; out of line, so that the usual case stays short. */
+/* Shortens x to the limit; out of line, so that the usual case stays short. */
 COLD ab_t ab_shortened(ab_t x, float limit);
 
-/* |x| <= limit with the angle kept: a limit per component would be a square whose corners hold the
- * field angle. NaN ends inside as well. */
+/* Limits |x| and keeps the angle. A limit per component would be a square, whose corners would hold
+ * the field angle. NaN also ends inside. */
 static inline ab_t ab_limited(ab_t x, float limit)
 {
     if (!(ab_norm2(x) <= limit * limit)) {

@@ -1,8 +1,9 @@
 /* Observer gain L over speed: nearest entry of a table with one entry per 2 elec. min^-1.
  *
- * xh' = A(wh) xh + B u_s + L e1, L = [l1; l2] complex, e1 = i_s_hat - i_s (eq. (3), (17)).
- * L(-w) = conj L(w); beyond the table's end the last entry holds. Designed and proven offline
- * (tools/zh design, tools/zh certify). It comes with the motor, whatever estimator is linked.
+ * xh' = A(wh) xh + B u_s + L e1, L = [l1; l2] complex, e1 = i_s_hat - i_s (eq. (3), (17)). L(-w) =
+ * conj L(w); beyond the end of the table the last entry applies. Tables are designed and proven
+ * offline (tools/zh design, tools/zh certify). The table belongs to the motor, whatever estimator
+ * is linked.
  */
 #ifndef GAIN_TABLE_H
 #define GAIN_TABLE_H
@@ -33,19 +34,20 @@ typedef struct {
     const observer_gain_t *entry;
 } gain_table_t;
 
-/* Which table a set of parameters belongs to. */
+/* Identifies the table that a set of parameters belongs to. */
 typedef struct {
     uint32_t motor_id;
     uint32_t crc32c;
 } gain_table_id_t;
 
-/* The same machine and the same gains; table must not be NULL. */
+/* Same machine and same gains; table must not be NULL. */
 static inline bool gain_table_is(const gain_table_t *table, const gain_table_id_t *id)
 {
     return (table->motor_id == id->motor_id) && (table->crc32c == id->crc32c);
 }
 
-/* The table can be used: not NULL, header, count, step, every gain finite, L(0) real. */
+/* True if the table is usable: not NULL; header, count and step valid; every gain finite; L(0)
+ * real. */
 CHECKED bool gain_table_valid(const gain_table_t *table);
 
 /* L at the speed; table must be valid; a NaN speed reads entry 0. */

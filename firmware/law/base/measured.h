@@ -1,4 +1,4 @@
-/* What the sensors of one sample say, in SI units: output of the measurement, input of all others.
+/* Sensor values of one sample in SI units: output of the measurement, input of all other modules.
  */
 #ifndef MEASURED_H
 #define MEASURED_H
@@ -7,8 +7,8 @@
 
 #include "frames.h"
 
-#define MEASUREMENT_SATURATED    1u /* a word at an end of its range or beyond; dc link: upper end */
-#define MEASUREMENT_OUT_OF_RANGE 2u /* a word above 2^bits - 1: it did not come from this ADC */
+#define MEASUREMENT_SATURATED    1u /* ADC word at an end of its range; dc link: upper end */
+#define MEASUREMENT_OUT_OF_RANGE 2u /* a word above 2^bits - 1: not from this ADC */
 #define MEASUREMENT_CURRENT_SUM  4u /* i_u + i_v + i_w beyond current_sum_max_A */
 
 typedef struct {

@@ -1,7 +1,7 @@
 /* Machine data: T-equivalent circuit, per phase, referred to the stator.
  *
- * motor_t is what the nameplate and the identification give; motor_model_t is what the
- * equations (1)-(5) need. Two machines in the tests: with M = Lr a wrong factor M/Lr is invisible.
+ * motor_t holds the data of nameplate and identification; motor_model_t holds what equations
+ * (1)-(5) need. The tests use two machines, because M = Lr hides a wrong factor M/Lr.
  */
 #ifndef MOTOR_H
 #define MOTOR_H
@@ -34,8 +34,7 @@ typedef struct {
  * (M^2 < Ls Lr). */
 CHECKED bool motor_derive(motor_model_t *model, const motor_t *motor);
 
-/* Current decay of eq. (3), (Rs + M^2 Rr/Lr^2)/(sigma Ls), for a stator resistance of the moment.
- */
+/* Current decay of eq. (3), (Rs + M^2 Rr/Lr^2)/(sigma Ls), for the present stator resistance. */
 static inline float motor_a11_per_s(const motor_model_t *m, float Rs_ohm)
 {
     return (Rs_ohm + m->kr * m->M_H * m->tau_per_s) / m->sigma_Ls_H;

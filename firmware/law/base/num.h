@@ -1,4 +1,4 @@
-/* Small float helpers every module shares.
+/* Small float helpers for all modules.
  *
  * No state; the same bits on host and target.
  */
@@ -17,36 +17,37 @@
 #define NUM_SQRT_1_2 0.70710678118654752440f /* sqrt(1/2) */
 #define NUM_SQRT_2_3 0.81649658092772603273f /* sqrt(2/3): power-invariant Clarke */
 
-/* Every caller has to look at the answer. Whatever may refuse is at work before the drive turns, or
- * in the background: it is compiled for size. */
+/* Every caller has to check the result. A function that may refuse runs before the drive turns, or
+ * in the background, and is compiled for size. */
 #if defined(__GNUC__) || defined(__clang__)
 #define CHECKED __attribute__((warn_unused_result, cold))
-/* The same for what seldom or never runs in a control period, and all that only it calls. */
+/* The same for code that rarely or never runs in a control period, and everything that only it
+ * calls. */
 #define COLD __attribute__((cold, noinline))
 #else
 #define CHECKED
 #define COLD
 #endif
 
-/* For what every control period does once and the compiler finds too large to inline. Not where
- * nothing is optimised: there coverage counts each function once. */
+/* For code that every control period runs once and that the compiler considers too large to inline.
+ * Not without optimisation: there coverage counts each function once. */
 #if (defined(__GNUC__) || defined(__clang__)) && defined(__OPTIMIZE__)
 #define INLINE __attribute__((always_inline))
 #else
 #define INLINE
 #endif
 
-/* The control law of a period, and each piece of its slow work: everything it calls is inlined, but
- * for what is COLD, so that no struct of arguments is built. A function of its own, so that state
- * and configuration are each within a load's reach (1 KiB) of a register. */
+/* For the control law of a period, and for each piece of its slow work. Everything it calls is
+ * inlined, except COLD code, so that no argument struct is built. It is a function of its own, so
+ * that state and configuration are within a load's reach (1 KiB) of a register. */
 #if (defined(__GNUC__) && !defined(__clang__)) && defined(__OPTIMIZE__)
 #define HOT __attribute__((flatten, noinline))
 #else
 #define HOT
 #endif
 
-/* Choices between two values, not branches: one instruction each where the core has min and max.
- * A comparison with NaN is false, so NaN leaves b. */
+/* Selections, not branches: one instruction each where the core has min and max. A comparison with
+ * NaN is false, so NaN leaves b. */
 static inline float maxf(float a, float b)
 {
     return (a > b) ? a : b;
@@ -57,19 +58,19 @@ static inline float minf(float a, float b)
     return (a < b) ? a : b;
 }
 
-/* x limited to lo..hi (lo <= hi); lo for NaN, so that nothing downstream sees one. */
+/* x limited to lo..hi (lo <= hi); NaN gives lo, so that it does not propagate. */
 static inline float clampf(float x, float lo, float hi)
 {
     return minf(maxf(x, lo), hi);
 }
 
-/* NaN stays NaN. A bit operation, no call: every compiler here knows the function. */
+/* NaN stays NaN. A bit operation, no call: every supported compiler inlines it. */
 static inline float absf(float x)
 {
     return fabsf(x);
 }
 
-/* x limited to +-limit (limit >= 0); -limit for NaN. The usual case, inside, is one comparison. */
+/* x limited to +-limit (limit >= 0); NaN gives -limit. One comparison in the usual case, inside. */
 static inline float limitf(float x, float limit)
 {
     if (!(absf(x) <= limit)) {
@@ -78,9 +79,9 @@ static inline float limitf(float x, float limit)
     return x;
 }
 
-/* The 32 bits of x. Positive floats are ordered as these are, then come infinity, NaN and
- * everything negative, -0 included: a range that starts at 0 is one comparison of integers, which
- * on the target takes half the instructions of one of floats. */
+/* The 32 bits of x. Positive floats are in the same order as their bits; infinity, NaN and
+ * everything negative, -0 included, come after them. A range that starts at 0 is therefore one
+ * integer comparison, which takes half the instructions of a float comparison on the target. */
 static inline uint32_t float_bits(float x)
 {
     const union {
@@ -90,7 +91,7 @@ static inline uint32_t float_bits(float x)
     return u.bits;
 }
 
-/* And back: what came as a word is a number again. */
+/* The inverse of float_bits. */
 static inline float float_of_bits(uint32_t bits)
 {
     const union {
@@ -110,13 +111,13 @@ static inline bool is_finite(float x)
     return (float_bits(x) << 1) < (NUM_BITS_OF_INFINITY << 1);
 }
 
-/* Finite and > 0: what every resistance, inductance, period and limit has to be. 0 wraps round. */
+/* Finite and > 0, as required of every resistance, inductance, period and limit. 0 wraps round. */
 static inline bool positivef(float x)
 {
     return (float_bits(x) - 1u) < (NUM_BITS_OF_INFINITY - 1u);
 }
 
-/* +0..1, what a duty has to be. */
+/* +0..1, the range of a duty. */
 static inline bool is_duty(float x)
 {
     return float_bits(x) <= NUM_BITS_OF_ONE;
@@ -128,18 +129,18 @@ static inline bool nonnegativef(float x)
     return (float_bits(x) < NUM_BITS_OF_INFINITY) || (float_bits(x) == NUM_BITS_OF_MINUS_0);
 }
 
-/* The same of each of n values. */
+/* The same for each of n values. */
 CHECKED bool all_finite(const float *x, size_t n);
 CHECKED bool all_positive(const float *x, size_t n);
 CHECKED bool all_nonnegative(const float *x, size_t n);
 
-/* And of a list: ALL_POSITIVE(period_s, i_max_A). */
+/* And for a list: ALL_POSITIVE(period_s, i_max_A). */
 #define ALL_FINITE(...)      all_finite((const float[]){__VA_ARGS__}, NUM_COUNT(__VA_ARGS__))
 #define ALL_POSITIVE(...)    all_positive((const float[]){__VA_ARGS__}, NUM_COUNT(__VA_ARGS__))
 #define ALL_NONNEGATIVE(...) all_nonnegative((const float[]){__VA_ARGS__}, NUM_COUNT(__VA_ARGS__))
 
-/* How many, of 12 at most; with more the count is no integer. A sizeof of the list would count any,
- * but no analyser takes it. */
+/* Number of arguments, 12 at most; with more it is not an integer. A sizeof of the list would count
+ * any number, but no analyser accepts it. */
 #define NUM_COUNT(...)                                                                             \
     NUM_TWELFTH(__VA_ARGS__, 12u, 11u, 10u, 9u, 8u, 7u, 6u, 5u, 4u, 3u, 2u, 1u, 0u)
 #define NUM_TWELFTH(a, b, c, d, e, f, g, h, i, j, k, l, count, ...) (count)

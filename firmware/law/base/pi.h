@@ -1,7 +1,7 @@
-/* One PI controller: it is told the output it was allowed, not the one it asked for.
+/* One PI controller with back-calculation: it is told the output that was realised.
  *
- * v = Kp e + x + feed-forward (the caller's); x += T Ki e + (T Ki/Kp)(realised - asked):
- * back-calculation (anti-windup) with the tracking time Kp/Ki.
+ * v = Kp e + x + feed-forward (the caller's); x += T Ki e + (T Ki/Kp)(realised - asked). The
+ * tracking time of this anti-windup is Kp/Ki.
  */
 #ifndef PI_H
 #define PI_H
@@ -29,7 +29,7 @@ static inline float pi_output(const pi_config_t *cfg, const pi_state_t *st, floa
     return cfg->kp * error + st->x;
 }
 
-/* realised - asked: what the limits behind the controller took away, 0 when nothing. */
+/* realised - asked: the part that later limits took away; 0 if none. */
 static inline void pi_update(const pi_config_t *cfg, pi_state_t *st, float error,
                              float realised_minus_asked)
 {

@@ -1,8 +1,8 @@
-/* One schedule for everything slower than a period: a slot is a period's number modulo 16.
+/* One schedule for everything slower than a period: a slot is the period number modulo 16.
  *
  * The paper's law, the modulator, the hard limits of the guard and recording run in every period.
- * What has to follow the motor within a millisecond runs in every fourth, what follows heat, load
- * or wear in one slot of sixteen. No slot holds two expensive things.
+ * Work that has to follow the motor within a millisecond runs in every fourth. Work that follows
+ * heat, load or wear runs in one slot of sixteen. No slot holds two expensive tasks.
  */
 #ifndef SLOTS_H
 #define SLOTS_H
@@ -17,14 +17,14 @@
 #define SLOT_QUARTER_ANGLES     0u /* sines of the delay angles */
 #define SLOT_QUARTER_REFERENCES 1u /* ramp, flux reference, limits of the torque current */
 #define SLOT_QUARTER_SUPERVISOR 2u /* its flux is tied to the estimate */
-#define SLOT_QUARTER_STATE      3u /* what the voltage rests on, and a part of the rest: numbers? */
+#define SLOT_QUARTER_STATE      3u /* NaN check: voltage path, and a part of the rest */
 
 /* Once in sixteen periods. */
 #define SLOT_SUPERVISOR_DECIDE  0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
 #define SLOT_GUARD_SPEED        2u /* gates on */
-#define SLOT_COMMAND            3u /* is whoever commands still there */
+#define SLOT_COMMAND            3u /* command time-out */
 #define SLOT_STATE_RESISTANCE   3u
 #define SLOT_GUARD_VOLTAGE      3u
 #define SLOT_HEAT               4u

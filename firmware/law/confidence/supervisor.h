@@ -1,10 +1,13 @@
-/* Does the field angle still mean anything, and by how much may the speed be wrong?
+/* Supervisor: is the field angle still valid, and how large may the speed error be?
  *
- * A second rotor flux v from the stator equation alone, which needs no speed, tied to the estimate
- * with corner w_c:  s' = (Lr/M)(u - Rs i) + w_c d,  v = s - eps i,  d = lambda_hat - v. Above w_c,
- * d is the estimate's flux error, but for what Rs and u may be off: dV/sqrt(w_s^2 + w_c^2) on d,
- * dV/|w_s| on the true error, dV = (Lr/M)(dRs |i| + dU). Stationary frame.
- * Thresholds and why: README.md, "The supervisor".
+ * A second rotor flux v comes from the stator equation alone, which needs no speed. The corner w_c
+ * ties it to the estimate:
+ *
+ *   s' = (Lr/M)(u - Rs i) + w_c d,  v = s - eps i,  d = lambda_hat - v
+ *
+ * Above w_c, d is the estimate's flux error, apart from the uncertainty of Rs and u. With dV =
+ * (Lr/M)(dRs |i| + dU) that is dV/sqrt(w_s^2 + w_c^2) on d, and dV/|w_s| on the true error.
+ * Stationary frame. Thresholds and reasons: README.md, "The supervisor".
  */
 #ifndef SUPERVISOR_H
 #define SUPERVISOR_H
@@ -18,20 +21,20 @@
 
 typedef enum {
     SUPERVISOR_CLOSED = 0,   /* oriented, as far as anyone can know */
-    SUPERVISOR_DEGRADED = 1, /* may be lost, or could be without anything to tell it by */
-    SUPERVISOR_IMPRESSED = 2 /* lost: I-f operation is asked for */
+    SUPERVISOR_DEGRADED = 1, /* may be lost, or could be lost without a sign */
+    SUPERVISOR_IMPRESSED = 2 /* lost: I-f operation is requested */
 } supervisor_confidence_t;
 
-/* Why, as append-only bits of the fault log. */
+/* Reasons, as append-only bits of the fault log. */
 #define SUPERVISOR_UNSURE   (1u << 0) /* bound of the flux error beyond 25 degrees: the wedge */
 #define SUPERVISOR_RESIDUAL (1u << 1) /* d beyond what the uncertainty explains */
 #define SUPERVISOR_FLUX     (1u << 2) /* more flux than any current here makes */
 #define SUPERVISOR_LOST     (1u << 3) /* far beyond, or RESIDUAL, FLUX or STILL for too long */
-#define SUPERVISOR_STILL    (1u << 4) /* torque asked of a field that stands, although steered */
+#define SUPERVISOR_STILL    (1u << 4) /* a field at standstill under torque, although steered */
 
 typedef struct {
     float corner_rad_s;      /* w_c */
-    float Rs_uncertainty_pu; /* of Rs: error of its measurement and heating since */
+    float Rs_uncertainty_pu; /* of Rs: measurement error and heating since */
     float Rr_uncertainty_pu; /* of Rr: heating of the rotor */
     float i_uncertainty_pu;  /* gain errors of the current sensors: ripple of the speed */
     float u_uncertainty_V;   /* voltage sensors, or what dead-time compensation leaves */
@@ -43,7 +46,7 @@ typedef struct {
     float still_A;           /* torque current from which it is */
     float still_s;           /* STILL for this long: LOST */
     float lambda_nominal_Wb;
-    float omega_max_rad_s; /* bound that is stated when there is none */
+    float omega_max_rad_s; /* bound that is reported when there is none */
 } supervisor_params_t;
 
 typedef struct {
@@ -62,7 +65,7 @@ typedef struct {
     uint32_t still_schedules;
 } supervisor_config_t;
 
-/* What one part of a judgement leaves to the next. */
+/* Intermediate results between the parts of a judgement. */
 typedef struct {
     float residual_pu;
     float lambda_Wb;
@@ -85,7 +88,7 @@ typedef struct {
     uint32_t still_schedules;  /* with STILL, less those without */
     uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
-    float omega_bound_rad_s;   /* |omega_e_hat - omega_e| is below, as far as can be known */
+    float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
     supervisor_confidence_t confidence;
 } supervisor_state_t;
 
@@ -93,7 +96,7 @@ typedef struct {
     ab_t i_s_A;           /* sampled now */
     ab_t lambda_r_hat_Wb; /* of this sample */
     ab_t e1_A;
-    ab_t correction_V; /* what the estimator's correction adds to its flux row */
+    ab_t correction_V; /* what the estimator's correction adds to the flux row */
     float Rs_ohm;      /* in use */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;
@@ -112,10 +115,9 @@ static inline void supervisor_add(supervisor_state_t *st, ab_t u_s_V, ab_t i_s_A
     st->emf_sum_V = ab_add(st->emf_sum_V, ab_sub(u_s_V, ab_scale(i_s_A, Rs_ohm)));
 }
 
-/* After that, in a slot in which it is due: ties its flux to the estimate in every fourth, and
- * judges in one of sixteen each: measure, weigh, decide, bound. What is not a number never passes
- * as CLOSED.
- */
+/* After that, in a slot in which it is due: ties its flux to the estimate in every fourth period.
+ * Judges in four slots of sixteen, one part each: measure, weigh, decide, bound. NaN never passes
+ * as CLOSED. */
 void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
                      const supervisor_in_t *in, uint32_t slot);
 

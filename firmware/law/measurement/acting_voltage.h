@@ -1,11 +1,13 @@
 /* Mean stator voltage over the interval that ended at this sample.
  *
- * Duties of step k act from the crest after it, so the interval that ended at t_k had the duties of
- * step k - 2. Source: the filtered line-voltage sensors (the paper), whose 800 Hz filter delays the
- * reading by an angle w_s times filter_comp_s (THEORY 4), the duty that acted, or a blend of both.
- * The blend: sensors up to a stator frequency, where a volt that the inverter loses is a large
- * part of the voltage; the duty from twice that on, where gain errors of the sensors would turn
- * against the current at twice the stator frequency. Stationary frame.
+ * The duties of step k act from the crest after it, so the interval that ended at t_k had the
+ * duties of step k - 2. The source is one of three: the filtered line-voltage sensors (the paper),
+ * the duty that acted, or a blend of both. The sensors' 800 Hz filter delays the reading by an
+ * angle w_s times filter_comp_s (THEORY 4).
+ *
+ * The blend uses the sensors up to a stator frequency, where a volt lost in the inverter is a large
+ * part of the voltage. From twice that it uses the duty, because there gain errors of the sensors
+ * rotate against the current at twice the stator frequency. Stationary frame.
  */
 #ifndef ACTING_VOLTAGE_H
 #define ACTING_VOLTAGE_H
@@ -24,7 +26,7 @@ typedef enum {
 typedef struct {
     acting_voltage_source_t source;
     float filter_comp_s;
-    /* Of the blend: |w_s| up to which the sensors alone count; from twice that on the duty does. */
+    /* Blend: sensors alone up to this |w_s|, the duty alone from twice that. */
     float blend_rad_s;
 } acting_voltage_params_t;
 
@@ -34,7 +36,7 @@ typedef struct {
     float inv_blend_s; /* 1/blend_rad_s */
 } acting_voltage_config_t;
 
-/* By the duties. */
+/* Voltages from the duties. */
 typedef struct {
     ab_t ended_V;     /* of the interval that ended at this sample */
     ab_t acting_V;    /* from now to the next sample */
@@ -57,13 +59,13 @@ static inline void acting_voltage_angle(const acting_voltage_config_t *cfg,
     st->duty_share = clampf(absf(omega_s_rad_s) * cfg->inv_blend_s - 1.0f, 0.0f, 1.0f);
 }
 
-/* The voltage that this period's duties will give. */
+/* Stores the voltage of this period's duties. */
 static inline void acting_voltage_push(acting_voltage_state_t *st, ab_t u_V)
 {
     st->pending_V = u_V;
 }
 
-/* One period: the voltage of the ended interval, by the source in use. u_line_V: sensed now. */
+/* One period: the voltage of the ended interval, from the source in use. u_line_V: sensed now. */
 ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
                          ab_t u_line_V);
 

@@ -1,7 +1,7 @@
 /* ADC words -> phase currents, line voltages, dc link, in SI units.
  *
- * i = (code - mid) * scale - offset, and so on; the port's scaling is data. Plausibility is
- * reported as flags, judged by the guard. Phase order may be swapped (motor wired u-w-v).
+ * i = (code - mid) * scale - offset, and so on; the scaling of the port is data. Plausibility is
+ * reported as flags; the guard judges them. Phases v and w may be swapped (motor wired u-w-v).
  */
 #ifndef MEASUREMENT_H
 #define MEASUREMENT_H
@@ -31,25 +31,25 @@ typedef struct {
     bool swap_vw;
 } measurement_config_t;
 
-/* What the sensors show at zero, found with the gates off (sequence). */
+/* Sensor offsets, measured with the gates off (sequence). */
 typedef struct {
     uvw_t offset_A;
     ab_t offset_V;
 } measurement_state_t;
 
-/* ADC words as the port hands them over; what else comes with them is not read. */
+/* ADC words from the port; other members of the sample are not read. */
 typedef hal_sample_t measurement_in_t;
 
 /* False unless 8..16 bits, full scales of 1e-3..1e6 and a positive current sum limit. */
 CHECKED bool measurement_init(measurement_config_t *cfg, const measurement_params_t *params);
 
-/* Before offset removal, motor phase order: input of the offset averaging. */
+/* Currents before offset removal, in motor phase order: input of the offset averaging. */
 static inline uvw_t measurement_raw_A(const measurement_state_t *st, uvw_t i_A)
 {
     return (uvw_t){i_A.u + st->offset_A.u, i_A.v + st->offset_A.v, i_A.w + st->offset_A.w};
 }
 
-/* What the sensors show at zero, found with the gates off. */
+/* Sets the sensor offsets, measured with the gates off. */
 static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset_A, ab_t offset_V)
 {
     st->offset_A = offset_A;

@@ -1,12 +1,15 @@
-/* The motor's circuit, found at standstill: all current along phase u, so that no torque arises.
+/* Identification of the motor's circuit at standstill: all current flows along phase u, so that
+ * there is no torque.
  *
- * In this order: Rs and what a leg loses to dead time and devices, by two direct currents
- * (rs_measurement); the magnetising curve, as the flux that builds up from one direct current to
- * the next, the integral of u less the straight line between what both take once settled; the
- * leakage sigma Ls by a fast tone and (M/Lr)^2 Rr, M^2/Lr by a slow one on a direct current. No
- * phase current comes near zero meanwhile, so that dead time does nothing but shift the mean; below
- * the smallest current the curve is straight. A T-equivalent circuit cannot be told from the
- * terminals: how the leakage is shared is the tool's choice (zh commission).
+ * In this order:
+ *   1. Rs, and the leg loss in dead time and devices, by two direct currents (rs_measurement);
+ *   2. the magnetising curve, from the flux build-up between successive direct currents:
+ *      integral of u minus the straight line between the two settled voltages;
+ *   3. the leakage sigma Ls by a fast tone on a direct current;
+ *   4. (M/Lr)^2 Rr and M^2/Lr by a slow one.
+ * No phase current comes near zero meanwhile, so that dead time only shifts the mean. Below the
+ * smallest current the curve is straight. Measurements at the terminals do not show how the leakage
+ * is shared: that is the tool's choice (zh commission).
  */
 #ifndef COMMISSIONING_H
 #define COMMISSIONING_H
@@ -23,13 +26,13 @@
 
 typedef enum {
     COMMISSIONING_NOT_REFUSED = 0,
-    COMMISSIONING_NO_CURRENT = 1, /* does not follow: no motor, or no voltage for it */
-    COMMISSIONING_OPEN_PHASE = 2, /* current across the axis: v and w do not share */
-    COMMISSIONING_RS = 3,         /* no motor's stator resistance */
-    COMMISSIONING_UNSETTLED = 4,  /* the flux was still changing: levels longer, please */
+    COMMISSIONING_NO_CURRENT = 1, /* current does not follow: no motor, or too little voltage */
+    COMMISSIONING_OPEN_PHASE = 2, /* current across the axis: v and w differ */
+    COMMISSIONING_RS = 3,         /* not a motor's stator resistance */
+    COMMISSIONING_UNSETTLED = 4,  /* the flux was still changing: use longer levels */
     COMMISSIONING_CURVE = 5,      /* more current did not give more flux */
     COMMISSIONING_LEAKAGE = 6,    /* sigma Ls not positive, or not below the inductance */
-    COMMISSIONING_ROTOR = 7       /* Rr or M not positive, or of another size than Rs and Ls */
+    COMMISSIONING_ROTOR = 7       /* Rr or M not positive, or out of proportion to Rs and Ls */
 } commissioning_refusal_t;
 
 /* Zero until found. */
@@ -41,8 +44,8 @@ typedef struct {
     float M_gamma_H;    /* M^2/Lr for small changes about bias_A */
     float bias_A;
     float level_A[COMMISSIONING_LEVELS];
-    float flux_Wb[COMMISSIONING_LEVELS]; /* stator flux there */
-    float error_V[COMMISSIONING_LEVELS]; /* u - Rs i there: the inverter's error curve */
+    float flux_Wb[COMMISSIONING_LEVELS]; /* stator flux at that current */
+    float error_V[COMMISSIONING_LEVELS]; /* u - Rs i there: error curve of the inverter */
 } commissioning_result_t;
 
 typedef struct {
@@ -108,7 +111,7 @@ typedef struct {
  * than a million. */
 CHECKED bool commissioning_init(commissioning_config_t *cfg, const params_t *params);
 
-/* From a zeroed state on, once per period. */
+/* One step per period, starting from a zeroed state. */
 commissioning_out_t commissioning_step(const commissioning_config_t *cfg, commissioning_state_t *st,
                                        const commissioning_in_t *in);
 

@@ -1,9 +1,9 @@
-/* A current vector that stands still, against any back-EMF: needs no angle and no speed.
+/* Direct current against any back-EMF: needs no angle and no speed.
  *
- * The EMF of the interval that ended is what the current tells: e = u - Rs i - sigma Ls di/dt. It
- * is fed forward, turned to the middle of the interval that the next duties act in (two periods
- * later), so that not even the first period of a spinning, magnetised motor trips.
- * Stationary frame: u = e exp(2 j w T) + Rs i_ref + bw sigma Ls (i_ref - i).
+ * The current gives the EMF of the interval that ended: e = u - Rs i - sigma Ls di/dt. It is fed
+ * forward, rotated to the middle of the interval in which the next duties act (two periods later),
+ * so that a spinning, magnetised motor does not trip in the first period. Stationary frame: u = e
+ * exp(2 j w T) + Rs i_ref + bw sigma Ls (i_ref - i).
  */
 #ifndef DC_CURRENT_H
 #define DC_CURRENT_H
@@ -29,14 +29,14 @@ typedef struct {
     ab_t i_A; /* sampled now */
     ab_t u_V; /* mean of the interval that ended */
     float Rs_ohm;
-    float omega_rad_s; /* how fast the EMF turns, as far as known */
+    float omega_rad_s; /* angular speed of the EMF, as far as known */
 } dc_current_in_t;
 
 /* False for a number that is not finite and positive. */
 CHECKED bool dc_current_init(dc_current_config_t *cfg, float bandwidth_rad_s,
                              const motor_model_t *motor, float period_s);
 
-/* Voltage wanted. The state of the first period is zero: the gates were off. */
+/* Voltage reference. The state of the first period is zero: the gates were off. */
 COLD ab_t dc_current_step(const dc_current_config_t *cfg, dc_current_state_t *st,
                           const dc_current_in_t *in);
 

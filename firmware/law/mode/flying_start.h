@@ -1,12 +1,12 @@
-/* Speed of a shaft that may already turn, before the drive is oriented: either direction, with
- * residual flux or none.
+/* Speed of a shaft that may already turn, before the drive is oriented: either direction, with or
+ * without residual flux.
  *
- * First without current: residual flux tells all, and nothing brakes the shaft. Only when there is
- * none, with direct current. While the stator current stands still (dc_current), the rotor
- * flux's rate obeys one mode, e' = (-tau + j w) e, e = kr lambda': residual flux or the flux that
- * the current itself begins to build make no difference. One-lag regression of e over a window,
- * with its mean removed (what Rs and the legs' voltage are wrong by is constant): w = arg(cov(e(t),
- * e(t + lag)))/lag.
+ * The search first runs without current: residual flux shows the speed, and nothing brakes the
+ * shaft. Only without residual flux does it use direct current. While the stator current is
+ * constant (dc_current), the rate of the rotor flux follows one mode, e' = (-tau + j w) e, e = kr
+ * lambda', whether the flux is residual or builds up from the current. One-lag regression of e over
+ * a window, with its mean removed (the constant errors of Rs and of the legs' voltage): w =
+ * arg(cov(e(t), e(t + lag)))/lag.
  */
 #ifndef FLYING_START_H
 #define FLYING_START_H
@@ -23,10 +23,10 @@
 
 typedef struct {
     bool enable;
-    float current_A;       /* that stands still during the search */
-    float settle_s;        /* its ramp and what rings after it; not looked at */
-    float window_s;        /* looked at */
-    float stand_rad_s;     /* slower than this is standing: premagnetised as ever */
+    float current_A;       /* direct current of the search */
+    float settle_s;        /* ramp and settling; not evaluated */
+    float window_s;        /* evaluated */
+    float stand_rad_s;     /* below this the shaft counts as standing: normal premagnetisation */
     float omega_max_rad_s; /* beyond: refused */
 } flying_start_params_t;
 
@@ -36,7 +36,7 @@ typedef struct {
     float step_A;
     uint32_t settle_periods;
     uint32_t end_periods;
-    float residual_V2; /* variance of e from which there is residual flux */
+    float residual_V2; /* variance of e above which there is residual flux */
     float stand_rad_s;
     float omega_max_rad_s;
     float per_lag_per_s;
@@ -55,10 +55,10 @@ typedef enum {
 
 typedef struct {
     flying_start_phase_t phase;
-    bool current_on;                        /* no residual flux: looks with direct current */
-    uint32_t periods;                       /* of this look */
+    bool current_on;                        /* no residual flux: search with direct current */
+    uint32_t periods;                       /* of this search */
     float current_A;                        /* on its ramp */
-    ab_t block_V;                           /* sum of the block that runs */
+    ab_t block_V;                           /* sum of the running block */
     ab_t e_V[FLYING_START_LAG_BLOCKS + 1u]; /* block averages, the newest first */
     float rough_rad_s; /* of the last blocks: for the feed-forward of the EMF */
     float count;
@@ -67,11 +67,11 @@ typedef struct {
     ab_t product_V2;   /* sum of conj(e(t)) e(t + lag) */
     float square_V2;   /* sum of |e(t)|^2 */
     float omega_rad_s; /* found */
-    ab_t lambda_Wb;    /* and the flux of now */
+    ab_t lambda_Wb;    /* present flux */
 } flying_start_state_t;
 
 /* False for a number that is not finite or of the wrong sign, or a window of fewer than four
- * blocks; nothing else is looked at when not enabled. */
+ * blocks. When not enabled nothing else is checked. */
 CHECKED bool flying_start_init(flying_start_config_t *cfg, const flying_start_params_t *params,
                                const motor_model_t *motor, float period_s);
 

@@ -1,9 +1,9 @@
-/* I-f operation: a current vector of fixed length, turned at the speed that is wanted.
+/* I-f operation: a current vector of fixed length that rotates at the reference speed.
  *
- * What is left when the field angle is lost: it needs no estimate, holds at zero stator frequency
+ * It takes over when the field angle is lost: it needs no estimate, holds at zero stator frequency
  * and cannot run away. The rotor follows with the slip x tau, x + 1/x = p M kr I^2 / |T|, as long
- * as |T| < p M kr I^2 / 2. It starts along the measured current, so that nothing jumps, and the
- * vector is shortened with speed so that the flux M I leaves voltage to control the current.
+ * as |T| < p M kr I^2 / 2. It starts along the measured current, so that nothing jumps. The vector
+ * becomes shorter with speed, so that the flux M I leaves voltage for current control.
  */
 #ifndef I_F_H
 #define I_F_H
@@ -15,11 +15,11 @@
 #include "motor.h"
 
 typedef struct {
-    float current_A; /* power invariant; 0: never taken over */
+    float current_A; /* power invariant; 0: never takes over */
     float slew_A_per_s;
     float slew_rad_s2;  /* of the frequency, electrical */
-    float return_rad_s; /* above it the estimator runs, below the speed is taken as imposed */
-    float timeout_s;    /* above it, and still lost for so long: given up */
+    float return_rad_s; /* above it the estimator runs, below the imposed speed counts */
+    float timeout_s;    /* still lost after this time above it: gives up */
 } i_f_params_t;
 
 typedef struct {
@@ -28,7 +28,7 @@ typedef struct {
     float step_rad_s;
     float return_rad_s;
     uint32_t timeout_periods;
-    float A_rad_s_per_V; /* |i| w up to this share of the dc link */
+    float A_rad_s_per_V; /* limits |i| w to this share of the dc link */
     float period_s;
 } i_f_config_t;
 
@@ -46,8 +46,8 @@ typedef struct {
     bool lost; /* the supervisor still says so */
 } i_f_in_t;
 
-/* False for a number that is not finite or of the wrong sign; with current 0 nothing else is
- * looked at. */
+/* False for a number that is not finite or of the wrong sign. With current 0 nothing else is
+ * checked. */
 CHECKED bool i_f_init(i_f_config_t *cfg, const i_f_params_t *params, const motor_model_t *motor,
                       float period_s);
 
@@ -56,13 +56,13 @@ static inline bool i_f_on(const i_f_config_t *cfg)
     return cfg->current_A > 0.0f;
 }
 
-/* Takes over where the current stands. */
+/* Takes over at the present current. */
 void i_f_start(i_f_state_t *st, ab_t i_s_A, float omega_rad_s);
 
-/* One period of an active state; true: given up. */
+/* One period while active; true: gave up. */
 bool i_f_step(const i_f_config_t *cfg, i_f_state_t *st, const i_f_in_t *in);
 
-/* Fast enough for the estimator to find the speed again. */
+/* True when fast enough for the estimator to find the speed again. */
 static inline bool i_f_observable(const i_f_config_t *cfg, const i_f_state_t *st)
 {
     return absf(st->omega_rad_s) >= cfg->return_rad_s;

@@ -10,7 +10,7 @@
 #include "vector.h"
 #include "volts_per_hertz.h"
 
-/* What DRIVE_RUN does, by configuration. */
+/* Control mode of DRIVE_RUN, by configuration. */
 typedef enum {
     MODES_CONTROL_VECTOR = 0,          /* flux-oriented */
     MODES_CONTROL_VOLTS_PER_HERTZ = 1, /* neither observer nor current control */
@@ -19,7 +19,7 @@ typedef enum {
 
 typedef struct {
     modes_control_t control;
-    bool fixed; /* the mode follows from what is asked alone: vector control, no search, no brake */
+    bool fixed; /* the request alone decides: vector control, no search, no brake */
     premagnetise_config_t premagnetise;
     vector_config_t vector;
     i_f_config_t i_f;
@@ -39,7 +39,7 @@ typedef struct {
     volts_per_hertz_state_t volts;
 } modes_state_t;
 
-/* Which mode acts in this period. before: the one that did. */
+/* Chooses the mode of this period. before: the mode of the last one. */
 COLD mode_id_t modes_selected(const modes_config_t *cfg, const modes_state_t *st, mode_id_t before,
                               const mode_in_t *in);
 
@@ -74,7 +74,7 @@ static inline bool modes_oriented(mode_id_t mode)
     return (mode == MODE_VECTOR) || (mode == MODE_REMAGNETISE);
 }
 
-/* A torque cannot be held without orientation: the speed of now can. */
+/* Without orientation a torque cannot be controlled, but the present speed can be held. */
 static inline float modes_open_reference_rad_s(const mode_in_t *in)
 {
     return (in->asked->aim == DRIVE_AIM_TORQUE) ? in->estimate->omega_e_rad_s

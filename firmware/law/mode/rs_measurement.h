@@ -1,10 +1,11 @@
 /* Stator resistance by direct current, at two levels, before every start.
  *
- * u = Rs i + u_0 along a fixed axis once the flux stands still: the difference of two levels is Rs,
- * free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage that the
- * duties give, less the one that arrives, is what dead time and devices take (identified, per leg).
- * Rs in use is the measured one times a bias: a little too high keeps the regenerating side, a
- * little too low loses it (the fold at zero stator frequency is one-sided).
+ * u = Rs i + u_0 along a fixed axis once the flux is constant. The difference of two levels gives
+ * Rs, free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage of
+ * the duties minus the one that arrives is the loss in dead time and devices (identified, per leg).
+ *
+ * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
+ * low loses it (the fold at zero stator frequency is one-sided).
  */
 #ifndef RS_MEASUREMENT_H
 #define RS_MEASUREMENT_H
@@ -49,14 +50,14 @@ typedef struct {
 
 typedef struct {
     float i_A;      /* along the axis */
-    float u_V;      /* what the observer is given */
-    float u_duty_V; /* what the duties give, uncompensated */
+    float u_V;      /* the observer's voltage */
+    float u_duty_V; /* voltage of the duties, uncompensated */
 } rs_measurement_in_t;
 
 typedef enum {
     RS_MEASUREMENT_BUSY = 0,
     RS_MEASUREMENT_DONE = 1,    /* the result is valid: in this period only */
-    RS_MEASUREMENT_REFUSED = 2, /* as long as it is asked: Rs_ohm or the current is no motor's */
+    RS_MEASUREMENT_REFUSED = 2, /* while requested: Rs_ohm or the current does not fit a motor */
     RS_MEASUREMENT_IDLE = 3     /* finished before, or not wanted */
 } rs_measurement_status_t;
 
@@ -64,12 +65,12 @@ typedef struct {
     rs_measurement_status_t status;
     float i_ref_A; /* while BUSY */
     float Rs_ohm;  /* DONE: times bias; REFUSED: as measured */
-    float lost_V;  /* DONE: per leg, what dead time and devices take at these currents */
+    float lost_V;  /* DONE: loss per leg in dead time and devices at these currents */
 } rs_measurement_out_t;
 
 /* False for a number that is not finite or of the wrong sign, low >= high, average > level,
- * ratio_max <= 1, an average shorter than a period or longer than 8192 of them (floats add up no
- * more); nothing is looked at with enable false. */
+ * ratio_max <= 1, or an average shorter than a period or longer than 8192 of them (the precision of
+ * a float sum). With enable false nothing is checked. */
 CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
                                  const rs_measurement_params_t *params, float Rs_nameplate_ohm,
                                  float period_s);

@@ -1,9 +1,9 @@
-/* One frequency in a voltage and a current: how they are related there, free of everything else.
+/* Impedance at one frequency, from a voltage and a current, unaffected by other frequencies.
  *
  * Sums of u and i times exp(-j k theta) over whole turns; Z = U / I. The voltage is the mean over
- * the interval that ended, the current the mean of its two ends: for a constant voltage behind an
- * inductance that pair is related by Z = R + j (2/T) tan(theta/2) L, exactly. A constant part of
- * either, such as what dead time takes while no phase current changes its sign, drops out.
+ * the interval that ended, the current the mean of its two ends. For a constant voltage behind an
+ * inductance that gives Z = R + j (2/T) tan(theta/2) L, exactly. A constant part of either cancels,
+ * such as the loss in dead time while no phase current changes its sign.
  */
 #ifndef TONE_H
 #define TONE_H
@@ -15,7 +15,7 @@
 
 typedef struct {
     uint32_t turn_periods;  /* of one turn; theta = 2 pi over this */
-    uint32_t quiet_periods; /* the first turns are not summed: the current swings in */
+    uint32_t quiet_periods; /* the first turns are not summed: the current settles */
     uint32_t periods;       /* both together */
     ab_t turn;              /* exp(j theta) */
     float omega_rad_s;      /* (2/T) tan(theta/2) */
@@ -34,7 +34,7 @@ typedef struct {
 CHECKED bool tone_init(tone_config_t *cfg, float frequency_Hz, uint32_t quiet, uint32_t turns,
                        float period_s);
 
-/* True when all turns are in the sums. The wave of the reference is st->unit.alpha. */
+/* True when all turns are summed. The waveform of the reference is st->unit.alpha. */
 bool tone_step(const tone_config_t *cfg, tone_state_t *st, float i_A, float u_V);
 
 /* U / I; zero when there was no current. */

@@ -2,8 +2,9 @@
  *
  *   target -> ramp -> speed PI -> i_q        flux reference -> flux control -> i_d
  *
- * Two things may lower the flux: steering near zero frequency, the voltage limit and economy far
- * from it; the lower reference counts. A mains loss replaces the speed controller's current.
+ * Flux steering (near zero frequency) and voltage limit or economy (far from it) may reduce the
+ * flux; the lower reference counts. During a mains loss its current replaces that of the speed
+ * controller.
  */
 #ifndef VECTOR_H
 #define VECTOR_H
@@ -30,7 +31,7 @@ typedef struct {
     float lambda_min_Wb; /* below: no orientation from the estimate */
 } vector_config_t;
 
-/* What dwelling at zero stator frequency does to the references (dwell.h). */
+/* Effect of dwelling at zero stator frequency on the references (dwell.h). */
 typedef struct {
     float speed_rad_s;   /* on top of the speed */
     float flux_pu;       /* taken from the flux */
@@ -48,18 +49,18 @@ typedef struct {
     float flux_reduction_Wb;    /* nominal flux minus the reference in force */
     float i_d_reduction_A;      /* what that takes from the magnetising current */
     float torque_gain_extra_pu; /* nominal flux over the reference, less 1 */
-    bool pull_out_near;         /* the flux reference takes torque current away */
+    bool pull_out_near;         /* the flux reference limits the torque current */
     vector_modulation_t modulation;
     bool planned;            /* the plan below is of this run */
     speed_control_in_t plan; /* of every fourth period */
 } vector_state_t;
 
-/* Torque mode makes up for a flux that is so much off at most. */
+/* Torque mode compensates at most this deviation of the flux. */
 #define VECTOR_FLUX_LEAST_PU 0.67f
 #define VECTOR_FLUX_MOST_PU  1.5f
 
-/* Flux below which the estimate does not say where it points. Caught in turning without flux, it
- * says so from the first: nothing else builds it up. */
+/* Flux below which the estimate has no usable angle. With a motor that turned at the start without
+ * flux the angle is usable at once: nothing else builds up the flux. */
 #define VECTOR_CAUGHT_MIN_PU 0.01f
 static inline float vector_lambda_min_Wb(const vector_config_t *cfg, bool running)
 {
@@ -78,8 +79,8 @@ static inline bool vector_slow_is_due(const vector_state_t *st, uint32_t slot)
            (slot == SLOT_SPEED_SCHEDULE);
 }
 
-/* No mains: what the shaft gives instead of i_q_A, the current that the speed controller wants.
- * FAULT_MAINS_LOST once it cannot hold the dc link any more. */
+/* Mains loss: replaces i_q_A, the current of the speed controller. FAULT_MAINS_LOST once it can no
+ * longer hold the dc link. */
 COLD float vector_ride_through(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
                                float i_q_A, uint32_t *faults);
 
@@ -99,32 +100,32 @@ static inline float vector_unmodulated_rad_s(const vector_state_t *st)
     return st->speed.omega_ref_rad_s - st->modulation.speed_rad_s;
 }
 
-/* One period: the current wanted. */
+/* One period: the current reference. */
 static inline dq_t vector_step(const vector_config_t *cfg, vector_state_t *st, float omega_e_rad_s)
 {
     return (dq_t){st->plan.i_d_ref_A,
                   speed_control_step(&cfg->speed, &st->speed, &st->plan, omega_e_rad_s)};
 }
 
-/* Flux without torque, and a speed controller that waits. */
+/* Flux without torque; the speed controller waits. */
 static inline dq_t vector_wait(vector_state_t *st, float omega_e_rad_s)
 {
     speed_control_wait(&st->speed, omega_e_rad_s);
     return (dq_t){st->plan.i_d_ref_A, 0.0f};
 }
 
-/* Flux reference at once as the voltage allows it at this speed. */
+/* Sets the flux reference at once to what the voltage allows at this speed. */
 COLD void vector_catch(const vector_config_t *cfg, vector_state_t *st, float omega_rad_s,
                        float u_dc_V);
 
-/* Begin with the torque current i_q_A (at nominal flux) at the speed that is. */
+/* Starts with the torque current i_q_A (at nominal flux) at the present speed. */
 COLD void vector_seed(const vector_config_t *cfg, vector_state_t *st, float i_q_A,
                       float omega_ref_rad_s, float omega_hat_rad_s);
 
 /* The speed controller starts from rest. */
 COLD void vector_rest(vector_state_t *st);
 
-/* Flux steering forgets what it did. */
+/* Resets flux steering. */
 COLD void vector_stop_steering(const vector_config_t *cfg, vector_state_t *st);
 
 #endif

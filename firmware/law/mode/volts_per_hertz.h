@@ -1,8 +1,9 @@
-/* V/f operation: a voltage vector turned at the speed that is wanted, as long as flux needs.
+/* V/f operation: a voltage vector that rotates at the reference speed, with the length that the
+ * flux needs.
  *
- * |u| = boost + psi |w|, no more than the dc link gives. No estimate, no current control: what is
- * left when motor data or sensors are not to be trusted. The frequency waits while the current is
- * beyond its limit; a ramp far too steep (ten times the default) still ends in over-current.
+ * |u| = boost + psi |w|, limited by the dc link. It needs no estimate and no current control: a
+ * fallback if motor data or sensors cannot be trusted. The frequency waits while the current is
+ * above its limit; a ramp far too steep (ten times the default) still ends in over-current.
  */
 #ifndef VOLTS_PER_HERTZ_H
 #define VOLTS_PER_HERTZ_H
@@ -15,7 +16,7 @@ typedef struct {
     float psi_Wb;  /* stator flux */
     float boost_V; /* at standstill: Rs i */
     float slew_rad_s2;
-    float i_max_A; /* beyond: the frequency is not raised */
+    float i_max_A; /* above: the frequency is not raised */
 } volts_per_hertz_params_t;
 
 typedef struct {
@@ -27,7 +28,7 @@ typedef struct {
     float period_s;
 } volts_per_hertz_config_t;
 
-/* A zeroed state begins along alpha. */
+/* A zeroed state starts along alpha. */
 typedef struct {
     ab_t off_axis; /* axis minus (1, 0) */
     float omega_rad_s;
@@ -38,8 +39,8 @@ typedef struct {
 CHECKED bool volts_per_hertz_init(volts_per_hertz_config_t *cfg,
                                   const volts_per_hertz_params_t *params, float period_s);
 
-/* On a motor that turns already, from its rotor flux on: the voltage a quarter turn ahead of it.
- * Zeroed when that says no direction or speed. */
+/* For a motor that already turns: starts a quarter turn ahead of its rotor flux. Zeroed if that
+ * gives no direction or speed. */
 COLD void volts_per_hertz_start(const volts_per_hertz_config_t *cfg, volts_per_hertz_state_t *st,
                                 ab_t lambda_r_Wb, float omega_rad_s);
 

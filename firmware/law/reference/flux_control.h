@@ -2,8 +2,8 @@
  * with the reference, or a PI on |lambda_hat|.
  *
  * Plant lambda' = tau (M i_d - lambda). Kp = bw/(tau M), Ki = tau Kp: the zero cancels the pole,
- * lambda follows its reference as 1/(1 + s/bw). No feed-forward beside the PI: the integrator is
- * then lambda/M during a limited build-up from zero as well, and the flux does not overshoot.
+ * and lambda follows its reference as 1/(1 + s/bw). The PI has no feed-forward: during a limited
+ * build-up from zero the integrator also stays at lambda/M, and the flux does not overshoot.
  */
 #ifndef FLUX_CONTROL_H
 #define FLUX_CONTROL_H
@@ -49,8 +49,8 @@ typedef struct {
     float reduction_A;  /* constant mode: of i_d, from flux_control_i_d_reduction_A */
 } flux_control_in_t;
 
-/* (below - rate/tau)/M: the flux follows M i_d with the lag 1/tau, the rate makes up for it. Need
- * not be called every period. */
+/* (reduction - rate/tau)/M: the flux follows M i_d with the lag 1/tau, which the rate compensates.
+ * Need not be called every period. */
 static inline float flux_control_reduction_A(const flux_control_config_t *cfg, float reduction_Wb,
                                              float rate_Wb_per_s)
 {

@@ -1,10 +1,13 @@
-/* Flux reference by operating point: what the dc link allows, and what the torque needs.
+/* Flux reference by operating point: limited by the dc link, reduced to what the torque needs.
  *
  * Weakening: reduction' = bw (|u| - u_max)/(kr w), u_max = share u_dc/sqrt(2): the voltage vector
- * stays that far inside the hexagon at any speed, dc link and load. Economy: the copper loss Rs
- * (i_d^2 + i_q^2) + kr^2 Rr i_q^2 of a torque is least at lambda^2 = M |T|/(p kr) sqrt(1 + kr^2
- * Rr/Rs). The lower of the two counts. In the voltage limit the torque turns over at sigma Ls i_q =
- * Ls i_d: i_q stays a share below, which is a slip below pull-out.
+ * keeps that distance from the hexagon at any speed, dc link and load.
+ *
+ * Economy: the copper loss Rs (i_d^2 + i_q^2) + kr^2 Rr i_q^2 of a torque is least at lambda^2 = M
+ * |T|/(p kr) sqrt(1 + kr^2 Rr/Rs). The lower of the two fluxes counts.
+ *
+ * At the voltage limit the torque has its maximum at sigma Ls i_q = Ls i_d (pull-out); i_q stays a
+ * share below that.
  */
 #ifndef FLUX_REFERENCE_H
 #define FLUX_REFERENCE_H
@@ -17,11 +20,11 @@
 typedef struct {
     float voltage_share;         /* of u_dc/sqrt(2) that may be used; 0: no weakening */
     float bandwidth_rad_s;       /* of the voltage controller */
-    float pull_out_share;        /* of the i_q at which the torque turns over */
-    float economy_min_pu;        /* lowest flux of economy over nominal; 0: no economy */
+    float pull_out_share;        /* share of the i_q of largest torque */
+    float economy_min_pu;        /* economy: lowest flux over nominal; 0: no economy */
     float economy_from_rad_s;    /* |w_s| from which economy acts: far from zero frequency */
-    float economy_filter_s;      /* how slowly it takes flux away */
-    float economy_slew_Wb_per_s; /* how fast it gives flux back */
+    float economy_filter_s;      /* time constant of taking flux away */
+    float economy_slew_Wb_per_s; /* rate of giving flux back */
     float lambda_nominal_Wb;
     float lambda_min_Wb; /* of either */
     float i_q_max_A;
@@ -57,8 +60,8 @@ typedef struct {
     float torque_Nm; /* wanted */
 } flux_reference_in_t;
 
-/* False for a number that is not finite or of the wrong sign, a share or a flux above what it is a
- * part of; nothing else is looked at when both are off. */
+/* False for a number that is not finite or of the wrong sign, or a share or flux above its maximum.
+ * With both off nothing else is checked. */
 CHECKED bool flux_reference_init(flux_reference_config_t *cfg,
                                  const flux_reference_params_t *params, const motor_model_t *motor,
                                  float period_s);
@@ -72,7 +75,7 @@ static inline bool flux_reference_on(const flux_reference_config_t *cfg)
 COLD void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_state_t *st,
                               const flux_reference_in_t *in);
 
-/* Weakened at once to what the voltage allows at this speed: a start at speed. */
+/* Weakens at once to what the voltage allows at this speed: a start at speed. */
 COLD void flux_reference_start(const flux_reference_config_t *cfg, flux_reference_state_t *st,
                                float omega_s_rad_s, float u_dc_V);
 

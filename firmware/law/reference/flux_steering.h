@@ -1,9 +1,10 @@
-/* Flux reference that keeps the stator frequency away from zero, where the speed cannot be seen.
+/* Flux reference that keeps the stator frequency away from zero, where the speed is not observable.
  *
- * Rr T/(p lambda^2) is the slip: with less flux it grows. While |w* + slip| at nominal flux would
- * be below w_min, the flux is lowered until the field turns with w_min in the sense of the torque:
- * slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). With hysteresis, and moved fast
- * enough that zero frequency is crossed, not visited. No help as T -> 0: then nominal flux stays.
+ * The slip Rr T/(p lambda^2) grows when the flux is reduced. If |w* + slip| at nominal flux would
+ * be below w_min, the flux is reduced until the field rotates with w_min in the direction of the
+ * torque: slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). Hysteresis and a fast
+ * transition make the drive cross zero frequency without staying there. As T -> 0 steering cannot
+ * help, and nominal flux stays.
  */
 #ifndef FLUX_STEERING_H
 #define FLUX_STEERING_H
@@ -50,8 +51,8 @@ typedef struct {
     bool moving;         /* the slew limit is active */
 } flux_steering_out_t;
 
-/* False for a number that is not finite or of the wrong sign, or lambda_min above nominal; nothing
- * else is looked at with min_rad_s = 0. */
+/* False for a number that is not finite or of the wrong sign, or lambda_min above nominal. With
+ * min_rad_s = 0 nothing else is checked. */
 CHECKED bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_t *params,
                                 const motor_model_t *motor, float period_s);
 

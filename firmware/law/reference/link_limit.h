@@ -1,8 +1,9 @@
-/* What the dc link still takes: brake resistor, and limit of the braking current.
+/* Braking into the dc link: brake resistor, and limit of the braking current.
  *
- * u_dc above regen_start_V: the braking current allowed falls in a line, to none where a quarter of
- * the way to u_dc_max_V is left. The resistor goes off 3 % below where it goes on. Each is off at
- * 0 V; below the first of the two nothing is computed. A link that falls is mains_loss.h's.
+ * With u_dc above regen_start_V, the allowed braking current falls linearly. It is zero at three
+ * quarters of the way to u_dc_max_V. The resistor switches off 3 % below its switch-on voltage.
+ * Each is off at 0 V; below the first of the two nothing is computed. mains_loss.h handles a
+ * falling link.
  */
 #ifndef LINK_LIMIT_H
 #define LINK_LIMIT_H
@@ -21,7 +22,7 @@ typedef struct {
     float chopper_on_V;
     float chopper_off_V;
     float first_V; /* below, nothing acts */
-    /* Allowed share as a line over u_dc: at 0 V, and per V. */
+    /* Allowed share, linear over u_dc: value at 0 V, and slope per V. */
     float braking_pu;
     float braking_pu_per_V;
 } link_limit_config_t;

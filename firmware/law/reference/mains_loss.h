@@ -1,9 +1,9 @@
-/* Mains gone: the shaft's energy keeps the dc link up until the motor stands.
+/* Mains loss: the shaft's energy keeps the dc link up until the motor stands still.
  *
- * Power P = gain (u_hold - u_dc) is taken from the shaft, torque -P/w: just what the losses and
- * the electronics need. The mains' return lets go; below the speed that can still feed the losses
- * it is over. A motor that was slower from the start goes on with what the capacitors hold: a short
- * dip then costs nothing.
+ * Power P = gain (u_hold - u_dc) is taken from the shaft, torque -P/w: just enough for losses and
+ * electronics. It ends when the mains returns, and below the speed that can still cover the losses.
+ * A motor that was slower from the start continues on the energy of the capacitors, so that a short
+ * dip has no effect.
  */
 #ifndef MAINS_LOSS_H
 #define MAINS_LOSS_H
@@ -14,12 +14,12 @@
 #include "motor.h"
 
 typedef struct {
-    float u_lost_V; /* dc link below: the mains is gone; 0: off */
+    float u_lost_V; /* dc link below: mains lost; 0: off */
     float u_hold_V; /* kept there */
     float u_back_V; /* above: the mains is back */
     float back_s;   /* for so long */
     float gain_W_per_V;
-    float stop_rad_s; /* electrical speed below which nothing can be regained */
+    float stop_rad_s; /* electrical speed below which nothing is regained */
     float lambda_Wb;
     float i_q_max_A;
 } mains_loss_params_t;
@@ -41,12 +41,12 @@ typedef struct {
     float i_q_A; /* torque current at nominal flux, while active */
 } mains_loss_state_t;
 
-/* False for a number that is not finite or of the wrong sign, or unless u_lost < u_hold < u_back;
- * nothing else is looked at with u_lost 0. */
+/* False for a number that is not finite or of the wrong sign, or unless u_lost < u_hold < u_back.
+ * With u_lost 0 nothing else is checked. */
 CHECKED bool mains_loss_init(mains_loss_config_t *cfg, const mains_loss_params_t *params,
                              const motor_model_t *motor, float period_s);
 
-/* Nothing to do in this period: the only question asked of a healthy dc link. */
+/* True if there is nothing to do in this period: the only check on a healthy dc link. */
 static inline bool mains_loss_idle(const mains_loss_config_t *cfg, const mains_loss_state_t *st,
                                    float u_dc_V)
 {

@@ -1,9 +1,9 @@
 /* I2t of motor and inverter: a first-order thermal model each, x' = ((i/i_cont)^2 - x) / tau.
  *
- * x = 1 is what the continuous current heats to. From there on the current limit falls in a line
- * from its full value to the continuous current at 1.05, which then holds x: an overloaded drive
- * becomes weaker, it does not stop. It stops at 1.2, which only a current that the limit does not
- * reach can bring about. Currents power invariant; step once per schedule.
+ * x = 1 is the steady state at the continuous current. Above it the current limit falls linearly,
+ * from its full value to the continuous current at 1.05, where x then stays: an overloaded drive
+ * becomes weaker but does not stop. It stops at 1.2, which only a current outside the limit's reach
+ * can cause. Currents power invariant; step once per schedule.
  */
 #ifndef OVERLOAD_H
 #define OVERLOAD_H
@@ -19,7 +19,7 @@
 typedef struct {
     float cont_A[OVERLOAD_MODELS]; /* continuous; 0: not watched */
     float tau_s[OVERLOAD_MODELS];
-    float i_max_A; /* of the drive, where nothing is derated */
+    float i_max_A; /* of the drive, without derating */
 } overload_params_t;
 
 typedef struct {
@@ -40,7 +40,7 @@ typedef struct {
 CHECKED bool overload_init(overload_config_t *cfg, const overload_params_t *params,
                            float schedule_s);
 
-/* True: stop. */
+/* True: stop the drive. */
 bool overload_step(const overload_config_t *cfg, overload_state_t *st, float i2_A2);
 
 #endif

@@ -1,16 +1,14 @@
 /* Speed error -> torque current: PI on the filtered speed estimate, limited with priority of i_d.
  *
- * i_q limit = min(i_q_max, sqrt(i_max^2 - i_d^2)). Gains from the bandwidth and the inertia:
- * Kp = J bw/(p^2 kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. What a large inertia would
- * need is bounded: Kp slip/i_q <= SPEED_CONTROL_SLIP_MAX, and the bandwidth is what that leaves.
- * The integrator waits at a limit. Electrical speeds. Inside, i_q is meant at nominal flux. The
- * bandwidth may grow with speed: where the estimate is slow, at low speed, the loop has to be
- * slower than at high speed.
+ * i_q limit = min(i_q_max, sqrt(i_max^2 - i_d^2)). Gains from bandwidth and inertia: Kp = J bw/(p^2
+ * kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. For a large inertia Kp is bounded by Kp
+ * slip/i_q <= SPEED_CONTROL_SLIP_MAX, which also limits the bandwidth. At a limit the integrator
+ * holds. Electrical speeds. Internally i_q is the value at nominal flux. The bandwidth may grow
+ * with speed: at low speed the estimate is slow, and the loop has to be slower.
  *
- * The integrator is the torque of the load; what i_q is beyond it accelerates. That much change of
- * the speed is expected, and the estimator may be told; at low speed nothing is, as the bandwidth
- * is not raised: near zero stator frequency an estimate that is told less holds large motors
- * better.
+ * The integrator is the load torque; i_q beyond it accelerates. The estimator may use the change of
+ * speed expected from that. At low speed, where the bandwidth is not raised, it gets none: near
+ * zero stator frequency an estimate with less of this information holds large motors better.
  */
 #ifndef SPEED_CONTROL_H
 #define SPEED_CONTROL_H
@@ -22,14 +20,14 @@
 
 #define SPEED_CONTROL_AT_LIMIT_PU 0.95f
 
-/* Largest slip, over the speed error, of the torque that the error asks for. */
+/* Largest slip, over the speed error, of the torque that the error demands. */
 #define SPEED_CONTROL_SLIP_MAX 2.0f
 
 typedef struct {
     float bandwidth_rad_s;
     float ki_factor;
     float J_kg_m2;
-    float lambda_Wb; /* flux at which the gains are meant */
+    float lambda_Wb; /* flux for which the gains hold */
     float i_q_max_A;
     float i_max_A;              /* |i_s| limit; i_d has priority */
     float filter_s;             /* first-order filter on the speed estimate; 0: none */
@@ -77,13 +75,13 @@ typedef struct {
     float high_A;
 } torque_window_t;
 
-/* What is asked, and what limits it; need not be new every period. */
+/* Requests and limits; need not be updated every period. */
 typedef struct {
     float omega_ref_rad_s;
     float i_d_ref_A;   /* has priority in the current limit */
     float flux_pu;     /* flux reference over the one the gains are meant for, > 0 */
     float inv_flux_pu; /* 1 over that: a division the caller makes seldom */
-    bool torque;       /* instead of a speed */
+    bool torque;       /* torque mode, not speed mode */
     float torque_ref_Nm;
     const torque_window_t *window; /* NULL: none */
 } speed_control_in_t;
@@ -93,7 +91,7 @@ typedef struct {
 CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                                 const motor_model_t *motor, float period_s);
 
-/* The bandwidth for the speed of now; need not be called every period. */
+/* Bandwidth at the present speed; need not be called every period. */
 static inline void speed_control_schedule(const speed_control_config_t *cfg,
                                           speed_control_state_t *st)
 {
@@ -101,34 +99,34 @@ static inline void speed_control_schedule(const speed_control_config_t *cfg,
     st->gain_extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
 }
 
-/* i_q reference in A. With a torque for reference that is i_q on its slew from what it was, and the
- * speed controller takes over where the speed would pass a limit, whoever drives it there; the
- * speed reference follows the speed, so that speed mode goes on from it. A reference or estimate
- * that is not finite leaves the last one in force. */
+/* i_q reference in A. In torque mode that is the slew-limited i_q of the torque. The speed
+ * controller takes over where the speed would pass a limit, whatever drives it. The speed reference
+ * follows the speed, so that speed mode continues from it. A reference or estimate that is not
+ * finite leaves the last one in force. */
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
                          const speed_control_in_t *in, float omega_hat_rad_s);
 
-/* The limits of the torque current from now on. */
+/* Sets the limits of the torque current from now on. */
 COLD void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_t *st,
                               const speed_control_in_t *in);
 
-/* All the torque current that the limits leave is asked for, or nearly. */
+/* True when i_q is at its limits, or nearly. */
 static inline bool speed_control_at_limit(const speed_control_state_t *st)
 {
     return (st->i_q_A >= SPEED_CONTROL_AT_LIMIT_PU * st->high_A) ||
            (st->i_q_A <= SPEED_CONTROL_AT_LIMIT_PU * st->low_A);
 }
 
-/* How much the speed changes in a period while the torque current i_q_A (at nominal flux) flows.
- * What is asked for may not flow, at the voltage limit for one. */
+/* Change of speed in a period with the torque current i_q_A (at nominal flux). The flowing current
+ * may be less than the reference, for example at the voltage limit. */
 static inline float speed_control_expected_rad_s(const speed_control_config_t *cfg,
                                                  const speed_control_state_t *st, float i_q_A)
 {
     return cfg->step_rad_s_per_A * st->gain_extra * (i_q_A - st->pi.x);
 }
 
-/* Somebody else sets the torque current i_q_A (at nominal flux): integrator and reference follow,
- * so that the controller takes over there. */
+/* Another module sets the torque current i_q_A (at nominal flux): integrator and reference follow,
+ * so that the controller takes over from there. */
 static inline void speed_control_track(speed_control_state_t *st, float i_q_A)
 {
     st->pi.x = i_q_A;
@@ -143,7 +141,7 @@ static inline void speed_control_follow(speed_control_state_t *st, float omega_r
     st->omega_ref_rad_s = omega_ref_rad_s;
 }
 
-/* No torque while the shaft turns at omega_hat: begins there. */
+/* No torque while the shaft turns at omega_hat: the controller starts from there. */
 static inline void speed_control_wait(speed_control_state_t *st, float omega_hat_rad_s)
 {
     st->pi.x = 0.0f;
@@ -152,7 +150,7 @@ static inline void speed_control_wait(speed_control_state_t *st, float omega_hat
     st->omega_filtered_rad_s = omega_hat_rad_s;
 }
 
-/* Begin with a torque current at nominal flux, a reference and a speed. */
+/* Starts with a torque current at nominal flux, a reference and a speed. */
 static inline void speed_control_seed(const speed_control_config_t *cfg, speed_control_state_t *st,
                                       float i_q_A, float omega_ref_rad_s, float omega_hat_rad_s)
 {

@@ -1,4 +1,4 @@
-/* What dc link, temperatures and pull-out leave of the torque current. */
+/* Limits of the torque current from dc link, thermal models and pull-out. */
 #ifndef TORQUE_LIMITS_H
 #define TORQUE_LIMITS_H
 
@@ -27,7 +27,7 @@ typedef struct {
     overload_state_t overload;
 } torque_limits_state_t;
 
-/* False for what one of the parts refuses. schedule_s: between two steps of the overload. */
+/* False if one of the parts refuses. schedule_s: time between two steps of the overload. */
 CHECKED bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_t *params,
                                 float schedule_s);
 
@@ -36,14 +36,14 @@ static inline bool torque_limits_active(const torque_limits_state_t *st)
     return st->link.limiting || st->overload.derating;
 }
 
-/* FAULT_REGENERATION (running) and FAULT_DERATED while a limit acts: warnings. */
+/* The warnings FAULT_REGENERATION (running) and FAULT_DERATED while a limit acts. */
 static inline uint32_t torque_limits_warnings(const torque_limits_state_t *st, bool running)
 {
     return ((st->link.limiting && running) ? FAULT_REGENERATION : 0u) |
            (st->overload.derating ? FAULT_DERATED : 0u);
 }
 
-/* i_d_A has priority; pull_out_A: what pull-out takes from the largest torque current. */
+/* i_d_A has priority; pull_out_A: reduction of the largest torque current by pull-out. */
 COLD torque_window_t torque_limits_window(const torque_limits_config_t *cfg,
                                           const torque_limits_state_t *st, float omega_e_rad_s,
                                           float i_d_A, float pull_out_A);

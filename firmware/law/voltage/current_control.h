@@ -1,10 +1,10 @@
 /* Flux-oriented current PI with decoupling; dq currents -> dq voltage.
  *
- * u = Kp e + x + decoupling: u_d -= w_s sigmaLs i_q, u_q += w_s sigmaLs i_d + kr w_e lambda.
- * Kp = bw sigmaLs, Ki = ki_factor bw Kp. Output and update are separate: update is told the voltage
- * that was realised (limits of the inverter), which is the anti-windup (back-calculation).
- * The voltage acts one period after the sample and lasts one: 1.5 T of delay, so bw T < 1 is a
- * must and bw T < .25 the aim.
+ * u = Kp e + x + decoupling: u_d -= w_s sigmaLs i_q, u_q += w_s sigmaLs i_d + kr w_e lambda. Kp =
+ * bw sigmaLs, Ki = ki_factor bw Kp. Output and update are separate: update is told the realised
+ * voltage (limits of the inverter), which is the anti-windup (back-calculation). The voltage acts
+ * one period after the sample, for one period: 1.5 T of delay. So bw T < 1 is required, and bw T <
+ * .25 the aim.
  */
 #ifndef CURRENT_CONTROL_H
 #define CURRENT_CONTROL_H
@@ -47,21 +47,21 @@ CHECKED bool current_control_init(current_control_config_t *cfg,
                                   const current_control_params_t *params,
                                   const motor_model_t *motor, float period_s);
 
-/* Voltage wanted, V. Reads the state only. */
+/* Voltage reference, V. Only reads the state. */
 dq_t current_control_output(const current_control_config_t *cfg, const current_control_state_t *st,
                             const current_control_in_t *in);
 
-/* Integrators, given the voltage asked for and the one realised. */
+/* Updates the integrators from the voltage asked for and the one realised. */
 void current_control_update(const current_control_config_t *cfg, current_control_state_t *st,
                             const current_control_in_t *in, dq_t asked_V, dq_t realised_V);
 
-/* Another voltage than the one asked for acts: the integrators follow, in whatever frame. */
+/* Another voltage than the one asked for acts: the integrators follow, in any frame. */
 COLD void current_control_track(current_control_state_t *st, dq_t asked_V, dq_t acting_V);
 
-/* The integrators, given in the frame of `from`, go on in the frame of `to`. */
+/* Rotates the integrators from the frame of `from` into the frame of `to`. */
 COLD void current_control_turn(current_control_state_t *st, ab_t from, ab_t to);
 
-/* What the decoupling knew of the EMF moves into the integrator: the estimate ends here. */
+/* Moves the EMF part of the decoupling into the integrator: the estimate ends here. */
 COLD void current_control_keep_emf(const current_control_config_t *cfg, current_control_state_t *st,
                                    float omega_e_rad_s, float lambda_Wb);
 

@@ -1,7 +1,7 @@
-/* Voltage that dead time and device drops take away, to be added back.
+/* Voltage lost in dead time and device drops, to be added to the reference.
  *
- * Per phase dU = (k u_dc + drop) sat(i/i_th), k = fraction dead_time/T: saturating, because near
- * zero current the parasitic capacitances soften the step. The sign comes from the current
+ * Per phase dU = (k u_dc + drop) sat(i/i_th), k = fraction dead_time/T. It saturates because
+ * parasitic capacitances soften the step near zero current. The sign comes from the current
  * predicted for the middle of the interval in which the duty acts.
  */
 #ifndef INVERTER_ERROR_H
@@ -29,14 +29,14 @@ typedef struct {
 CHECKED bool inverter_error_init(inverter_error_config_t *cfg,
                                  const inverter_error_params_t *params, float period_s);
 
-/* What a leg loses at currents beyond the threshold, by the parameters. */
+/* Loss of a leg at currents above the threshold, from the parameters. */
 static inline float inverter_error_lost_V(const inverter_error_config_t *cfg, float u_dc_V)
 {
     return cfg->k * u_dc_V + cfg->drop_V;
 }
 
 /* Stationary-frame voltage to add to the reference for the predicted current. Exactly zero for a
- * leg that loses nothing and for a loss that is not finite. */
+ * leg without loss and for a loss that is not finite. */
 ab_t inverter_error_voltage(const inverter_error_config_t *cfg, ab_t i_predicted_A, float lost_V);
 
 #endif

@@ -1,10 +1,9 @@
 /* Space-vector PWM: stationary-frame voltage and dc link -> three duties 0..1.
  *
  * Zero-sequence injection -(max+min)/2 (centred space-vector modulation). Overmodulation: beyond
- * the hexagon the vector is shortened, its angle kept. Minimum pulse: an on or off pulse shorter
- * than min_pulse is dropped (duty 0 or 1) when below half of it, else lengthened to it.
- * Out: the duties and the voltage they really give, in the motor's phase order, for anti-windup
- * and observer.
+ * the hexagon the vector is shortened at constant angle. Minimum pulse: an on or off pulse shorter
+ * than min_pulse is dropped (duty 0 or 1) when below half of it, else lengthened to it. Output: the
+ * duties and the voltage they produce, in the motor's phase order, for anti-windup and observer.
  */
 #ifndef SVPWM_H
 #define SVPWM_H
@@ -29,14 +28,14 @@ typedef struct {
 typedef struct {
     uvw_t duty; /* in the order of the inverter's legs */
     ab_t u_realised_V;
-    bool exact;   /* that is the reference itself: no duty came near a limit */
+    bool exact;   /* u_realised_V is the reference itself: no duty came near a limit */
     bool limited; /* reference outside the hexagon, or no voltage possible (duty .5) */
 } svpwm_out_t;
 
 /* False unless 0 <= min_pulse < period/2 and u_dc_min > 0, all finite. */
 CHECKED bool svpwm_init(svpwm_config_t *cfg, const svpwm_params_t *params, float period_s);
 
-/* A reference or a dc link that is not finite, or a low dc link: duty .5, realised 0, limited. */
+/* Reference or dc link not finite, or dc link low: duty .5, realised 0, limited. */
 svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V);
 
 #endif

@@ -1,8 +1,8 @@
 /* Request -> duty: current control, delay compensation, inverter error, SVPWM.
  *
- * The duties act later: voltage and current are turned to where the frame will be by then. A
- * request for a voltage is realised as it is, and the current controllers follow it, so that they
- * take over without a step.
+ * The duties act later, so voltage and current are rotated to the future angle of the frame. A
+ * voltage request is realised as it is, and the current controllers follow it, so that they take
+ * over without a step.
  */
 #ifndef VOLTAGE_H
 #define VOLTAGE_H
@@ -16,7 +16,7 @@ typedef struct {
     current_control_config_t current;
     inverter_error_config_t error;
     svpwm_config_t svpwm;
-    float delay_comp_s; /* reference voltage is turned ahead by w_s times this */
+    float delay_comp_s; /* the reference voltage is rotated ahead by w_s times this */
 } voltage_config_t;
 
 typedef struct {
@@ -34,7 +34,7 @@ typedef struct {
     float omega_s_rad_s;
     float omega_e_rad_s;
     float lambda_Wb;
-    float leg_loss_V; /* what dead time and devices take of a leg; 0: nothing is added */
+    float leg_loss_V; /* loss of a leg in dead time and devices; 0: no compensation */
     float u_dc_V;
 } voltage_in_t;
 
@@ -43,7 +43,7 @@ typedef struct {
     ab_t u_V; /* at the motor, by these duties */
 } voltage_out_t;
 
-/* The delay's angle at this speed of the frame; need not be called every period. */
+/* Angle of the delay at this speed of the frame; need not be called every period. */
 static inline void voltage_angle(const voltage_config_t *cfg, voltage_state_t *st,
                                  float omega_s_rad_s)
 {
