@@ -1,12 +1,12 @@
-/* Is the voltage that acted explained by the current that is seen? Without an estimate and in every
- * mode.
+/* Does the measured current explain the acting voltage? Needs no estimate and works in every mode.
  *
- * Over a window of 16 periods u - Rs i - d(sigma Ls i)/dt leaves the EMF; its integral is the
- * rotor's flux in the stator. That flux is limited at any speed, so the integral is, for ever:
- *   |psi| <= 2 Lambda + M^2/Lr |i| + b,   psi, b: forget with .1 s
- * b adds up what nobody knows: Rs up to twice its value or none, sigma Ls +-30 %, 3 % of the dc
- * link lost in the inverter. Lambda is 1.25 times the nominal flux; twice, because a flux may be
- * anywhere when the gates close. A motor that is being commissioned is known within a factor alone.
+ * Over a window of 16 periods, u - Rs i - d(sigma Ls i)/dt is the EMF; its integral is the rotor
+ * flux seen by the stator. That flux is limited at any speed, so the integral is limited at all
+ * times:
+ *   |psi| <= 2 Lambda + M^2/Lr |i| + b,   psi, b: forgetting time .1 s
+ * b adds up the uncertainty: Rs from zero to twice its value, sigma Ls +-30 %, 5 % of the dc link
+ * lost in the inverter. Lambda is 1.25 times the nominal flux; twice that, because the flux may
+ * have any angle when the gates close. A motor under commissioning is known only within a factor.
  * Stationary frame.
  */
 #ifndef CURRENT_FIT_H
@@ -19,7 +19,7 @@ typedef struct {
     float Rs_ohm;
     float sigma_Ls_H;
     float flux_Wb; /* nominal, as the stator sees it */
-    float M_H;     /* and what a current makes of it: M^2/Lr */
+    float M_H;     /* M^2/Lr: flux per current */
 } current_fit_params_t;
 
 typedef struct {
@@ -33,12 +33,12 @@ typedef struct {
     ab_t u_sum_V; /* of this window */
     ab_t i_sum_A;
     ab_t i_A;   /* where it began */
-    ab_t emf_V; /* of the last one */
+    ab_t emf_V; /* of the last window */
     ab_t psi_Wb;
     float b_Wb;
 } current_fit_state_t;
 
-/* False unless all are finite and positive and the window is shorter than what is remembered. */
+/* False unless all are finite and positive and the window is shorter than the forgetting time. */
 CHECKED bool current_fit_init(current_fit_config_t *cfg, const current_fit_params_t *params);
 
 /* In every period with the gates on. */

@@ -1,8 +1,8 @@
 /* Protection beside the control law: reads sample, duty, request and estimate; writes fault bits
  * and nothing else.
  *
- * Limits are judged in every period of every state. What needs a second look, because one sample
- * proves nothing, is judged once per 16 periods and debounced.
+ * Limits are checked in every period of every state. Checks for which one sample proves nothing run
+ * once per 16 periods and are debounced.
  */
 #ifndef GUARD_H
 #define GUARD_H
@@ -21,7 +21,7 @@ typedef struct {
     liveness_config_t liveness;
     current_fit_config_t current_fit;
     speed_guard_config_t speed;
-    float i_q_max2_A2; /* torque current and current vector that there are at most */
+    float i_q_max2_A2; /* largest torque current and current vector */
     float i_max2_A2;
     float kr; /* M/Lr */
 } guard_config_t;
@@ -34,18 +34,18 @@ typedef struct {
     speed_guard_state_t speed;
 } guard_state_t;
 
-/* Of every period. */
+/* Input of every period. */
 typedef monitor_in_t guard_in_t;
 
-/* What the sensors are judged by: no estimate, no mode. */
+/* Input of the sensor checks: no estimate, no mode. */
 typedef struct {
     const measured_t *meas;
     ab_t u_V; /* of the interval that ended, by the duties */
     uint32_t slot;
-    bool motor_known; /* not while its data are looked for */
+    bool motor_known; /* false while its data are identified */
 } guard_sensors_t;
 
-/* Of a period in which something is looked at for the second time. */
+/* Input of a period with a slow check. */
 typedef struct {
     const measured_t *meas;
     const estimate_t *estimate;
@@ -68,36 +68,36 @@ static inline bool guard_look_is_due(uint32_t slot)
            (slot == SLOT_GUARD_ESTIMATE) || (slot == SLOT_GUARD_SPEED);
 }
 
-/* What the sensors' judgement needs to know. */
+/* Parameters of the sensor checks. */
 typedef struct {
     float period_s;
     float Rs_ohm;
     float sigma_Ls_H;
     float flux_Wb; /* nominal, as the stator sees it */
-    float M_H;     /* and what a current makes of it: M^2/Lr */
+    float M_H;     /* M^2/Lr: flux per current */
     float A_per_count;
 } guard_sensor_params_t;
 
-/* False for what one of the parts refuses. */
+/* False if one of the parts refuses. */
 CHECKED bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
                         const plausibility_params_t *plausibility,
                         const guard_sensor_params_t *sensors);
 
-/* Fault bits of this period: limits, and numbers that are none. */
+/* Fault bits of this period: limits, and values that are not finite. */
 static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
                                   const guard_in_t *in)
 {
     return monitor_step(&cfg->monitor, &st->monitor, in);
 }
 
-/* Current words that stand still: a fault, or not. */
+/* Frozen current words: a fault, or none. */
 HOT uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
 
 /* A window of voltage and current has ended. */
 HOT uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
                                    const measured_t *meas, bool motor_known);
 
-/* In every period with the gates off: how noisy the current words are. */
+/* In every period with the gates off: measures the noise of the current words. */
 static inline void guard_look_at_noise(const guard_config_t *cfg, guard_state_t *st,
                                        const measured_t *meas)
 {
@@ -124,11 +124,11 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
 uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
                         ab_t i_residual_A);
 
-/* Fault bits of the slow judgements. */
+/* Fault bits of the slow checks. */
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
 
-/* What stays when the gates go off: the limits go on counting, and noise is noise. What needs a
- * running motor starts again. */
+/* Reset when the gates go off. The limits go on counting, and the measured noise stays. Checks that
+ * need a running motor start again. */
 typedef struct {
     monitor_state_t monitor;
     liveness_noise_t noise;

@@ -1,16 +1,16 @@
-/* Do the current words still move? Without an estimate and in every mode.
+/* Are the current words frozen? Needs no estimate and works in every mode.
  *
- * A spell begins when a sample repeats all three currents exactly. It is judged in two ways:
- *   demand   the voltage that acted must not ask for a change while none is seen. Asked for:
+ * A spell begins when a sample repeats all three currents exactly. Two checks judge it:
+ *   demand   the acting voltage must not demand a change of current that is not seen. The demand x:
  *            sigma Ls dx/dt = u - Rs (i + x) - e, e: mean EMF of the window before the spell
- *            (current_fit.h). |x| <= i_unseen + b; b allows for what e does since. A current that
- *            turns with the field and yet repeats turns slowly; one of almost nothing says nothing
- *            of the field, so e may have any direction. A current that turns back stands still for
- *            a moment: the shortest spells do not count.
- *   flicker  with the gates off a word of this ADC was seen to jump by two counts, often: then
- *            40 repeats of three such words are no chance: of noise of .4 counts less than 1e-12.
- * At standstill with a quiet ADC neither speaks until the voltage changes: constant words are then
- * right. Before they do harm the voltage has to change.
+ *            (current_fit.h). |x| <= i_unseen + b; b allows for the change of e since. A current
+ *            that rotates with the field and yet repeats rotates slowly. A very small current says
+ *            nothing about the field, so e may have any direction. A current at its peak repeats
+ *            for a moment, so the shortest spells do not count.
+ *   flicker  with the gates off a word of this ADC often jumped by two counts. Then 40 repeats of
+ *            three such words are no coincidence: with noise of .4 counts less than 1e-12.
+ * At standstill with a quiet ADC neither acts until the voltage changes: constant words are then
+ * correct. Before they do harm the voltage has to change.
  */
 #ifndef LIVENESS_H
 #define LIVENESS_H
@@ -21,13 +21,13 @@
 typedef struct {
     float Rs_ohm;
     float A_per_V;  /* of a period */
-    float spell;    /* repeats from which on a demand counts */
+    float spell;    /* repeats from which a demand counts */
     float unseen_A; /* change of current that may stay unseen */
-    float small_A2; /* square of the current that says nothing of the field */
-    float jump_A;   /* between one count and two */
+    float small_A2; /* square of a current too small to show the field */
+    float jump_A;   /* between one and two counts */
 } liveness_config_t;
 
-/* With the gates off: what is known of each word's noise. */
+/* Measured with the gates off: noise of each word. */
 typedef struct {
     uvw_t i_A;           /* of the period before */
     uint32_t flicker[3]; /* counts of debounce.h, per phase */
@@ -59,8 +59,8 @@ typedef struct {
 /* False unless all are finite and positive, and sigma Ls/Rs is longer than a period. */
 CHECKED bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params);
 
-/* In every period with the gates on: does this sample repeat the one before? Compared as bits: one
- * word, one value. */
+/* In every period with the gates on: does this sample repeat the last one? Compared as bits: each
+ * word has one value. */
 static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
 {
     if ((float_bits(i_A->u) == float_bits(st->i_A.u)) &&

@@ -1,5 +1,4 @@
-/* Limits and plausibility -> fault bits (fault.h). Reads everything, decides nothing but the bits.
- */
+/* Limits and plausibility -> fault bits (fault.h). Reads everything, writes only the bits. */
 #ifndef MONITOR_H
 #define MONITOR_H
 
@@ -25,7 +24,7 @@ typedef struct {
 
 typedef struct {
     const measured_t *meas;
-    float state_sum; /* of what is remembered, in a period in which it was taken; else 0 */
+    float state_sum; /* sum of the state, in a period in which it was taken; else 0 */
     float omega_e_hat_rad_s;
 } monitor_in_t;
 

@@ -1,17 +1,16 @@
-/* Does what is measured, what was asked for and what is estimated fit together? Bits for faults.
+/* Do measurement, reference and estimate agree? Fault bits.
  *
- * Each check runs once per schedule on one sample, and is answered by a count (debounce.h):
- *   voltage   |u_sensed - u_duty| <= u_V + .1 |u_duty|    line sensors, dc link, duty
- *   phases    no phase without current that was asked for   open phase
- *   estimate  |e1| <= e1_A, flux not far below its reference, speed changes by rate_rad_s2 at
- *             most, and the power across the air gap, (u - Rs i) . i, is torque times w_s/p but for
- *             power_W                                       observer
- *   stall     not: all the torque there is, a speed wanted, and none there
- *   sensors   not: i_hat is a mirror image of a large i    two current sensors exchanged
- * The last one is put in every period of premagnetisation. Three sensors of which two are exchanged
- * have the right sum and show a mirror image: what the current controller takes away grows, until
- * the trip. It names the cause just before; a motor that turns at its start can trip as well.
- * Stationary frame. A limit of 0 switches its question off.
+ * Each check runs once per schedule on one sample and is debounced (debounce.h):
+ *   voltage   |u_sensed - u_duty| <= u_V + .1 |u_duty|: line sensors, dc link, duty
+ *   phases    no phase lacks the current of its reference: open phase
+ *   estimate  |e1| <= e1_A; flux not far below its reference; speed changes by rate_rad_s2 at most;
+ *             air-gap power (u - Rs i) . i equals torque times w_s/p within power_W: observer
+ *   stall     fault: all available torque, a speed reference, and no speed
+ *   sensors   fault: i_hat is a mirror image of a large i: two current sensors exchanged
+ * The last check runs in every period of premagnetisation. Three sensors of which two are exchanged
+ * have the right sum and show a mirror image. The current controller then amplifies the error until
+ * the trip. The check names the cause just before. A motor that turns at its start can trip as
+ * well. Stationary frame. A limit of 0 switches its check off.
  */
 #ifndef PLAUSIBILITY_H
 #define PLAUSIBILITY_H
@@ -24,8 +23,8 @@
 
 typedef struct {
     float u_V;
-    float open_A; /* asked for, while less than a quarter of it flows */
-    float e1_A;   /* with it the flux is judged */
+    float open_A; /* reference, with less than a quarter of it flowing */
+    float e1_A;   /* enables the flux check too */
     float rate_rad_s2;
     float power_W;
     float stall_s;
@@ -33,7 +32,7 @@ typedef struct {
 
 typedef struct {
     plausibility_params_t p;
-    float change_rad_s; /* rate_rad_s2 for a schedule */
+    float change_rad_s; /* rate_rad_s2 times a schedule */
     uint32_t stall_schedules;
 } plausibility_config_t;
 
@@ -46,7 +45,7 @@ typedef struct {
     uint32_t mirrored;
 } plausibility_state_t;
 
-/* What was estimated, and what it has to fit. */
+/* The estimate, and what it has to agree with. */
 typedef struct {
     ab_t e1_A;
     float lambda_Wb;
@@ -60,7 +59,7 @@ typedef struct {
 CHECKED bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *params,
                                float schedule_s);
 
-/* Each: true when it has lasted. */
+/* Each: true when debounced. */
 bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
                                 ab_t sensed_V, ab_t duty_V);
 bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_state_t *st, uvw_t i_A,
@@ -69,7 +68,7 @@ bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_
                                  const plausibility_estimate_t *in);
 bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t *st, bool at_limit,
                           float omega_rad_s, float omega_ref_rad_s);
-/* much_A: length of the vector from which on it is told. */
+/* much_A: vector length from which the check applies. */
 bool plausibility_current_mirrored(plausibility_state_t *st, ab_t i_A, ab_t i_hat_A, float much_A);
 
 #endif

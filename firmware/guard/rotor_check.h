@@ -1,16 +1,18 @@
-/* What the EMF tells of a rotor that nobody estimates. Stationary frame, duties for the voltage.
+/* Does the rotor follow, judged by the EMF, when nothing estimates it? Stationary frame, voltage
+ * from the duties.
  *
- * e = u - Rs i - j w_s sigma Ls i = j w_s kr lambda_r in steady state. A current vector turned at
- * w_s makes lambda_r = M i/(1 + j x), x = slip Lr/Rr, so that
+ * e = u - Rs i - j w_s sigma Ls i = j w_s kr lambda_r in steady state. A current vector that
+ * rotates at w_s makes lambda_r = M i/(1 + j x), x = slip Lr/Rr, so that
  *
  *   Re(e conj(i)) = w_s kr M |i|^2 x/(1 + x^2),   Im(e conj(i)) = w_s kr M |i|^2/(1 + x^2)
  *
- * and neither Rs nor dead time, both in phase with i, touches the second. Pull-out is at |x| = 1; a
- * rotor that was lost has |x| far above. With a voltage vector the slip may be larger, and the flux
- * |e|/(w_s kr) is what collapses.
+ * Rs and dead time are in phase with i and do not affect the second. Pull-out is at |x| = 1; a lost
+ * rotor has |x| far above. With a voltage vector the slip may be larger; there the flux |e|/(w_s
+ * kr) collapses.
  *
- * Direct current along alpha at a start: a shaft at rest leaves beta alone; one that turns shows an
- * EMF there that changes its sign, residual flux of a rotor at rest one that does not.
+ * At a start the direct current flows along alpha. A shaft at rest leaves beta at zero. A turning
+ * shaft shows an EMF in beta that changes its sign; residual flux of a rotor at rest shows one that
+ * does not.
  */
 #ifndef ROTOR_CHECK_H
 #define ROTOR_CHECK_H
@@ -24,17 +26,17 @@
 typedef enum {
     ROTOR_FOLLOWS = 0,
     ROTOR_LOST = 1,
-    ROTOR_NOT_SEEN = 2 /* too little EMF at this frequency to tell */
+    ROTOR_NOT_SEEN = 2 /* too little EMF at this frequency to judge */
 } rotor_check_t;
 
 typedef struct {
     float sigma_Ls_H;
     float kr_M_H;         /* EMF of a current vector whose rotor follows, per rad/s and A */
     float kr_lambda_Wb;   /* likewise of a voltage vector, per rad/s */
-    float current_rad_s;  /* frequency from which the EMF of a current vector tells */
+    float current_rad_s;  /* frequency above which the EMF of a current vector is usable */
     float voltage_rad_s;  /* likewise of a voltage vector */
     float start_V;        /* EMF of a turning shaft at a start */
-    uint32_t start_looks; /* of which there are so many */
+    uint32_t start_looks; /* number of checks at a start */
     float share;          /* of the mean, per step */
 } rotor_check_config_t;
 
@@ -42,8 +44,8 @@ typedef struct {
     ab_t power_VA;     /* mean of e conj(i) */
     float i2_A2;       /* mean of |i|^2 */
     uint32_t looks;    /* at a start */
-    float e_V;         /* in the last of them */
-    uint32_t positive; /* those that saw an EMF of this sign, twice in a row */
+    float e_V;         /* EMF in the last of them */
+    uint32_t positive; /* checks with an EMF of this sign, twice in a row */
     uint32_t negative;
 } rotor_check_state_t;
 
@@ -63,7 +65,7 @@ void rotor_check_init(rotor_check_config_t *cfg, const motor_model_t *motor, flo
 rotor_check_t rotor_check_step(const rotor_check_config_t *cfg, rotor_check_state_t *st,
                                const rotor_check_in_t *in);
 
-/* One step of a start's direct current: the shaft turns. */
+/* One step of a start's direct current: true if the shaft turns. */
 bool rotor_turns(const rotor_check_config_t *cfg, rotor_check_state_t *st,
                  const rotor_check_in_t *in);
 

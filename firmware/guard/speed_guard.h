@@ -1,14 +1,15 @@
-/* Does the shaft do what was asked of it? Once in sixteen periods, in every mode with the gates on.
+/* Speed checks: does the shaft follow its reference? Once in sixteen periods, in every mode with
+ * the gates on.
  *
- *   deviation  |reference - speed| beyond its limit, and the speed does not come nearer: time
- *              counts twice where it is twice as far
- *   frequency  |w_s| beyond the over-speed trip: the estimate of the speed is bounded, this is not
- *   rotor      a mode that imposes the frequency: the rotor has to follow it (rotor_check.h)
- *   unknown    nobody knows the speed: a limit of time
+ *   deviation  |reference - speed| above its limit, without approaching: time counts twice at twice
+ *              the deviation
+ *   frequency  |w_s| beyond the over-speed trip: the speed estimate is limited, w_s is not
+ *   rotor      a mode imposes the frequency: the rotor has to follow it (rotor_check.h)
+ *   unknown    the speed is unknown: limited time
  *   start      the shaft turns under the direct current of a start (rotor_check.h)
  *
- * Counts rise twice as fast when something is wrong as they fall when it is not: a shaft that
- * swings about its reference is found as well as one that runs away. Electrical speeds.
+ * Counts rise twice as fast when a check fails as they fall when it passes. So a shaft that swings
+ * about its reference is found as well as one that runs away. Electrical speeds.
  */
 #ifndef SPEED_GUARD_H
 #define SPEED_GUARD_H
@@ -16,7 +17,7 @@
 #include "fault.h"
 #include "rotor_check.h"
 
-/* Where the drive has its speed from. */
+/* Source of the drive's speed. */
 typedef enum {
     SPEED_BASIS_NONE = 0,     /* gates off */
     SPEED_BASIS_STANDING = 1, /* direct current along alpha: taken as 0 */
@@ -38,24 +39,24 @@ typedef struct {
     float deviation_rad_s;
     float over_speed_rad_s;
     float deviation_s;
-    float unexplained_s; /* deviation without a limit of torque */
+    float unexplained_s; /* deviation with torque in reserve */
     float warning_s;
     float schedule_s;
     float nearer_share;
     float unknown_s;
-    float doubt_s; /* of a rotor that does not follow: the speed counts as unknown */
+    float doubt_s; /* rotor out of step: the speed counts as unknown */
     rotor_check_config_t rotor;
 } speed_guard_config_t;
 
 typedef struct {
     speed_basis_t basis;
-    float omega_slow_rad_s; /* the speed, low-passed: what it is compared with to see it move */
-    float deviation_s;      /* time away, twice as fast where twice as far */
-    float unexplained_s;    /* likewise, with torque to spare */
-    float away_s;           /* time away, wherever */
+    float omega_slow_rad_s; /* low-passed speed, to see whether the speed changes */
+    float deviation_s;      /* time of deviation, twice as fast at twice the deviation */
+    float unexplained_s;    /* likewise, with torque in reserve */
+    float away_s;           /* time of any deviation */
     uint32_t frequency;     /* count of debounce.h */
     float unknown_s;
-    float lost_s; /* the rotor does not follow */
+    float lost_s; /* time out of step */
     bool speed_unknown;
     rotor_check_state_t rotor;
 } speed_guard_state_t;
@@ -65,8 +66,8 @@ typedef struct {
     float omega_rad_s;     /* estimated or imposed */
     float omega_ref_rad_s; /* behind the ramp */
     float omega_s_rad_s;
-    bool at_limit;       /* all the torque that the limits allow */
-    bool premagnetising; /* nothing but direct current along alpha */
+    bool at_limit;       /* at the torque limits */
+    bool premagnetising; /* only direct current along alpha */
     rotor_check_in_t rotor;
 } speed_guard_in_t;
 
@@ -74,8 +75,8 @@ typedef struct {
 CHECKED bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *params,
                               const motor_model_t *motor, float schedule_s);
 
-/* SPEED_DEVIATION, OVER_SPEED, FLYING_START; DERATED: the limits of the current leave too little.
- */
+/* The faults SPEED_DEVIATION, OVER_SPEED and FLYING_START, and DERATED when the current limits
+ * leave too little torque. */
 uint32_t speed_guard_look(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                           const speed_guard_in_t *in);
 

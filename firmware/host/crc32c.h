@@ -1,7 +1,7 @@
-/* CRC-32C (Castagnoli, reflected polynomial 82F63B78): the one checksum of table, store and image.
+/* CRC-32C (Castagnoli, reflected polynomial 82F63B78): the checksum of table, store and image.
  *
- * Initial value and final inversion are inside: update starts from 0, and the result of one call
- * is the start of the next. Four bits per look-up: 64 bytes of table.
+ * Initial value and final inversion are inside: start with 0, and pass the result of one call to
+ * the next. Four bits per look-up: 64 bytes of table.
  */
 #ifndef CRC32C_H
 #define CRC32C_H

@@ -1,9 +1,9 @@
-/* What the drive did around its last fault, and which faults there were: kept through a reset.
+/* The record around the last fault, and the list of faults: both survive a reset.
  *
- * Six signals of every period run through a ring; a fault that opens the gates freezes it a little
- * later, and the background moves it to `kept`, which has a magic word and a CRC. A port puts the
- * memory where no start-up code clears it. A fault with the gates off already is listed, but does
- * not replace the record: what happens behind a reset must not wipe out why it came.
+ * Six signals of every period run through a ring. A fault that opens the gates freezes it a little
+ * later, and the background moves it to `kept`, which has a magic word and a CRC. A port places the
+ * memory where no start-up code clears it. A fault with the gates already off is listed but does
+ * not replace the record: the events after a reset must not overwrite its cause.
  */
 #ifndef FAULT_RECORD_H
 #define FAULT_RECORD_H
@@ -21,9 +21,9 @@
 #define FAULT_RECORD_LOG     8u
 
 typedef struct {
-    uint32_t number; /* counts from 1 */
+    uint32_t number; /* running number, from 1 */
     uint32_t faults; /* bits that were new */
-    uint32_t state;  /* of the drive when the background saw it */
+    uint32_t state;  /* state of the drive when the background saw it */
     uint32_t period; /* since start */
 } fault_entry_t;
 
@@ -46,24 +46,24 @@ typedef struct {
 
 typedef struct {
     fault_memory_t *memory; /* NULL: the port gave none */
-    uint32_t *row;          /* next row; NULL: nothing is recorded */
-    uint32_t *end;          /* behind the newest row of a complete record */
-    uint32_t left;          /* rows to come once a fault opened the gates; 0: none did */
-    uint32_t faults;        /* as last looked at: those latched ... */
+    uint32_t *row;          /* next row; NULL: no recording */
+    uint32_t *end;          /* end of the newest row of a complete record */
+    uint32_t left;          /* rows still to record after the fault; 0: no fault */
+    uint32_t faults;        /* at the last check: latched faults ... */
     bool gates_on;          /* ... and the gates */
-    bool opened;            /* a fault opened the gates since recording started */
-    bool full;              /* the ring has gone round */
-    volatile bool done;     /* a record is complete: the background's */
+    bool opened;            /* a fault has opened the gates since recording started */
+    bool full;              /* the ring has wrapped */
+    volatile bool done;     /* a record is complete and belongs to the background */
     uint32_t period;        /* of the fault */
-    uint32_t listed;        /* fault bits that the log has */
-    bool from_before;       /* what is kept came through a reset */
+    uint32_t listed;        /* fault bits already in the log */
+    bool from_before;       /* the kept record is from before a reset */
 } fault_recorder_t;
 
-/* What memory holds is taken over when it is whole, else emptied; then recording starts. */
+/* Keeps a valid record in memory, else clears it; then recording starts. */
 void fault_record_init(fault_recorder_t *r, fault_memory_t *memory);
 
-/* Control period, when latched faults or gates have changed since the last look. `stopping`: those
- * faults that open the gates. */
+/* Control period, when latched faults or gates have changed since the last check. `stopping`: the
+ * faults among them that open the gates. */
 COLD void fault_record_look(fault_recorder_t *r, uint32_t faults, uint32_t stopping, bool gates_on,
                             uint32_t period);
 
@@ -87,10 +87,10 @@ static inline void fault_record_next(fault_recorder_t *r)
     }
 }
 
-/* Background: lists new faults, keeps a finished record. */
+/* Background: lists new faults and keeps a finished record. */
 void fault_record_background(fault_recorder_t *r, uint32_t faults, uint32_t state, uint32_t period);
 
-/* Background: forgets list and record. */
+/* Background: clears list and record. */
 void fault_record_clear(fault_recorder_t *r);
 
 #endif

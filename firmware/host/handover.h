@@ -1,5 +1,6 @@
-/* Between background and control period, which interrupts it: what is written before this call is
- * in memory before what is written after it. One core: no instruction, only the compiler is held.
+/* Barrier between the background and the control period that interrupts it: writes before this call
+ * are in memory before writes after it. On one core only the compiler has to be held back, without
+ * an instruction.
  */
 #ifndef HANDOVER_H
 #define HANDOVER_H

@@ -1,4 +1,4 @@
-/* A record in a slot of the flash, word by word: param_store.h says what it consists of. */
+/* A record in a flash slot, word by word; param_store.h describes its content. */
 #ifndef PARAM_RECORD_H
 #define PARAM_RECORD_H
 
@@ -35,7 +35,7 @@ typedef struct {
     uint32_t crc; /* of all words so far */
 } param_record_reader_t;
 
-/* The next word; it is added to the CRC. */
+/* Returns the next word and adds it to the CRC. */
 uint32_t param_record_next(param_record_reader_t *r);
 
 /* Words that the CRC covers. */
@@ -46,7 +46,7 @@ bool param_record_fits(const hal_flash_t *flash, uint32_t entries);
 /* The identity of a parameter: the CRC-32C of its name. */
 uint32_t param_record_key(const char *name);
 
-/* Where mark 0 or 1 of the record's current pair lies, in bytes, and what it consists of. */
+/* Position of mark 0 or 1 of the record's current pair, in bytes, and its content. */
 uint32_t param_record_mark_offset(const hal_flash_t *flash, const param_store_record_t *record,
                                   uint32_t mark);
 uint32_t param_record_mark_word(uint32_t k);
@@ -54,7 +54,7 @@ uint32_t param_record_mark_word(uint32_t k);
 param_record_mark_t param_record_mark(const hal_flash_t *flash, const param_store_record_t *record,
                                       uint32_t mark);
 
-/* Whether the record was committed; also finds its proof and the next unused pair. */
+/* True when the record was committed; also finds its proof and the next unused pair. */
 bool param_record_find_marks(const hal_flash_t *flash, param_store_record_t *record);
 
 #endif

@@ -68,8 +68,8 @@ typedef enum {
     PARAMS_OUT_OF_RANGE = 2,
     PARAMS_NOT_WHOLE = 3, /* an integer parameter was given a fraction */
     PARAMS_NO_SUCH = 4,
-    PARAMS_GATES_ON = 5, /* its class wants them off */
-    PARAMS_LOCKED = 6    /* its class wants an unlocked drive */
+    PARAMS_GATES_ON = 5, /* its class needs the gates off */
+    PARAMS_LOCKED = 6    /* its class needs an unlocked drive */
 } params_status_t;
 
 size_t params_count(void);
@@ -81,12 +81,12 @@ const param_info_t *params_info(size_t index);
 const char *params_name(size_t index);
 const char *params_group_name(size_t group);
 
-/* What the parameter or the group is, in words; empty for an index that does not exist. Apart from
- * the rest: an image that never asks does not carry them. */
+/* Description of the parameter or the group; empty for an index that does not exist. Separate from
+ * the rest, so that an image that never asks does not contain the texts. */
 const char *params_text(size_t index);
 const char *params_group_text(size_t group);
 
-/* Its default; 0 for an index that does not exist. Apart for the same reason. */
+/* Its default; 0 for an index that does not exist. Separate for the same reason. */
 float params_initial(size_t index);
 
 /* Index of the name, params_count() when there is none. */
@@ -97,7 +97,7 @@ void params_default(params_t *params);
 /* 0 for an index that does not exist. */
 float params_get(const params_t *params, size_t index);
 
-/* Whether a value is in the parameter's own range. */
+/* Whether a value is within the parameter's own range. */
 CHECKED params_status_t params_allows(size_t index, float value);
 
 /* Range-checked; *params changes only with PARAMS_OK. */

@@ -1,10 +1,11 @@
-/* Automatic restart after a dip: acknowledges and runs again, a limited number of times.
+/* Automatic restart after a dip of the dc link: acknowledges the fault and runs again, a limited
+ * number of times.
  *
- * Stands between the operator's command word and the state machine, and plays the operator: fault
- * reset with run low for a period, then the operator's command again. Only for faults of the dc
- * link, only while run and nothing else has been asked for since the drive ran: a run command that
- * torque-off or a fault reset left standing starts nothing. Only when the cause has been gone for a
- * while. Off by default.
+ * It stands between the operator's command word and the state machine, and acts like an operator:
+ * fault reset with run low for a period, then the operator's command again. It acts only on faults
+ * of the dc link, and only after the cause has been gone for a while. Nothing but run may have been
+ * requested since the drive ran: a run command that torque-off or a fault reset left active starts
+ * nothing. Off by default.
  */
 #ifndef AUTO_RESTART_H
 #define AUTO_RESTART_H
@@ -14,7 +15,7 @@
 
 #include "sequence.h"
 
-/* The faults a dip leaves. */
+/* The faults that a dip leaves. */
 #define AUTO_RESTART_FAULTS (FAULT_DC_UNDER_VOLTAGE | FAULT_MAINS_LOST)
 
 typedef struct {
@@ -27,15 +28,15 @@ typedef struct {
     uint32_t used;    /* restarts so far */
     uint32_t periods; /* without a cause in FAULT, or of running */
     sequence_id_t id; /* in which these are counted */
-    bool ran;         /* by the command that still stands */
+    bool ran;         /* under the command that is still active */
 } auto_restart_state_t;
 
 typedef struct {
-    uint32_t command; /* of the operator */
+    uint32_t command; /* from the operator */
     sequence_id_t id;
     uint32_t latched; /* faults of the machine */
-    uint32_t faults;  /* of now */
-    bool fed;         /* the dc link is where the mains puts it */
+    uint32_t faults;  /* present faults */
+    bool fed;         /* the dc link is at the level of the mains */
 } auto_restart_in_t;
 
 /* False for a time that is negative, not a number or too long to count. */

@@ -1,6 +1,6 @@
-/* What the drive does about a fault: the one list (fault_list.def) as masks, table and texts.
+/* Reaction of the drive to a fault: the one list (fault_list.def) as masks, table and texts.
  *
- * Bits that the list does not know open the gates.
+ * Bits that the list does not contain open the gates.
  */
 #ifndef FAULT_REACTION_H
 #define FAULT_REACTION_H
@@ -35,19 +35,19 @@ static const uint32_t fault_ramp_down_bits = (uint32_t)0u
     ;
 #undef FAULT
 
-/* Those that end a run, on a ramp or at once. */
+/* Faults that end a run, on a ramp or at once. */
 static inline uint32_t fault_stopping(uint32_t faults)
 {
     return faults & ~(fault_warn_bits | fault_derate_bits);
 }
 
-/* Those that open the gates at once. */
+/* Faults that open the gates at once. */
 static inline uint32_t fault_opening(uint32_t faults)
 {
     return fault_stopping(faults) & ~fault_ramp_down_bits;
 }
 
-/* One row of the list, for who tells it; an image that never asks does not carry the texts. */
+/* One row of the list, for display; an image that never asks does not contain the texts. */
 typedef struct {
     const char *name;
     uint32_t bit;
@@ -59,7 +59,7 @@ typedef struct {
 
 uint32_t fault_count(void);
 
-/* Row `index` < fault_count(); the first one beyond. */
+/* Row `index` < fault_count(); beyond that the first one. */
 const fault_info_t *fault_info(uint32_t index);
 
 #endif

@@ -1,7 +1,7 @@
-/* One drive as an object: every state it has, its control period and its background step.
+/* One drive as an object: all its state, its control period and its background step.
  *
  * The same sources for every port. Everything that can change a duty or the gates runs inside
- * unit_control_period; the background stores, talks and tests, and hands over by mailbox.
+ * unit_control_period. The background stores, communicates and tests, and hands over by mailbox.
  */
 #ifndef UNIT_H
 #define UNIT_H
@@ -23,24 +23,24 @@
 #include "params_check.h"
 #include "trace.h"
 
-/* What the drive is asked to do; posted by the background, read once per period. */
+/* Command to the drive; posted by the background, read once per period. */
 typedef struct {
     uint32_t command; /* SEQUENCE_CMD_* */
     float omega_m_ref_rad_s;
     float torque_ref_Nm; /* with SEQUENCE_CMD_TORQUE_MODE */
-    uint32_t count;      /* any other number than before: whoever commands is alive */
+    uint32_t count;      /* any change shows that the commander is alive */
 } unit_command_t;
 
 /* Double buffer: the background fills the slot that is not published, then flips the index. All of
  * it volatile, so that no compiler publishes a slot before it is filled. */
 typedef struct {
     volatile unit_command_t slot[2];
-    volatile uint32_t faults;    /* found by the background */
+    volatile uint32_t faults;    /* faults found by the background */
     volatile uint32_t alive;     /* count of the last command posted */
     volatile uint32_t published; /* counts the posts; its last bit is the slot to read */
 } unit_mailbox_t;
 
-/* All that the parameters become. */
+/* All configurations made of the parameters. */
 typedef struct {
     drive_config_t drive;
     sequence_config_t state;
@@ -53,7 +53,7 @@ typedef struct {
     auto_restart_config_t restart;
 } unit_config_t;
 
-/* Where a port lets the drive record; no start-up code may clear `fault`. */
+/* Memory for recording, from the port; no start-up code may clear `fault`. */
 typedef struct {
     uint32_t *trace_word;
     uint32_t trace_words;  /* 0: no trace */
@@ -91,9 +91,9 @@ typedef struct {
 
     /* The background's. */
     const gain_table_t *table;
-    const params_t *image; /* what applies where nothing was saved; NULL: a port without a store */
+    const params_t *image; /* parameters where nothing was saved; NULL: a port without a store */
     params_conflict_t refused; /* why the set that was given last was refused, if it was */
-    params_t params;           /* what the newest configuration was made of */
+    params_t params;           /* source of the newest configuration */
     uint32_t crc_entry;        /* next table entry of the running check */
     uint32_t crc;
     uint32_t config_crc[2];  /* of each configuration, once it was built */
@@ -108,7 +108,7 @@ typedef struct {
 typedef struct {
     uint32_t state; /* sequence_id_t */
     uint32_t faults;
-    float omega_m_hat_rad_s; /* NaN when nobody knows it */
+    float omega_m_hat_rad_s; /* NaN when unknown */
     float lambda_hat_Wb;
     float lambda_angle_rad; /* stationary frame */
     float i_d_A;
@@ -120,8 +120,8 @@ typedef struct {
     float Rs_hat_ohm;
     uint32_t confidence;         /* supervisor: 0 closed loop, 1 degraded, 2 I-f operation */
     uint32_t supervisor_reasons; /* SUPERVISOR_* */
-    float omega_m_bound_rad_s;   /* of the speed error, as far as the drive can tell */
-    uint32_t speed_unknown;      /* 1: a mode imposes the frequency and nothing shows the rotor */
+    float omega_m_bound_rad_s;   /* bound of the speed error, as far as known */
+    uint32_t speed_unknown;      /* 1: a mode imposes the frequency and nothing shows the speed */
 } unit_telemetry_t;
 
 /* What decides about gates and law, in one word: a bit that flips in any of them shows. */
@@ -160,7 +160,7 @@ CHECKED bool unit_reconfigure(unit_t *unit, const params_t *params);
 /* The gates are off and no command that stands can open them before the background's next word. */
 bool unit_at_rest(const unit_t *unit);
 
-/* From the background or, in SIL, before the period. */
+/* Called by the background or, in SIL, before the period. */
 void unit_post_command(unit_t *unit, const unit_command_t *command);
 
 /* One control period: sample in, duties and gates out. A duty outside 0..1 never leaves. */
@@ -172,9 +172,9 @@ void unit_background(unit_t *unit, const hal_devices_t *devices);
 
 void unit_telemetry(const unit_t *unit, unit_telemetry_t *telemetry);
 
-/* What the host link asks for at this moment, to be fetched by the background's owner in every
- * round and posted, with what the board has to say (a safety input) on top. A command that ran out
- * has no RUN any more; a reset is a pulse that ends once the control period saw it. */
+/* The present command of the host link. The owner of the background fetches it in every round and
+ * posts it, with the board's own inputs (a safety input) added. An expired command has no RUN any
+ * more; a reset is a pulse that ends once the control period saw it. */
 unit_command_t unit_link_command(unit_t *unit);
 
 #endif

@@ -1,8 +1,8 @@
-/* The host link: requests in, answers out, one at a time. firmware/host/README.md has the
- * frames.
+/* The host link: requests in, answers out, one at a time. firmware/host/README.md has the frames.
  *
- * Runs in the background and only talks: a parameter goes to the control law by unit_reconfigure, a
- * command stands here until the port fetches it (unit_link_command) and posts it.
+ * It runs in the background and only communicates. A parameter goes to the control law by
+ * unit_reconfigure. A command stays here until the port fetches it (unit_link_command) and posts
+ * it.
  */
 #ifndef UNIT_LINK_H
 #define UNIT_LINK_H
@@ -53,14 +53,14 @@ typedef enum {
     UNIT_LINK_NO_SUCH = 4, /* parameter, signal, row */
     UNIT_LINK_NO_SUCH_OP = 5,
     UNIT_LINK_BAD_LENGTH = 6,
-    UNIT_LINK_NO_SESSION = 7, /* somebody else's, or of before a reset */
-    UNIT_LINK_NOT_NOW = 8,    /* only with the gates off and no run command standing; locked out */
+    UNIT_LINK_NO_SESSION = 7, /* another host's, or from before a reset */
+    UNIT_LINK_NOT_NOW = 8,    /* needs the gates off and no run command; or locked out */
     UNIT_LINK_PROTECTED = 9,
-    UNIT_LINK_REFUSED = 10,   /* in range, but not together with the rest */
-    UNIT_LINK_NOT_SEALED = 11 /* what can hurt needs somebody with the key: counter, MAC, session */
+    UNIT_LINK_REFUSED = 10,   /* in range, but excluded by other values */
+    UNIT_LINK_NOT_SEALED = 11 /* needs a sealed request: counter, MAC, session */
 } unit_link_status_t;
 
-/* Zeroed is a valid beginning. */
+/* A zeroed state is valid. */
 typedef struct {
     command_parser_t parser;
     command_writer_t answer;
@@ -69,16 +69,16 @@ typedef struct {
     uint8_t last_sequence;
     uint32_t last_crc32c;
 
-    uint32_t session; /* 0: nobody's */
+    uint32_t session; /* 0: none */
     uint32_t command; /* SEQUENCE_CMD_* */
     float omega_m_ref_rad_s;
     float torque_ref_Nm;
-    uint32_t commands;      /* so many came */
-    uint32_t valid_periods; /* 0: the command stands without further notice */
+    uint32_t commands;      /* number of commands received */
+    uint32_t valid_periods; /* 0: no time limit */
     uint32_t commanded_at;  /* period of the last command */
     uint32_t reset_at;      /* period in which a reset was fetched */
-    bool reset;             /* one was asked for and not fetched yet */
-    bool expired;           /* the last command ran out */
+    bool reset;             /* a reset is requested and not fetched yet */
+    bool expired;           /* the last command expired */
 } unit_link_t;
 
 #endif

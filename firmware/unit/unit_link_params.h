@@ -1,4 +1,4 @@
-/* What the host link asks about parameters and their record: firmware/host/README.md. */
+/* Requests of the host link on parameters and their record: firmware/host/README.md. */
 #ifndef UNIT_LINK_PARAMS_H
 #define UNIT_LINK_PARAMS_H
 
@@ -11,13 +11,13 @@ unit_link_status_t unit_link_get(const unit_t *unit, command_reader_t *body, com
 
 unit_link_status_t unit_link_set(unit_t *unit, command_reader_t *body);
 
-/* Behind status REFUSED of a set: which two parameters exclude each other, and the limit. */
+/* After status REFUSED of a set: the two parameters that exclude each other, and the limit. */
 void unit_link_put_refused(const unit_t *unit, command_writer_t *w);
 
-/* What the store found at start and does now. */
+/* What the store found at start, and what it does now. */
 unit_link_status_t unit_link_store(const unit_t *unit, command_writer_t *w);
 
-/* An entry of the record in the flash: what it was saved under, and what became of it. */
+/* An entry of the record in the flash: its saved name, and the result of loading it. */
 unit_link_status_t unit_link_store_entry(const unit_t *unit, const hal_devices_t *devices,
                                          command_reader_t *body, command_writer_t *w);
 

@@ -1,4 +1,4 @@
-/* Requests of the host link on what was recorded: trace, last fault, the motor that was found. */
+/* Requests of the host link on records: trace, last fault, identified motor. */
 #ifndef UNIT_LINK_RECORDS_H
 #define UNIT_LINK_RECORDS_H
 
@@ -6,7 +6,7 @@
 
 unit_link_status_t unit_link_trace_setup(unit_t *unit, command_reader_t *body, command_writer_t *w);
 
-/* What any of the recorders has to tell; NO_SUCH_OP for every other request. */
+/* Answers requests of the recorders; NO_SUCH_OP for every other request. */
 unit_link_status_t unit_link_records(const unit_t *unit, uint8_t op, command_reader_t *body,
                                      command_writer_t *w);
 

@@ -25,7 +25,7 @@ uint32_t unit_signal(const unit_t *a, const hal_output_t *o, uint32_t number);
 
 bool unit_signal_is_float(uint32_t number);
 
-/* Empty for a number there is not. */
+/* Empty for an unknown number. */
 const char *unit_signal_name(uint32_t number);
 
 #endif

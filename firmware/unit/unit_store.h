@@ -1,5 +1,5 @@
-/* Parameters that survive power-down, and who may change them: the store and the access guard of
- * one drive, wired to its devices. Background only.
+/* Parameters that survive power-down, and access to them: the store and the access control of one
+ * drive, with its devices. Background only.
  */
 #ifndef UNIT_STORE_H
 #define UNIT_STORE_H
@@ -7,7 +7,7 @@
 #include "access.h"
 #include "param_store.h"
 
-/* The drive's own time, in which the guard counts. */
+/* Times of the access control, in the drive's own time. */
 #define UNIT_STORE_LOCKOUT_S   10.0f /* after three wrong answers */
 #define UNIT_STORE_POWER_UP_S  1.0f  /* from power-up */
 #define UNIT_STORE_CHALLENGE_S 10.0f /* an answer has to come within */
@@ -15,7 +15,7 @@
     600.0f /* then it locks by itself; a session, after such a silence                             \
             */
 
-/* Zeroed is a valid beginning: locked, nothing found, nothing to save. */
+/* A zeroed state is valid: locked, nothing found, nothing to save. */
 typedef struct {
     param_store_t store;
     param_store_found_t found; /* at start */

@@ -23,7 +23,7 @@
 #include "motor.h"
 #include "params.h"
 
-/* One period: what the estimator is given. */
+/* One period: input of the estimator. */
 typedef struct {
     ab_t u_s_V; /* mean over the interval that just ended, less what an Rs other than the
                    parameter's takes: the estimator keeps the resistance it was designed with */
@@ -36,29 +36,29 @@ typedef struct {
                     modulated (dwell.h): what of the residual does not move is Rs, not speed */
 } estimator_in_t;
 
-/* Start from a known state. */
+/* A known state to start from. */
 typedef struct {
     ab_t i_s_A;
     ab_t lambda_r_Wb;
     float omega_e_rad_s;
 } estimator_seed_t;
 
-/* Takes from the parameters what it needs. table: the motor's, NULL where it has none. False: some
- * number, the motor or the table is refused; then *cfg must not be used. */
+/* Takes what it needs from the parameters. table: the motor's, NULL if it has none. False: a value,
+ * the motor or the table is refused; then *cfg must not be used. */
 CHECKED COLD bool estimator_init(estimator_config_t *cfg, const params_t *params,
                                  const motor_model_t *motor, const gain_table_t *table);
 
-/* The gain table in use, which the background goes on checking; NULL: none. */
+/* The gain table in use, for the running check of the background; NULL: none. */
 COLD const gain_table_t *estimator_table(const estimator_config_t *cfg);
 
 /* Estimates. */
 void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in);
 
-/* The speed is imposed by somebody else in this period; the flux is estimated with it. */
+/* Another module imposes the speed in this period; the flux is estimated with it. */
 void estimator_hold(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in,
                     float omega_e_rad_s);
 
-/* Nothing is estimated: no flux, and the speed is what a mode says. */
+/* No estimation: no flux, and the speed of the mode. */
 COLD void estimator_off(estimator_state_t *st, ab_t i_s_A, float omega_e_rad_s);
 
 COLD void estimator_seed(const estimator_config_t *cfg, estimator_state_t *st,
