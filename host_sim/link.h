@@ -1,5 +1,5 @@
-/* The drive on its rig with the host link served: bytes in, bytes out, as many control periods as
- * asked for. Part of the SIL library; who owns line and clock is the caller's (a socket, a test).
+/* The drive on its rig with its host link: bytes in, bytes out, in steps of control periods. Part
+ * of the SIL library; the caller owns line and clock (a socket, a test).
  */
 #ifndef ZH_LINK_H
 #define ZH_LINK_H
@@ -21,20 +21,20 @@ typedef struct {
     double speed_rpm; /* true, of the shaft */
 } zh_link_state;
 
-/* Rig, board, motor, firmware parameters and profiles of the job; runs on beyond the scenario's
- * end. from_link: commands and reference come over the link, else from the scenario. keep: NULL, or
- * a file that holds what outlives the drive's power, its parameters and its fault record; made when
- * there is none, written at each change of the flash and by zh_link_close. NULL when refused:
- * zh_sil_error(). */
+/* Rig, board, motor, firmware parameters and profiles of the job; it continues beyond the
+ * scenario's end. from_link: commands and reference come over the link, else from the scenario.
+ * keep: NULL, or a file that holds what survives power-down: the drive's parameters and its fault
+ * record. The file is made if missing, and written at each change of the flash and by
+ * zh_link_close. NULL when refused: zh_sil_error(). */
 ZH_API zh_link *zh_link_open(const zh_sim_job *job, uint32_t from_link, const char *keep);
 
-/* Control periods, a slice of the background behind each. *received_n: bytes to hand to the drive;
- * on return how many it took. *sent_n: room for what it says; on return how much that is. */
+/* Control periods, with a slice of the background after each. *received_n: bytes for the drive; on
+ * return the number taken. *sent_n: space for its answer; on return its length. */
 ZH_API int zh_link_run(zh_link *handle, uint32_t periods, const uint8_t *received,
                        uint32_t *received_n, uint8_t *sent, uint32_t *sent_n);
 
-/* Load, resistances, dc link and faults of another scenario from the next period on, as
- * zh_sim_change; its commands are not looked at. */
+/* Load, resistances, dc link and faults of another scenario from the next period, as zh_sim_change;
+ * its commands are ignored. */
 ZH_API int zh_link_change(zh_link *handle, const char *scenario);
 
 ZH_API int zh_link_get_state(const zh_link *handle, zh_link_state *state);

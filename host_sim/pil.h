@@ -1,9 +1,9 @@
 /* Processor in the loop: the flash image on an emulated core against the same plant.
  *
- * Part of the SIL library. The plant is driven by the image's duties; the SIL firmware runs beside
- * it on the same samples, and every signal of firmware/unit/signal_list.def is compared to the bit,
- * every control period. Linux only (FIFOs); the caller has SIGPIPE ignored, as Python does: an
- * image that leaves is told in `end`.
+ * Part of the SIL library. The image's duties drive the plant. The SIL firmware runs beside it on
+ * the same samples, and every signal of firmware/unit/signal_list.def is compared bit for bit in
+ * every control period. Linux only (FIFOs). The caller has to ignore SIGPIPE, as Python does; `end`
+ * reports an image that leaves.
  */
 #ifndef ZH_PIL_H
 #define ZH_PIL_H
@@ -18,7 +18,7 @@ extern "C" {
 enum {
     ZH_PIL_EQUAL = 0, /* all periods, every bit the same */
     ZH_PIL_DIFFERS = 1,
-    ZH_PIL_LEFT = 2,  /* the image stopped by itself: its exit code says why */
+    ZH_PIL_LEFT = 2,  /* the image stopped by itself: see its exit code */
     ZH_PIL_SILENT = 3 /* no answer in time */
 };
 
@@ -26,20 +26,20 @@ typedef struct {
     uint32_t struct_size;    /* sizeof(zh_pil_job), set by the caller */
     uint32_t inject;         /* defect for the image (hal/qemu_mps2/pil_protocol.h), 0: none */
     uint32_t inject_at;      /* control period */
-    uint32_t own_params;     /* 1: the image's own parameters must be the run's, nothing is sent */
+    uint32_t own_params;     /* 1: the image's own parameters must equal the run's, none are sent */
     const char *folder;      /* with the FIFOs, where the emulator runs */
-    uint32_t inject_address; /* of the instruction that a PIL_INJECT_SKIP leaves out */
+    uint32_t inject_address; /* address of the instruction that PIL_INJECT_SKIP skips */
     zh_sim_result *record;   /* NULL, or where to leave the record (zh_sim_free): what the plant did
                               * and gates_on are the image's, all else is the SIL's */
 } zh_pil_job;
 
-/* One control period: its end minus its begin is what the interrupt took, entry to exit. */
+/* One control period: end minus begin is the time in the interrupt, entry to exit. */
 typedef struct {
     uint32_t begin_ticks; /* since the image's start, at clock_Hz, modulo 2^32 */
     uint32_t end_ticks;
-    uint32_t state;  /* of the state machine, behind the period */
+    uint32_t state;  /* of the state machine, after the period */
     uint32_t slot;   /* of the schedule for what runs slower than a period */
-    uint32_t faults; /* latched behind the period */
+    uint32_t faults; /* latched after the period */
 } zh_pil_period;
 
 typedef struct {
@@ -48,7 +48,7 @@ typedef struct {
     uint64_t periods;            /* compared */
     uint64_t answered;           /* length of period[]: with a difference one more than compared */
     const zh_pil_period *period; /* belongs to the library until zh_pil_free */
-    void *owner;                 /* the library's; NULL after zh_pil_free */
+    void *owner;                 /* owned by the library; NULL after zh_pil_free */
     uint32_t clock_Hz;           /* of the ticks */
     uint32_t worst_latency_ticks;
     uint32_t late_periods;
@@ -57,7 +57,7 @@ typedef struct {
     uint32_t background_calls;
     uint32_t gates_on;       /* in the last period answered */
     uint32_t faults;         /* latched in the last period answered */
-    uint32_t warned;         /* every bit that ever stood in faults */
+    uint32_t warned;         /* every bit that was ever set in faults */
     uint32_t differing_bits; /* of all signals, in the period that differs */
     double loop_s;           /* wall clock */
     char difference[160];    /* period, signal and both words; empty when none */

@@ -1,9 +1,9 @@
 /* Software in the loop: the firmware as a shared library, for any plant in any language.
  *
  * One handle is one drive. Handles share nothing: many may run at once, each used by one thread at
- * a time. Timing: step k takes the samples of carrier crest t_k; its duties act on
- * [t_(k+1), t_(k+2)) (timer preload), and that delay is the caller's to keep; gates_on = 0 acts at
- * once. Vectors are power invariant; speeds are mechanical, angles and frequencies electrical.
+ * a time. Timing: step k takes the samples of carrier crest t_k; its duties act on [t_(k+1),
+ * t_(k+2)) (timer preload). The caller has to keep that delay. gates_on = 0 acts at once. Vectors
+ * are power invariant; speeds are mechanical, angles and frequencies electrical.
  */
 #ifndef ZH_SIL_H
 #define ZH_SIL_H
@@ -21,19 +21,19 @@
 extern "C" {
 #endif
 
-/* Raised when a struct grows, a meaning changes or a function goes; structs only ever grow at their
- * end. 2: the observer alone became sil_estimator.h. 3: speed_unknown. */
+/* Raised when a struct grows, a meaning changes or a function is removed; structs only grow at
+ * their end. 2: the observer alone became sil_estimator.h. 3: speed_unknown. */
 #define ZH_SIL_VERSION 3u
 
-#define ZH_SIL_RUN         (1u << 0) /* level: run; has to be seen low once after a fault */
+#define ZH_SIL_RUN         (1u << 0) /* level: run; after a fault it must drop and rise again */
 #define ZH_SIL_FAULT_RESET (1u << 1) /* rising edge */
-#define ZH_SIL_TORQUE_OFF  (1u << 2) /* level: gates off, wins over run */
-#define ZH_SIL_COMMISSION  (1u << 3) /* level: find the motor's circuit at standstill */
+#define ZH_SIL_TORQUE_OFF  (1u << 2) /* level: gates off, overrides run */
+#define ZH_SIL_COMMISSION  (1u << 3) /* level: identify the motor's circuit at standstill */
 
 /* mode */
 enum {
     ZH_SIL_SPEED = 0,
-    ZH_SIL_TORQUE = 1 /* between -torque_speed_max_rad_s and +torque_speed_max_rad_s */
+    ZH_SIL_TORQUE = 1 /* within -torque_speed_max_rad_s .. +torque_speed_max_rad_s */
 };
 
 /* state of the drive; numbers are append-only */
@@ -64,19 +64,19 @@ enum {
     ZH_FAULT_TABLE_CRC = 1 << 9,
     ZH_FAULT_PERIOD_LATE = 1 << 10, /* a warning; only a port can raise this and the next */
     ZH_FAULT_PERIOD_OVERRUN = 1 << 11,
-    ZH_FAULT_STORE = 1 << 26 /* only where there is a parameter store */
+    ZH_FAULT_STORE = 1 << 26 /* only with a parameter store */
 };
 
-/* What every function with a status returns; 0 is success, text in zh_sil_error(). */
+/* Returned by every function with a status; 0 is success, text in zh_sil_error(). */
 enum {
     ZH_OK = 0,
     ZH_BAD_ARGUMENT = 1, /* NULL pointer, or struct_size below version 1's */
-    ZH_BAD_INPUT = 2,    /* NaN or infinite where a number is needed, unknown mode, bad file */
+    ZH_BAD_INPUT = 2,    /* value not finite, unknown mode, bad file */
     ZH_NO_SUCH_NAME = 3,
     ZH_OUT_OF_RANGE = 4, /* not finite, outside the limits, a fraction for a whole number */
     ZH_NOT_NOW = 5,      /* the parameter can only be changed with the gates off */
     ZH_PROTECTED = 6,    /* the parameter can only be given at open */
-    ZH_REFUSED = 7       /* in range, but not together with the other parameters */
+    ZH_REFUSED = 7       /* in range, but excluded by other parameters */
 };
 
 typedef struct zh_sil zh_sil;
@@ -115,7 +115,7 @@ typedef struct {
     float e1_alpha_A; /* estimated minus measured stator current */
     float e1_beta_A;
     float stator_frequency_Hz;
-    float l1_re; /* observer gain L in use; l1 in 1/s; 0, as x_rad_s, with an estimator without */
+    float l1_re; /* observer gain L in use; l1 in 1/s; 0, like x_rad_s, if the estimator has none */
     float l1_im;
     float l2_re; /* l2 in ohm */
     float l2_im;
@@ -141,14 +141,14 @@ typedef struct {
 
 ZH_API uint32_t zh_sil_version(void);
 
-/* motor_dir holds motor.toml (machine data) and l_gain.json (the gain table, read word for word);
+/* motor_dir holds motor.toml (machine data) and l_gain.json (the gain table, read word for word).
  * board_toml gives ADC, full scales and period. overrides: NULL or lines "name=value" with the
- * names below; '#' starts a comment. NULL when anything is refused: see zh_sil_error(). */
+ * names below; '#' starts a comment. NULL when refused: see zh_sil_error(). */
 ZH_API zh_sil *zh_sil_open(const char *motor_dir, const char *board_toml, const char *overrides);
 
-/* One control period, and the background function every thousandth call. On any error *out (when it
- * can be written) has the gates off and duties of one half. A speed_ref_rpm that is no number
- * makes the firmware trip; an unknown mode is a torque-off for this period. */
+/* One control period, and the background function every thousandth call. On any error *out (if it
+ * can be written) has the gates off and duties of one half. A speed_ref_rpm that is not finite
+ * trips the firmware; an unknown mode is a torque-off for this period. */
 ZH_API int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out);
 
 ZH_API int zh_sil_get(const zh_sil *handle, const char *name, float *value);
@@ -164,7 +164,7 @@ ZH_API int zh_sil_describe(uint32_t index, zh_sil_name_info *info);
 /* NULL is allowed. */
 ZH_API void zh_sil_close(zh_sil *handle);
 
-/* What went wrong in the last call that failed on this thread; never NULL. */
+/* Error text of the last call that failed on this thread; never NULL. */
 ZH_API const char *zh_sil_error(void);
 
 #ifdef __cplusplus

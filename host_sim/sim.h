@@ -1,6 +1,6 @@
 /* Closed-loop runs: the firmware on the simulated rig, one call per run.
  *
- * Part of the SIL library. Runs share nothing and may go on in any number of threads.
+ * Part of the SIL library. Runs share nothing and may run in any number of threads.
  */
 #ifndef ZH_SIM_H
 #define ZH_SIM_H
@@ -15,17 +15,17 @@ extern "C" {
 #endif
 
 #define ZH_SIM_STOP_AT_TRIP (1u << 0) /* end the run at the first trip of any kind */
-#define ZH_SIM_TIME_SPLIT   (1u << 1) /* afterwards time firmware and plant, each alone */
+#define ZH_SIM_TIME_SPLIT   (1u << 1) /* then time firmware and plant separately */
 #define ZH_SIM_HASH_SIGNALS (1u << 2) /* hash every traced signal of the firmware */
-/* What the guard says of the speed (deviation, over-speed, a rotor that does not follow) counts and
- * does not act: it neither trips nor warns. No image can be told this. */
+/* The guard's speed checks (deviation, over-speed, rotor out of step) count but do not act: no
+ * trip, no warning. No image has this option. */
 #define ZH_SIM_GUARD_RECORDED (1u << 3)
 
-/* Bits of trip. The run goes on (but for DIVERGED) unless ZH_SIM_STOP_AT_TRIP is set. */
+/* Bits of trip. The run continues (except after DIVERGED) unless ZH_SIM_STOP_AT_TRIP is set. */
 #define ZH_TRIP_FIRMWARE (1u << 0) /* any fault of the firmware */
 #define ZH_TRIP_SPEED    (1u << 1) /* true |w| > 3000 min^-1 */
 #define ZH_TRIP_CURRENT  (1u << 2) /* true |i_s| > 60 A, power invariant */
-#define ZH_TRIP_DIVERGED (1u << 3) /* the plant's numbers: the run ends */
+#define ZH_TRIP_DIVERGED (1u << 3) /* the plant diverged: the run ends */
 
 typedef struct {
     uint32_t struct_size;  /* sizeof(zh_sim_job), set by the caller */
@@ -35,7 +35,7 @@ typedef struct {
     uint64_t seed;         /* of the noise; 0: the scenario's own */
     uint64_t max_steps;    /* 0: all of the scenario */
 
-    /* Files; a text with a line break is taken for the content itself. */
+    /* Files; a text with a line break is the content itself. */
     const char *scenario;
     const char *rig;
     const char *board;
@@ -50,13 +50,13 @@ typedef struct {
     const char *firmware_config;
     const char *firmware;
 
-    /* NULL, or a gain table instead of the motor's: 4 floats per entry as in l_gain.json. */
+    /* NULL, or a gain table to use instead of the motor's: 4 floats per entry as in l_gain.json. */
     const float *gain;
 } zh_sim_job;
 
 #define ZH_COMMISSIONING_LEVELS 8u
 
-/* What the firmware found (firmware/law/mode/commissioning.h); vectors power invariant. */
+/* Result of commissioning (firmware/law/mode/commissioning.h); vectors power invariant. */
 typedef struct {
     uint32_t done;
     uint32_t refusal; /* commissioning_refusal_t */
@@ -86,7 +86,7 @@ typedef struct {
     double loop_ns_per_step;       /* CPU time of the whole loop, recording included */
     double controller_ns_per_step; /* with ZH_SIM_TIME_SPLIT, else 0 */
     double plant_ns_per_step;
-    void *owner;                   /* the library's; NULL after zh_sim_free */
+    void *owner;                   /* owned by the library; NULL after zh_sim_free */
     const uint64_t *signal_hashes; /* with ZH_SIM_HASH_SIGNALS one per traced signal, else NULL */
     zh_commissioning commissioning;
 } zh_sim_result;
@@ -95,9 +95,9 @@ typedef struct {
 ZH_API int zh_sim_run(const zh_sim_job *job, zh_sim_result *result);
 ZH_API void zh_sim_free(zh_sim_result *result);
 
-/* `count` runs in this thread, several at once: every result is to the bit that of zh_sim_run, in
- * less CPU time. loop_ns_per_step is the mean of all of them. results[k] belongs to jobs[k]; free
- * each. When one job is refused none runs, and the text begins with its index. */
+/* `count` runs in this thread, several at once: every result equals that of zh_sim_run bit for bit,
+ * in less CPU time. loop_ns_per_step is the mean of all. results[k] belongs to jobs[k]; free each.
+ * If one job is refused none runs, and the text begins with its index. */
 ZH_API int zh_sim_run_batch(const zh_sim_job *jobs, zh_sim_result *results, uint32_t count);
 
 /* The columns of every record, in order; NULL beyond the last. */

@@ -1,5 +1,6 @@
-/* What a port starts the application with: parameters and gain table in flash, from a
- * configuration, a board and a motor (tools/generate_params.py). */
+/* Start values of the application: parameters and gain table in flash, from a configuration, a
+ * board and a motor (tools/generate_params.py).
+ */
 #ifndef CM_CONFIG_H
 #define CM_CONFIG_H
 

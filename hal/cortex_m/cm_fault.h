@@ -1,6 +1,6 @@
-/* Ends of the program: why the drive stopped for good, with what the core knew.
+/* Ends of the program: why the drive stopped for good, with the state of the core.
  *
- * Codes are append-only; the emulated port leaves with them as exit code, a board reports them.
+ * Codes are append-only; the emulated port returns them as exit code, a board reports them.
  */
 #ifndef CM_FAULT_H
 #define CM_FAULT_H
@@ -9,14 +9,14 @@
 
 typedef enum {
     CM_END_HARD_FAULT = 101,
-    CM_END_WILD_ACCESS = 110,    /* outside what the MPU allows: code, null page, no memory */
+    CM_END_WILD_ACCESS = 110,    /* access that the MPU forbids: code, null page, no memory */
     CM_END_STACK_OVERFLOW = 111, /* MPU guard below the stack */
     CM_END_DIVISION_BY_ZERO = 112,
     CM_END_UNDEFINED_INSTRUCTION = 113,
     CM_END_BUS_FAULT = 114,
     CM_END_USAGE_FAULT = 115,
     CM_END_CONTROL_STUCK = 116,    /* the watchdog saw no control period end */
-    CM_END_BACKGROUND_STUCK = 117, /* the watchdog was not served while periods went on */
+    CM_END_BACKGROUND_STUCK = 117, /* the watchdog was not served while periods continued */
     CM_END_TABLE_CHANGED = 118,
     CM_END_IMAGE_CHANGED = 119,
     CM_END_UNEXPECTED_INTERRUPT = 121,
@@ -35,8 +35,8 @@ typedef struct {
 /* Opens the gates, then hands over to the port; from any context. */
 _Noreturn void cm_stop(cm_end_t code);
 
-/* Watchdog at its end (a port's NMI or early interrupt): tells who hangs. `progressed` when
- * control periods went on all the time it was not served. */
+/* Watchdog expired (a port's NMI or early interrupt): reports the cause. `progressed` when control
+ * periods continued all the time it was not served. */
 _Noreturn void cm_watchdog_expired(int progressed);
 
 #endif

@@ -1,4 +1,4 @@
-/* What the flash image says about itself, and whether it is still what was linked.
+/* Identity of the flash image, and the check that it is still as linked.
  *
  * The CRC-32C over everything before it is the image's last word, written after linking
  * (tools/stamp_image.py).
@@ -11,7 +11,7 @@
 
 #define CM_IMAGE_MAGIC 0x5A48494Du /* "ZHIM" */
 
-/* At a fixed place, right behind the vectors, for tools that look at a .bin. */
+/* At a fixed address, after the vectors, for tools that read a .bin. */
 typedef struct {
     uint32_t magic;
     uint32_t bytes; /* of the image, its CRC included */
@@ -31,7 +31,7 @@ uint32_t cm_image_crc32c(void);
 /* The whole image at once. */
 bool cm_image_intact(void);
 
-/* The running check: a slice per call, false once a whole round has met a changed image. */
+/* The running check: one slice per call; false once a complete round has found a changed image. */
 typedef struct {
     uint32_t offset;
     uint32_t crc;
@@ -39,7 +39,7 @@ typedef struct {
 
 bool cm_image_check_slice(cm_image_check_t *check);
 
-/* One line for the banner and the host link, without its end; returns its length. */
+/* One line for the banner and the host link, without terminator; returns its length. */
 #define CM_IMAGE_BANNER_BYTES 224u
 uint32_t cm_image_banner(char *text);
 

@@ -6,14 +6,15 @@
 
 typedef void (*cm_vector_t)(void);
 
-/* At once, from any context, also before main: the first act of every fault handler. */
+/* Opens the gates at once, from any context, also before main: the first action of every fault
+ * handler. */
 void port_gates_off(void);
 
-/* Right after reset, before the image is checked and with nothing in RAM yet: the gate pins into
- * their inactive state, as far as the part can do that before its clocks are set up. */
+/* Directly after reset, before the image is checked and with nothing in RAM: sets the gate pins
+ * inactive, as far as the part can before its clocks are set up. */
 void port_early(void);
 
-/* Reports why the drive stopped and stays there, or resets, with the gates off. */
+/* Reports why the drive stopped, then stays there, or resets, with the gates off. */
 _Noreturn void port_halt(const cm_fault_t *fault);
 
 /* Called with .data and .bss ready, FPU and MPU on, interrupts masked. Must not return. */

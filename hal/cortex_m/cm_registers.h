@@ -1,4 +1,4 @@
-/* Registers of the Cortex-M4 itself, as far as the ports use them.
+/* Registers of the Cortex-M4 core that the ports use.
  *
  * Addresses and bits: ARMv7-M Architecture Reference Manual, chapters B3 (system control, NVIC,
  * MPU).
@@ -43,9 +43,9 @@
 #define CM_NVIC_ICPR(n) CM_REGISTER(0xE000E280u + 4u * (n))
 #define CM_NVIC_IPR(n)  (*(volatile uint8_t *)(uintptr_t)(0xE000E400u + (n)))
 
-/* Levels of urgency, 0 first; parts have 4 bits of priority or more. The timer that opens the gates
- * when the control interrupt hangs is the only one at level 0: interrupts start there, so a port
- * moves all others. */
+/* Interrupt priorities, 0 highest; parts have 4 priority bits or more. Only the timer that opens
+ * the gates when the control interrupt hangs has priority 0. That is the reset value of all
+ * interrupts, so a port changes all others. */
 #define CM_LEVEL_HANG    0u
 #define CM_LEVEL_CONTROL 1u
 
@@ -68,7 +68,7 @@ static inline void cm_barrier(void)
     __asm volatile("dsb\n\tisb" ::: "memory");
 }
 
-/* Between two rounds of the background: what an interrupt changed meanwhile is read anew. */
+/* Between two rounds of the background: what an interrupt changed meanwhile is read again. */
 static inline void cm_background_sync(void)
 {
     __asm volatile("" ::: "memory");
@@ -101,7 +101,7 @@ static inline void cm_nvic_level(uint32_t irq, uint32_t level)
     CM_NVIC_IPR(irq) = (uint8_t)(level << 4);
 }
 
-/* One that waits to be served is forgotten. */
+/* Clears a pending interrupt. */
 static inline void cm_nvic_forget(uint32_t irq)
 {
     CM_NVIC_ICPR(irq / 32u) = 1u << (irq % 32u);

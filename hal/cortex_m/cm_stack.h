@@ -1,13 +1,13 @@
-/* How much of the stack was ever used: painted at start, read at leisure. */
+/* Stack watermark: painted at start, read at any time. */
 #ifndef CM_STACK_H
 #define CM_STACK_H
 
 #include <stdint.h>
 
-/* Everything below the caller's frame. */
+/* Paints everything below the caller's frame. */
 void cm_stack_paint(void);
 
-/* Bytes used at most since then. */
+/* Largest number of bytes used since then. */
 uint32_t cm_stack_used(void);
 
 uint32_t cm_stack_size(void);

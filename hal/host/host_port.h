@@ -7,7 +7,7 @@
 
 #include "unit.h"
 
-/* The line of the host link: what has come for the drive, and room for what it says. */
+/* The line of the host link: received bytes for the drive, and space for its answers. */
 typedef struct {
     const uint8_t *received;
     uint32_t received_n;
@@ -17,7 +17,7 @@ typedef struct {
     uint32_t sent_n;
 } host_port_line_t;
 
-/* What a board has for parameters that are to stay. */
+/* Devices of a board for stored parameters. */
 typedef struct {
     const hal_flash_t *flash;
     const uint8_t *access_key;
@@ -32,20 +32,19 @@ typedef struct {
     uint32_t period_us;
     uint32_t background_every; /* periods between two background calls */
     uint32_t until_background;
-    host_port_line_t line; /* zeroed: nobody there */
+    host_port_line_t line; /* zeroed: no host */
     bool recording;
 } host_port_t;
 
-/* False when the application refused the parameters or the table; it can be stepped all the same.
- */
+/* False when the application refused the parameters or the table; it can still be stepped. */
 CHECKED bool host_port_init(host_port_t *port, const params_t *params, const gain_table_t *table);
 
-/* After host_port_init: anew with what `flash` keeps, and with a key: as a board starts. All of
- * them, and *params, stay the caller's; entropy draws the nonces and may be NULL. */
+/* After host_port_init: restarts with the content of `flash` and a key, as a board starts. The
+ * caller owns all of them, and *params; entropy supplies the nonces and may be NULL. */
 CHECKED bool host_port_start(host_port_t *port, const params_t *params, const gain_table_t *table,
                              const host_port_store_t *store);
 
-/* Trace and fault record from the next period on; the memory stays the caller's. */
+/* Trace and fault record from the next period on; the caller owns the memory. */
 void host_port_record(host_port_t *port, const unit_memory_t *memory);
 
 /* One period, and the background function every background_every-th call. */

@@ -1,5 +1,5 @@
-/* Two slots of flash in memory, for ports without a flash of their own: the emulated board keeps
- * them through a reset, `zh serve` in a file.
+/* Two slots of flash in memory, for ports without flash: the emulated board keeps them through a
+ * reset, `zh serve` in a file.
  */
 #ifndef RAM_FLASH_H
 #define RAM_FLASH_H
@@ -10,11 +10,11 @@
 
 typedef struct {
     uint32_t magic;
-    uint32_t changes; /* operations so far: whoever keeps a copy sees that it is old */
+    uint32_t changes; /* operations so far, to detect an outdated copy */
     uint32_t cell[2][RAM_FLASH_WORDS];
 } ram_flash_t;
 
-/* Memory that was none before is erased; what it held stays else. */
+/* Erases memory that was not initialised before; keeps the content otherwise. */
 void ram_flash_start(ram_flash_t *memory);
 
 hal_flash_status_t ram_flash_erase(void *context, uint32_t slot);

@@ -1,6 +1,8 @@
-/* The key that everybody has who can read: it lets the tools unlock an example port on a bench, and
- * protects nothing. A product builds with -DZH_RELEASE=ON and -DZH_ACCESS_KEY=<file>, sixteen bytes
- * of its own, other ones for each drive, and hands `tools/zh run --key` the same.
+/* The public development key: it lets the tools unlock an example port on a bench, and protects
+ * nothing.
+ *
+ * A product builds with -DZH_RELEASE=ON and -DZH_ACCESS_KEY=<file>: sixteen bytes of its own,
+ * different for each drive. Give `tools/zh run --key` the same file.
  */
 #ifndef HAL_DEVELOPMENT_KEY_H
 #define HAL_DEVELOPMENT_KEY_H

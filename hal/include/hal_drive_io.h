@@ -1,8 +1,8 @@
-/* What passes between a port and the control period: plain values, hardware units in, duties out.
+/* Interface between a port and the control period: plain values, hardware units in, duties out.
  *
- * The port samples all six channels at the carrier crest and hands them over unscaled; the duties
- * it gets back act from the NEXT crest on for one period (timer preload). gates_on = false acts at
- * once. Called from the control interrupt only.
+ * The port samples all six channels at the carrier crest and passes them unscaled. The duties it
+ * gets back act from the NEXT crest on for one period (timer preload). gates_on = false acts at
+ * once. Called only from the control interrupt.
  */
 #ifndef HAL_DRIVE_IO_H
 #define HAL_DRIVE_IO_H
@@ -20,7 +20,7 @@ typedef struct {
     uint16_t u_uv_counts;
     uint16_t u_vw_counts;
     uint16_t u_dc_counts;
-    uint16_t late_periods; /* running count of crests missed: a period ended after the next one */
+    uint16_t late_periods; /* running count of missed crests: a period ended after the next one */
     uint16_t inputs;       /* HAL_INPUT_*; 0 on a board without them */
 } hal_sample_t;
 

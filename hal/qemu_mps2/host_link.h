@@ -1,4 +1,4 @@
-/* The host link of the emulated board: first what stands in a file of the host, then UART 0. */
+/* The host link of the emulated board: first the content of a file of the host, then UART 0. */
 #ifndef HOST_LINK_H
 #define HOST_LINK_H
 

@@ -1,8 +1,8 @@
-/* What passes between the emulated image and the plant on the host: little-endian structs on two
+/* Interface between the emulated image and the plant on the host: little-endian structs on two
  * FIFOs, one exchange per control period.
  *
  *   image -> hello;  plant -> start;  image -> ready (0: accepted)
- *   each period: plant -> in, image -> out;  in with a stop flag: image -> end, and it leaves
+ *   each period: plant -> in, image -> out;  in with a stop flag: image -> end, and it exits
  */
 #ifndef PIL_PROTOCOL_H
 #define PIL_PROTOCOL_H
@@ -18,7 +18,7 @@
 #define PIL_FIFO_TO_IMAGE   "to_image"
 #define PIL_FIFO_FROM_IMAGE "from_image"
 
-/* A file there, when there is one, is what the host link hears before its serial port. */
+/* An optional file; the host link reads it before its serial port. */
 #define PIL_LINK_FILE "link_frames"
 
 enum {
@@ -51,7 +51,7 @@ typedef struct {
     params_t params;
 } pil_start_t;
 
-/* Defects the image can be told to have, to see how it ends. */
+/* Defects that the image can be told to have, for tests of how it ends. */
 typedef enum {
     PIL_INJECT_NONE = 0,
     PIL_INJECT_WILD_WRITE = 1,
@@ -69,15 +69,15 @@ typedef enum {
     PIL_INJECT_OVERRUNS = 13, /* two in a row do */
     PIL_INJECT_EXECUTE_RAM = 14,
     PIL_INJECT_HANG = 15, /* one period takes as long as three */
-    /* No defect: from then on the background changes the parameters again and again, to the same.
-     */
+    /* Not a defect: from then on the background changes the parameters again and again, to the same
+     * values. */
     PIL_INJECT_LIVE_CHANGE = 16,
     PIL_INJECT_TRACE = 17, /* nor this: from then on eight signals are recorded in every period */
-    PIL_INJECT_SKIP = 18,  /* in one period nothing is executed in place of one instruction */
+    PIL_INJECT_SKIP = 18,  /* in one period one instruction is skipped */
     PIL_INJECT_COUNT
 } pil_inject_t;
 
-#define PIL_STOP (1u << 31) /* in `command`: leave */
+#define PIL_STOP (1u << 31) /* in `command`: exit */
 
 typedef struct {
     uint32_t command; /* SEQUENCE_CMD_*, PIL_STOP */

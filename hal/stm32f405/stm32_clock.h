@@ -1,8 +1,8 @@
 /* Clock tree: 8 MHz crystal -> PLL -> 168 MHz, APB1 42 MHz, APB2 84 MHz (their timers twice that).
  *
- * Every wait for a ready bit ends: without the crystal the PLL runs from the internal oscillator,
- * without the PLL the core stays on that (16 MHz). Only the crystal is exact enough for a drive:
- * dead time, period and speed scale with it, so any other answer means "stay off".
+ * Every wait for a ready bit has a limit. Without the crystal the PLL runs from the internal
+ * oscillator, without the PLL the core stays on that (16 MHz). Only the crystal is exact enough for
+ * a drive, because dead time, period and speed scale with it. Any other result means "stay off".
  */
 #ifndef STM32_CLOCK_H
 #define STM32_CLOCK_H
@@ -12,12 +12,12 @@
 #include "stm32_registers.h"
 
 typedef enum {
-    STM32_CLOCK_CRYSTAL = 0,      /* 168 MHz, as meant; failure of the crystal raises the NMI */
-    STM32_CLOCK_INTERNAL_PLL = 1, /* 168 MHz +-1 %: for telling why */
+    STM32_CLOCK_CRYSTAL = 0,      /* 168 MHz as intended; crystal failure raises the NMI */
+    STM32_CLOCK_INTERNAL_PLL = 1, /* 168 MHz +-1 %: only to report the reason */
     STM32_CLOCK_INTERNAL = 2      /* 16 MHz */
 } stm32_clock_t;
 
-/* Polls of a ready bit before it is given up, on the target: about 50 ms at 16 MHz. */
+/* Polls of a ready bit before giving up, on the target: about 50 ms at 16 MHz. */
 #define STM32_CLOCK_POLLS 100000u
 
 stm32_clock_t stm32_clock_start(stm32_rcc_t *rcc, stm32_flash_t *flash, stm32_pwr_t *pwr,

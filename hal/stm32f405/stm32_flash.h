@@ -1,8 +1,8 @@
-/* Flash sectors of the parameters: erase, program a word. Nothing else can be touched from here.
+/* Flash sectors of the parameters: erase, program a word. Nothing else can be changed from here.
  *
- * Sectors 5 and 6 (128 KiB each), behind the image (memory.ld). The core stands still while the
- * flash is busy, up to 2 s for an erase: gates off, and the watchdog's time set before that.
- * Option bytes are out of reach: their key is never written.
+ * Sectors 5 and 6 (128 KiB each), behind the image (memory.ld). The core stalls while the flash is
+ * busy, up to 2 s for an erase: gates off, and the watchdog's time set before that. Option bytes
+ * cannot be changed: their key is never written.
  */
 #ifndef STM32_FLASH_H
 #define STM32_FLASH_H

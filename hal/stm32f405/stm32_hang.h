@@ -1,8 +1,8 @@
-/* TIM7: interrupts when the control interrupt has not begun anew for a time. More urgent than it,
- * so a control interrupt that hangs cannot keep the gates on.
+/* TIM7: interrupts when no control interrupt has begun for a time. Its priority is higher, so a
+ * control interrupt that hangs cannot keep the gates on.
  *
- * Counts microseconds; each control interrupt begins it anew. Without one it interrupts whenever
- * the time is over.
+ * It counts microseconds; each control interrupt restarts it. Without one it interrupts each time
+ * the limit is reached.
  */
 #ifndef STM32_HANG_H
 #define STM32_HANG_H
@@ -19,7 +19,7 @@ static inline void stm32_hang_serve(stm32_tim_t *tim)
     tim->CNT = 0u;
 }
 
-/* The core will stand still on purpose (flash), with the gates off. */
+/* The core will stall on purpose (flash), with the gates off. */
 static inline void stm32_hang_pause(stm32_tim_t *tim)
 {
     tim->CR1 &= ~TIM_CR1_CEN;
@@ -31,7 +31,7 @@ static inline void stm32_hang_resume(stm32_tim_t *tim)
     tim->CR1 |= TIM_CR1_CEN;
 }
 
-/* In the interrupt: it has been seen. */
+/* In the interrupt: acknowledges it. */
 static inline void stm32_hang_seen(stm32_tim_t *tim)
 {
     tim->SR = 0u;

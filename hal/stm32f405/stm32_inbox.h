@@ -1,4 +1,4 @@
-/* Bytes that have come, from the interrupt that puts them to the background that takes them. */
+/* Received bytes, from the interrupt that stores them to the background that takes them. */
 #ifndef STM32_INBOX_H
 #define STM32_INBOX_H
 

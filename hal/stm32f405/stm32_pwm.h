@@ -25,15 +25,15 @@ typedef struct {
     float dead_time_s;
 } stm32_pwm_params_t;
 
-/* Outputs off, counter running. False, and nothing started, when period or dead time are beyond
- * what the timer can do, or without any dead time: that is a short circuit. */
+/* Outputs off, counter running. False, and nothing started, when period or dead time are out of the
+ * timer's range, or without any dead time, which would short-circuit a leg. */
 bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params);
 
-/* Duties to the preload registers, gates on or off at once. A duty outside 0..1 or no number opens
- * the gates. */
+/* Writes the duties to the preload registers; gates on or off at once. A duty outside 0..1 or NaN
+ * opens the gates. */
 void stm32_pwm_write(stm32_tim_t *tim, const hal_output_t *output);
 
-/* From any context. Writes only when there is something to take away: the first write to BDTR after
+/* From any context. Writes only if there is something to switch off: the first write to BDTR after
  * a reset freezes LOCK, and that has to be the one of stm32_pwm_start. */
 static inline void stm32_pwm_gates_off(stm32_tim_t *tim)
 {
@@ -48,14 +48,15 @@ static inline void stm32_pwm_break(stm32_tim_t *tim)
     tim->EGR = TIM_EGR_BG;
 }
 
-/* The counter is on its way down: the last update was at a crest, as it has to be. To be asked less
+/* True when the counter is counting down: the last update was at a crest, as required. Call it less
  * than half a period after the trigger. */
 static inline bool stm32_pwm_past_crest(const stm32_tim_t *tim)
 {
     return (tim->CR1 & TIM_CR1_DIR) != 0u;
 }
 
-/* A crest since the last stm32_pwm_forget_crest: what is written now may act one period late. */
+/* True when a crest has passed since the last stm32_pwm_forget_crest: values written now may act
+ * one period late. */
 static inline bool stm32_pwm_crest_passed(const stm32_tim_t *tim)
 {
     return (tim->SR & TIM_SR_UIF) != 0u;
@@ -83,7 +84,7 @@ bool stm32_pwm_broken(const stm32_tim_t *tim);
 /* Stays latched while the input is still active. */
 void stm32_pwm_clear_break(stm32_tim_t *tim);
 
-/* DTG field for at least that many timer ticks; false beyond 1008. RM0090, TIMx_BDTR. */
+/* DTG field for at least this many timer ticks; false above 1008. RM0090, TIMx_BDTR. */
 bool stm32_pwm_dead_time_code(uint32_t ticks, uint32_t *code);
 
 #endif

@@ -10,8 +10,8 @@
 
 void stm32_rng_start(stm32_rng_t *rng);
 
-/* False, and *bits as it was: no word in time, a fault of clock or noise source, or the same word
- * twice, which a generator that stands gives (FIPS 140-2 4.9.2). */
+/* False, and *bits unchanged: no word in time, a fault of clock or noise source, or the same word
+ * twice, as from a stuck generator (FIPS 140-2 4.9.2). */
 bool stm32_rng_draw(stm32_rng_t *rng, uint64_t *bits);
 
 #endif

@@ -1,5 +1,6 @@
-/* The parameters' two flash sectors as the store's slots. Each operation waits to its end: the
- * caller sees to interrupts and watchdog. */
+/* The parameters' two flash sectors as the slots of the store. Each operation waits for its end;
+ * the caller takes care of interrupts and watchdog.
+ */
 #ifndef STM32_SLOTS_H
 #define STM32_SLOTS_H
 

@@ -1,7 +1,7 @@
-/* Flash of the parameter store, as the background uses it while the drive runs on without gates.
+/* Flash of the parameter store, for the background, while the drive runs on with the gates off.
  *
- * The core stands still while the flash is busy: control periods may be missing, and the next one
- * begin anywhere. The interrupts wait, and the watchdog gets the time that an erase takes.
+ * The core stalls while the flash is busy: control periods may be missing, and the next one may
+ * begin at any phase. Interrupts wait, and the watchdog gets the time that an erase takes.
  */
 #ifndef STM32_STORE_H
 #define STM32_STORE_H
@@ -19,7 +19,7 @@ typedef struct {
     stm32_tim_t *hang;        /* waits meanwhile */
     stm32_iwdg_t *iwdg;
     uint32_t watchdog_ms; /* its usual time */
-    bool *behind_late;    /* set: the next period may begin off its crest */
+    bool *behind_late;    /* set: the next period may start off its crest */
 } stm32_store_t;
 
 /* Operations of hal_flash_t; context: stm32_store_t. */

@@ -1,5 +1,6 @@
-/* Serial port, 8 bits, no parity. Text is sent polled, at the start and at the end; the host link's
- * bytes go one at a time when there is room, and come by interrupt. */
+/* Serial port, 8 bits, no parity. Text is sent polled, at start and end. Bytes of the host link are
+ * sent one at a time when there is room, and received by interrupt.
+ */
 #ifndef STM32_USART_H
 #define STM32_USART_H
 
@@ -20,11 +21,11 @@ bool stm32_usart_send(stm32_usart_t *usart, const char *text);
 /* False when the transmitter has no room now. */
 bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte);
 
-/* A byte when there is one; one that arrived with noise or without its stop bit is dropped. Takes
- * back every request for the interrupt, an overrun without a byte among them. */
+/* A received byte, if any; one with noise or without its stop bit is dropped. Clears every request
+ * for the interrupt, including an overrun without a byte. */
 bool stm32_usart_receive(stm32_usart_t *usart, uint8_t *byte);
 
-/* From here on a byte that has come raises the port's interrupt. */
+/* From here on a received byte raises the port's interrupt. */
 void stm32_usart_interrupt(stm32_usart_t *usart);
 
 #endif

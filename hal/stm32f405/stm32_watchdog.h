@@ -1,5 +1,6 @@
-/* IWDG: resets the part unless served; once started it cannot be stopped. Its clock (32 kHz) is its
- * own and may be 17..47 kHz, so the time is between 2/3 and 2 times the one asked for. */
+/* IWDG: resets the part unless served; once started it cannot be stopped. It has its own clock (32
+ * kHz nominal, 17..47 kHz), so the time is between 2/3 and 2 times the requested one.
+ */
 #ifndef STM32_WATCHDOG_H
 #define STM32_WATCHDOG_H
 
@@ -12,8 +13,8 @@
 /* Polls of "register update done", five cycles of the slow clock: about 100 us. */
 #define STM32_WATCHDOG_POLLS 100000u
 
-/* Also changes the time of one that runs. False for a time beyond reach, or when the registers do
- * not take it; it may run then, with another time. */
+/* Also changes the time of a running one. False for a time out of range, or when the registers do
+ * not accept it; it may then run with another time. */
 bool stm32_watchdog_start(stm32_iwdg_t *iwdg, uint32_t time_ms);
 
 static inline void stm32_watchdog_serve(stm32_iwdg_t *iwdg)

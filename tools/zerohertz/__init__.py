@@ -1,4 +1,8 @@
-"""Tools of the ZeroHertz drive: gain design, certificates, simulation, reports, tests."""
+"""Tools of the ZeroHertz drive: gain design, certificates, simulation, reports, tests.
+
+`Drive` runs the firmware from Python, one control period per call. `zerohertz.sim.run` runs it on
+the simulated rig. `zerohertz.estimator.Estimator` runs an estimator alone.
+"""
 
 from __future__ import annotations
 

@@ -3,7 +3,9 @@
     with Drive("gain_tables/hasegawa2005", "host_sim/boards/paper.toml") as drive:
         out = drive.step(8192, 8192, 8192, 8192, 8192, 11592, speed_ref_rpm=60.0, run=True)
 
-A Drive is one control period per call, on ADC words; the plant and its clock are the caller's.
+Each call of `step` runs one control period on six ADC words. The caller owns the plant and its
+clock.
+Parameters are items of the drive: drive["adapt_kp"] reads one, drive["adapt_kp"] = 5.0 sets it.
 """
 
 from __future__ import annotations
@@ -192,7 +194,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 @functools.cache
 def library() -> ctypes.CDLL:
-    """The SIL library, built when out of date (ZEROHERTZ_SIL names another one)."""
+    """The SIL library, built if out of date; ZEROHERTZ_SIL names another one."""
     path = ensure_built().sil_library
     try:
         lib = ctypes.CDLL(os.fspath(path))
@@ -207,7 +209,7 @@ def library() -> ctypes.CDLL:
 
 
 def raise_last_error() -> None:
-    """The text the library left for its last failure on this thread."""
+    """Raise UserError with the library's text for its last failure on this thread."""
     raise UserError(library().zh_sil_error().decode(errors="replace"))
 
 
@@ -217,7 +219,7 @@ def check(status: int) -> None:
 
 
 def override_lines(values: Mapping[str, Any]) -> bytes:
-    """name=value lines; a list of numbers or points is written as TOML knows it."""
+    """name=value lines; a list of numbers or points is written as in TOML."""
     return "\n".join(f"{name}={_value_text(value)}" for name, value in values.items()).encode()
 
 
@@ -232,7 +234,7 @@ def _value_text(value: Any) -> str:
 
 
 def parameters() -> tuple[Parameter, ...]:
-    """Every parameter the firmware has."""
+    """Every parameter of the firmware."""
     lib = library()
     found = []
     for index in range(lib.zh_sil_name_count()):
@@ -262,7 +264,7 @@ def _choices(info: _NameInfo) -> tuple[str, ...]:
 
 
 class Handle:
-    """An object of the library, closed once: by close(), a with block or the collector."""
+    """An object of the library, freed by close(), a with block or the garbage collector."""
 
     _CLOSE: str  # name of the library's function
     _handle: int | None
@@ -289,7 +291,11 @@ class Handle:
 
 
 class Drive(Handle):
-    """One drive. Not for two threads at a time; any number of drives side by side."""
+    """One drive. Any number may exist; each may be used by one thread at a time.
+
+    motor_dir has motor.toml and l_gain.json; board is a TOML file as in host_sim/boards; overrides
+    set parameters of firmware/parameters/param_list.def, the protected ones only here.
+    """
 
     _CLOSE = "zh_sil_close"
 
@@ -299,7 +305,7 @@ class Drive(Handle):
         board: StrPath,
         overrides: Mapping[str, float] | None = None,
     ) -> None:
-        """UserError, with the file and the key at fault, when anything is refused."""
+        """Raise UserError, which names file and key, when the library refuses an input."""
         self._handle = None
         self._lib = library()
         self._in = _In(struct_size=ctypes.sizeof(_In))
@@ -323,10 +329,10 @@ class Drive(Handle):
         fault_reset: bool = False,
         torque_off: bool = False,
     ) -> Output:
-        """One control period on the words of this carrier crest.
+        """Run one control period on the ADC words sampled at this carrier crest.
 
-        The duties returned act from the next crest to the one after; gates_on False acts at once.
-        UserError for a reference that is no number: the drive has tripped then.
+        The returned duties act from the next crest to the one after; gates_on False acts at once.
+        Raise UserError for a reference that is not finite; the drive has then tripped.
         """
         words = (i_u, i_v, i_w, u_uv, u_vw, u_dc)
         if min(words) < 0 or max(words) > 0xFFFF:

@@ -85,7 +85,7 @@ def events(count: int, **columns: npt.ArrayLike) -> npt.NDArray[Any]:
 
 
 def built_library(name: str) -> Path:
-    """The library of one estimator by itself, built when out of date."""
+    """The library of one estimator alone, built if out of date."""
     target = f"zh_estimator_{name}"
     return ensure_built(target).folder / "host_sim" / f"lib{target}.so"
 
@@ -104,7 +104,7 @@ def _library(path: Path) -> ctypes.CDLL:
 
 
 class Estimator(Handle):
-    """One estimator, from a motor at rest without flux. Not for two threads at a time."""
+    """One estimator, starting from a motor at rest without flux; for one thread at a time."""
 
     _CLOSE = "zh_estimator_close"
 
@@ -135,7 +135,7 @@ class Estimator(Handle):
         return out
 
     def signals(self) -> dict[str, float]:
-        """What this estimator shows beside the estimate."""
+        """Signals of this estimator beside the estimate."""
         handle = self._open_handle()
         shown: dict[str, float] = {}
         while (name := self._lib.zh_estimator_signal_name(len(shown))) is not None:

@@ -34,7 +34,7 @@ _hashes: list[Hashes] | None = None  # of the runs inside signal_hashes()
 
 
 class Trip(IntFlag):
-    """What ended the experiment, had it been a real one."""
+    """Events that would have ended a real experiment."""
 
     FIRMWARE = 1  # a fault of the firmware
     SPEED = 2  # true |w| > 3000 min^-1
@@ -69,7 +69,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Commissioned:
-    """What the firmware's self-commissioning found (zh_commissioning of sim.h)."""
+    """Result of the firmware's self-commissioning (zh_commissioning of sim.h)."""
 
     done: bool
     refusal: int
@@ -86,7 +86,7 @@ class Commissioned:
 
 @dataclass(frozen=True)
 class Record:
-    """What a run left: named columns, one row per recorded control period."""
+    """Record of a run: named columns, one row per recorded control period."""
 
     columns: dict[str, npt.NDArray[np.float32]]
     steps: int
@@ -124,7 +124,7 @@ def _library() -> ctypes.CDLL:
 
 @functools.cache
 def _row() -> dict[str, str]:
-    """Columns of a row as the library has them, and what they mean."""
+    """Columns of a row in the library's order, and their meaning."""
     lib = _library()
     return {
         lib.zh_sim_column_name(k).decode(): lib.zh_sim_column_text(k).decode()
@@ -133,7 +133,7 @@ def _row() -> dict[str, str]:
 
 
 def column_texts() -> dict[str, str]:
-    """The columns of every record and what they mean; the unit ends the name."""
+    """Columns of every record and their meaning; the name ends with the unit."""
     return {name: text for name, text in _row().items() if name != "faults_high"}
 
 
@@ -159,7 +159,7 @@ def signal_hashes() -> Iterator[list[Hashes]]:
 
 
 def run(job: Job) -> Record:
-    """Simulate; UserError, with the file and the key at fault, for anything senseless."""
+    """Simulate a job; raise UserError, which names file and key, for an invalid one."""
     lib = _library()
     raw, keep = _raw_job(job)
     result = RawResult(struct_size=ctypes.sizeof(RawResult))
