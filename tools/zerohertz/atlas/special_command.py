@@ -21,6 +21,21 @@ def register(app: typer.Typer) -> None:
 
 ZERO_HERTZ = "zero_hertz"
 
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+WorkersOption = Annotated[
+    int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+]
+ArrivalOption = Annotated[
+    float,
+    typer.Option(
+        min=0.0, max=0.5, help="zero_hertz: largest relative Rs error when the load comes."
+    ),
+]
+LoadStepOption = Annotated[
+    float,
+    typer.Option(min=-1.0, max=1.0, help="zero_hertz: share of the load switched every minute."),
+]
+
 
 def special(
     names: Annotated[
@@ -29,12 +44,8 @@ def special(
     config: Annotated[
         str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
     ] = "recommended",
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    workers: WorkersOption = 2,
+    as_json: JsonOption = False,
     runs: Annotated[
         int, typer.Option(min=1, help="zero_hertz: runs of each kind (slow, rated).")
     ] = 40,
@@ -42,18 +53,8 @@ def special(
     seconds: Annotated[
         float, typer.Option(min=30.0, help="zero_hertz: length of each dwell, s.")
     ] = 600.0,
-    arrival: Annotated[
-        float,
-        typer.Option(
-            min=0.0, max=0.5, help="zero_hertz: largest relative Rs error when the load comes."
-        ),
-    ] = 0.2,
-    load_step: Annotated[
-        float,
-        typer.Option(
-            min=-1.0, max=1.0, help="zero_hertz: share of the load switched every minute."
-        ),
-    ] = 0.0,
+    arrival: ArrivalOption = 0.2,
+    load_step: LoadStepOption = 0.0,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="FILE.png", help="zero_hertz: only draw run 2 of the slow dwells."),

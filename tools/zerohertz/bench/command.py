@@ -24,6 +24,12 @@ GOALS = {"averaged": 2000.0, "switched": 500.0, "design": 4.0}
 # Times motulator's simulated seconds per CPU second.
 PEER_GOALS = {"averaged": 4000.0, "switched": 2000.0}
 
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+FunctionsOption = Annotated[
+    bool,
+    typer.Option("--functions", help="Only instructions by function and slot; writes the page."),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add `zh bench`."""
@@ -37,12 +43,7 @@ def bench(
     image: Annotated[
         bool, typer.Option("--image", help="Only the flash images: bytes and instructions.")
     ] = False,
-    functions: Annotated[
-        bool,
-        typer.Option(
-            "--functions", help="Only instructions by function and slot; writes the page."
-        ),
-    ] = False,
+    functions: FunctionsOption = False,
     only: Annotated[
         str | None,
         typer.Option(help="Only one scenario, on the image, by function; takes seconds."),
@@ -65,9 +66,7 @@ def bench(
     peer: Annotated[
         bool, typer.Option("--peer", help="Only compare the speed of the SIL with motulator 0.5.0.")
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Measure the simulation, the gain design, the control period and the flash images.
 

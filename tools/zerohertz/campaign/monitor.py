@@ -163,7 +163,7 @@ the first period with a fault.
 
 Sensors: **{sensor["cases"]} cases, {sensor["detected"]} detected, {sensor["harmless"]} harmless,
 {sensor["FAILED"]} failed**; the true current was beyond {monitor_run.OVER_A:g} A for at most
-{sensor["over_periods"]} periods on end, in the other groups for
+{sensor["over_periods"]} periods in a row, in the other groups for
 {max(max(r["over_periods"] for r in rows) for rows in result.rows.values())}.
 
 {tables}

@@ -56,10 +56,9 @@ A range is cut into {campaign.BINS} parts with equal numbers of runs.
 |---|---|---|
 {drawn()}
 
-- `dead_time_told`: what the firmware is told is the truth times {_told()}.
+- `dead_time_told`: the firmware's value is the true one times {_told()}.
 - Amperes are those of Table 1's motor (10.7 A rated, power invariant); other motors in proportion.
-- A threshold or a capacitance too small for the plant's integration is raised to the smallest
-  possible one.
+- A threshold or a capacitance too small for the plant's integration is raised to its minimum.
 - A pulsating load swings the free shaft by 10 min^-1 at most (at 2 pole pairs); its run has no
   torque ripple.
 {_not_drawn()}

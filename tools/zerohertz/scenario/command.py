@@ -21,6 +21,12 @@ if TYPE_CHECKING:
 IDENTIFY_LOG = BUILD / "identify" / "log.jsonl"
 
 
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+WorkersOption = Annotated[
+    int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add `zh figures` and `zh identify`."""
     app.command("figures")(figures)
@@ -36,18 +42,14 @@ def figures(
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Compute the sensitivities again; takes minutes.")
     ] = False,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
+    workers: WorkersOption = 2,
     require: Annotated[
         int | None, typer.Option(help="Exit 1 if fewer figures than this match.")
     ] = None,
     write: Annotated[
         bool, typer.Option("--write", help="Store the result in tools/docs, to be committed.")
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run the experiments of Hasegawa (2005), Figs. 6-18, and judge them.
 
@@ -156,9 +158,7 @@ def _acting(content: dict[str, Any], result: Any) -> str:
 def identify(
     hours: Annotated[float, typer.Option(min=0.001, help="Computing time, in hours.")] = 1.0,
     seed: Annotated[int, typer.Option(help="Seed of the random search.")] = 1,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
+    workers: WorkersOption = 2,
     log: Annotated[
         Path,
         typer.Option(

@@ -97,7 +97,7 @@ speed decide.
 
 | harm | begins when |
 |---|---|
-| current | a leg was beyond {OVER_PU:g} x `i_trip_A` in {judge.OVER_PERIODS} periods on end |
+| current | a leg was beyond {OVER_PU:g} x `i_trip_A` in {judge.OVER_PERIODS} periods in a row |
 | overspeed | the shaft is beyond {judge.OVERSPEED_PU:g} x maximum speed |
 | deviation | the shaft was {off} for {judge.DEVIATION_S:g} s |
 | direction | {turns} for {judge.DIRECTION_S:g} s |
