@@ -23,7 +23,6 @@ def breaches(folder: Path, text: str) -> list[str]:
     [
         (LONG, "125 characters, at most 120"),
         (f"- {LONG}", "127 characters, at most 120"),
-        ("takes over with an Impressed Current", "`impressed current` is called `I-f`"),
         ("see [there](nowhere.md)", "nothing at nowhere.md"),
         ("see [there](#no-such-heading)", "nothing at #no-such-heading"),
         ("see [there](other.md#missing)", "nothing at other.md#missing"),

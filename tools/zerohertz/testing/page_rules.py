@@ -1,22 +1,18 @@
-"""Rules of CONVENTIONS 6 for the pages: lines that fit, links that work, words of the field.
+"""Rules of CONVENTIONS 6 for the pages: lines that fit, links that work.
 
-Spelling is codespell's (the stage `pages`). Tables, code and HTML may have longer lines.
+Words and sentences: text_rules.py. Spelling is codespell's (the stage `pages`). Tables, code and
+HTML may have longer lines.
 """
 
 from __future__ import annotations
 
 import re
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
+from zerohertz.testing.text_rules import prose, tracked
+
 LONGEST_LINE = 120
-# Words that this project once used for something that the field has a word for.
-WORDS = {
-    "impressed current": "I-f",
-    "flux_level": "flux_reference",
-    "lockstep witness": "lockstep peer",
-}
 # Pages that `zh site` makes, beside the ones of the repository.
 MADE = ("twin.html", "studio.html")
 _LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -25,9 +21,7 @@ _HEADING = re.compile(r"^#+ +(.*)$")
 
 def pages(root: Path) -> list[Path]:
     """Every page under version control."""
-    command = ("git", "-C", str(root), "ls-files", "-z", "*.md")
-    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    return [root / name for name in listed.split("\0") if name]
+    return tracked(root, "*.md")
 
 
 def check_tree(root: Path) -> list[str]:
@@ -44,22 +38,9 @@ def check_page(page: Path) -> Iterator[tuple[int, str]]:
     for number, line in prose(page.read_text()):
         if len(line) > LONGEST_LINE and not line.lstrip().startswith(("|", "<", "[!", "![")):
             yield number, f"{len(line)} characters, at most {LONGEST_LINE}"
-        for word, better in WORDS.items():
-            if word in line.lower():
-                yield number, f"`{word}` is called `{better}`"
         for target in _LINK.findall(line):
             if not leads_somewhere(page, target):
                 yield number, f"nothing at {target}"
-
-
-def prose(text: str) -> Iterator[tuple[int, str]]:
-    """Lines outside fenced code, numbered from 1."""
-    code = False
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.lstrip().startswith("```"):
-            code = not code
-        elif not code:
-            yield number, line
 
 
 def leads_somewhere(page: Path, target: str) -> bool:

@@ -15,6 +15,7 @@ from zerohertz.testing import (
     page_rules,
     shape,
     source_rules,
+    text_rules,
 )
 from zerohertz.testing.counts import junit_outcome
 from zerohertz.testing.misra import cppcheck_suppressions, notices
@@ -110,7 +111,7 @@ def _that_read_the_code() -> list[Stage]:
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
         Stage("shell", "shellcheck", _shell, quick=True),
-        Stage("pages", "lines, links, words and spelling of the pages", _pages, quick=True),
+        Stage("pages", "lines, links, words and spelling of all texts", _pages, quick=True),
         Stage("shape", "size of functions and files, layers, include cycles", _shape, quick=True),
         Stage("eva", "Frama-C on the guard: any input", _eva, asked=True),
         Stage(
@@ -301,13 +302,20 @@ def _shell(log: Log) -> Outcome:
 
 def _pages(log: Log) -> Outcome:
     pages = page_rules.pages(ROOT)
-    if not pages:
-        return Outcome(0, 1, "no page found")
-    rules = _no_breaches(log, page_rules.check_tree(ROOT))
-    spelling = log.check((*CODESPELL, *map(str, pages)))
-    return Outcome(
-        rules.passed + spelling.passed, rules.failed + spelling.failed, rules.note or spelling.note
-    )
+    sources = text_rules.tracked(ROOT, *text_rules.HEADERS)
+    if not pages or not sources:
+        return Outcome(0, 1, "no page or no header found")
+    texts = text_rules.of_pages(ROOT) + text_rules.of_sources(ROOT)
+    texts += (commands := text_rules.of_commands())
+    rules = _no_breaches(log, page_rules.check_tree(ROOT), text_rules.breaches(texts))
+    long = text_rules.long_sentences(texts)
+    log.write("\n".join(long))
+    helps = log.path.with_suffix(".help.txt")
+    helps.write_text("\n".join(passage.text for passage in commands), encoding="utf-8")
+    spelling = log.check((*CODESPELL, *map(str, (*pages, *sources, helps))))
+    failed = rules.failed + spelling.failed
+    note = f"{len(long)} of {len(texts)} texts beyond {text_rules.AIM} words"
+    return Outcome(rules.passed + spelling.passed, failed, rules.note or spelling.note or note)
 
 
 def _shape(log: Log) -> Outcome:
