@@ -147,7 +147,7 @@ def test_the_two_scores_stand_beside_each_other() -> None:
     told = result.as_json()
     assert told["match"]
     assert not told["by_eye"]["match"]
-    assert told["by_eye"]["reason"].startswith("zero held on end, of the last 10 s, s: 10")
+    assert told["by_eye"]["reason"].startswith("longest hold of zero in the last 10 s, s: 10")
     assert other.as_json()["by_eye"] == {"match": True, "seeds_matched": 1, "reason": None}
     assert "by_eye" not in Result("8", "P", (p.judge(8, measures),)).as_json()
 
@@ -158,7 +158,7 @@ def test_the_figures_are_judged_by_eye_in_the_firmware_too() -> None:
     assert results["10"].match_by_eye
     assert results["8"].match
     assert not results["8"].match_by_eye
-    assert "zero held on end" in (results["8"].reason_by_eye or "")
+    assert "longest hold of zero" in (results["8"].reason_by_eye or "")
     assert "rms of w_hat - w before the step" in (results["15"].reason_by_eye or "")
 
 

@@ -486,7 +486,7 @@ def test_the_commands_refuse_what_makes_no_sense() -> None:
         (["trace", "--sil", "--signals", ",", "--out", "x.csv"], "one to eight"),
         (["trace", "--sil", "--signals", "state"], "--out"),
         (["connect", "--port", "/dev/no_such_port"], "cannot be opened"),
-        (["connect", "--sil", "--tcp", "1"], "nobody answers"),
+        (["connect", "--sil", "--tcp", "1"], "no connection"),
         (["serve", "--set", "i_d_A"], "NAME=NUMBER"),
     ):
         result = runner.invoke(app, words)

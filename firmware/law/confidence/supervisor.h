@@ -83,7 +83,7 @@ typedef struct {
     ab_t d_Wb;      /* as it was then */
     supervisor_findings_t found;
     float omega_s_rad_s;        /* low-passed */
-    uint32_t suspect_schedules; /* RESIDUAL or FLUX on end */
+    uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
     uint32_t still_schedules;  /* with STILL, less those without */
     uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */

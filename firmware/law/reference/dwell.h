@@ -58,7 +58,7 @@ typedef struct {
     bool standing;         /* the field stands: Rs can be found */
     bool active;           /* under load: something is modulated */
     bool flux;             /* that is what is modulated, not the speed */
-    uint32_t inside_steps; /* on end */
+    uint32_t inside_steps; /* in a row */
     float omega_s_rad_s;   /* low-passed, less the modulation */
     float i_q_A;           /* low-passed */
     float reference_rad_s; /* as the last step saw it */

@@ -53,7 +53,7 @@ class Found:
 
     name: str
     delays: tuple[Delay, ...]
-    silent_s: float  # longest time lost and CLOSED on end
+    silent_s: float  # longest unbroken time lost and CLOSED
     first_lost_s: float | None
     indicated_s: float | None  # first loss indicator, from first_lost_s on
     impressed_s: float | None  # first request, from first_lost_s on

@@ -232,6 +232,9 @@ class Roles:
     names: dict[int, str]
 
 
+_NO_ANSWER = "is the drive powered? A simulated one may be too slow on a busy machine"
+
+
 class Client:
     """Requests to one drive, each answered before the next is sent."""
 
@@ -270,8 +273,8 @@ class Client:
                         return self._body(frame, what or op.name.lower())
         heard = self._reader.noise.decode(errors="replace").strip()
         raise UserError(
-            f"no answer to {what or op.name.lower()}"
-            + (f"; what came instead: {heard[-200:]!r}" if heard else "; is the drive powered?")
+            f"no answer to {what or op.name.lower()}; "
+            + (f"received instead: {heard[-200:]!r}" if heard else _NO_ANSWER)
         )
 
     def sealed(self, op: Op, body: bytes, what: str = "") -> bytes:

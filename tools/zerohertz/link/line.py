@@ -63,7 +63,7 @@ class TcpLine(SocketLine):
         try:
             connected = socket.create_connection((host, port), timeout=_CONNECT_S)
         except OSError as error:
-            raise UserError(f"{where}: nobody answers ({error}); start tools/zh serve") from None
+            raise UserError(f"{where}: no connection ({error}); start tools/zh serve") from None
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         super().__init__(connected, where)
 
@@ -80,7 +80,7 @@ class UnixLine(SocketLine):
                 break
             except OSError as error:
                 if time.monotonic() > until_s:
-                    raise UserError(f"{path}: nobody answers ({error})") from None
+                    raise UserError(f"{path}: no connection ({error})") from None
             time.sleep(0.01)
         super().__init__(connected, str(path))
 

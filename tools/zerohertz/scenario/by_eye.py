@@ -54,7 +54,7 @@ def eye_clauses(figure: int, m: StepMeasures | RampMeasures, tight: float) -> tu
 def _not_regained(figure: int, m: StepMeasures, tight: float) -> tuple[Clause, ...]:
     if m.trip:  # nothing is held any more
         return ()
-    text = "zero held on end, of the last 10 s, s"
+    text = "longest hold of zero in the last 10 s, s"
     found = (at_most(text, m.regained_s, REGAINED_S, tight),)
     if figure in STUCK_FIGURES:
         text = "share of the last 10 s with |i_q*| >= 12 A"

@@ -148,7 +148,7 @@ class StepMeasures:
     worst_second_limit_share: float
     # Of by_eye.py.
     pre_estimate_rms_rpm: float
-    regained_s: float  # longest time on end that zero is held, t0+20 s .. t0+30 s
+    regained_s: float  # longest unbroken time that zero is held, t0+20 s .. t0+30 s
     last_current_share: float  # of the last 10 s with |i_q*| at 12 A or more
     agree_share: float  # of hold with |w_hat - w| <= 30
 

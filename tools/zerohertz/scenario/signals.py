@@ -102,7 +102,7 @@ def largest(values: Array) -> float:
 
 
 def sustained(values: Array, duration_s: float, step_s: float) -> float:
-    """The largest level that `values` stay above for duration_s on end.
+    """The largest level that `values` stay above for duration_s without a break.
 
     NaN when there is no such stretch of time at all.
     """
@@ -124,7 +124,7 @@ def worst_share(flags: NDArray[np.bool_], duration_s: float, step_s: float) -> f
 
 
 def longest_s(flags: NDArray[np.bool_], step_s: float) -> float:
-    """The longest time on end that the flags are true; NaN when there is none to look at."""
+    """The longest unbroken time that the flags are true; NaN when there are none."""
     if len(flags) == 0:
         return np.nan
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
@@ -135,7 +135,7 @@ def longest_s(flags: NDArray[np.bool_], step_s: float) -> float:
 def lost_at_s(signals: Signals, error_rpm: float, limit_s: float) -> float:
     """Seconds from the start of the ramp to LOST; infinity when it never is.
 
-    The first |w - w*| > error_rpm, or i_q* at its limit for limit_s on end (the end of that time).
+    The first |w - w*| > error_rpm, or i_q* at its limit for limit_s (the end of that time).
     """
     part = signals.window(0.0, 80.0)
     t_s = signals.t_s[part] - signals.event_s

@@ -1,7 +1,7 @@
 """Rules of CONVENTIONS 6 for the words: sentences of one idea, the terms of the field.
 
 Read: pages, comments of headers, texts of parameters and faults, help of every command. A sentence
-also ends at a semicolon. A word has two letters on end, so numbers and signs count nothing.
+also ends at a semicolon. A word has two letters in a row, so numbers and signs do not count.
 """
 
 from __future__ import annotations

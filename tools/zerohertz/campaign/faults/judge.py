@@ -1,7 +1,7 @@
 """The judge: was there harm, and did the drive say a word in time? By the plant's true numbers.
 
 Harm begins when its rule is met:
-  current    the largest true leg current beyond 1.125 i_trip_A in two periods on end
+  current    the largest true leg current beyond 1.125 i_trip_A in two periods in a row
   overspeed  the shaft beyond 1.15 x maximum speed
   deviation  the shaft away from what was asked and the torque limit allows by more than
              30 min^-1 or 5 % of rated speed, the larger, for 1 s
