@@ -109,15 +109,20 @@ def hold(
     return held_or_declared(text, judged, final_mean_error_rpm=mean_rpm)
 
 
-def slow_crossing(setup: Setup, rs_ratio: float, load_pu: float) -> Finding:
+def crossing(load_pu: float, rs_ratio: float = 1.0) -> Experiment:
     """150 -> -150 min^-1 at 5 min^-1/s with the load on: zero frequency is passed slowly."""
     ramp_end_s = SETTLE_S + 2.0 * CROSSING_RPM / CROSSING_RPM_PER_S
-    what = Experiment(
+    return Experiment(
         duration_s=ramp_end_s + SETTLE_S,
         speed_rpm=[(0.0, CROSSING_RPM), (SETTLE_S, CROSSING_RPM), (ramp_end_s, -CROSSING_RPM)],
         load_Nm=[(0.0, 0.0), (1.0, load_pu * RATED_TORQUE_NM)],
         rs_ratio=rs_ratio,
     )
+
+
+def slow_crossing(setup: Setup, rs_ratio: float, load_pu: float) -> Finding:
+    """A crossing, judged."""
+    what = crossing(load_pu, rs_ratio)
     record = bench_run.run(setup, what)
     # The load comes within a second: what the speed loop does then is not the crossing's.
     judged = judge(record, what.duration_s, CROSSING_LIMIT_RPM, from_s=SETTLE_S)

@@ -1,4 +1,4 @@
-"""`zh demo`: everything in one command, ending in a report. `zh report`: single pictures."""
+"""`zh demo`: everything in one command, ending in a report. `zh report`, `zh animate`: pictures."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ OUT = BUILD / "report"
 
 
 def register(app: typer.Typer) -> None:
-    """Add `zh demo` and `zh report`."""
+    """Add `zh demo`, `zh report` and `zh animate`."""
     app.command("demo")(demo)
     app.command("report")(picture)
+    app.command("animate")(animate)
 
 
 def demo(
@@ -101,6 +102,34 @@ def picture(
     except OSError as error:
         raise UserError(f"{png}: cannot be written: {error.strerror}; name another") from None
     print(f"{png}: {size / 1e3:.0f} kB")
+
+
+def animate(
+    gif: Annotated[Path, typer.Option(metavar="FILE.gif", help="Animation to write.")],
+    load: Annotated[float, typer.Option(min=-1.2, max=1.2, help="Load over rated torque.")] = 1.0,
+    rs: Annotated[float, typer.Option(min=0.3, max=3.0, help="True Rs over nameplate.")] = 1.0,
+    config: Annotated[
+        str, typer.Option(help="A configuration of host_sim/configs, or a TOML file.")
+    ] = "recommended",
+) -> None:
+    """The slow passage through zero stator frequency as an animation, five times real time.
+
+    The README's picture: --gif tools/docs/zero_crossing.gif
+    """
+    from zerohertz.report.animation import write_gif
+    from zerohertz.scenario.setup import load_setup
+
+    if gif.suffix.lower() != ".gif":
+        raise UserError(f"--gif: {gif.name}: only GIF is written; give a name that ends in .gif")
+    setup = load_setup(config)
+    try:
+        made = write_gif(setup, gif, load, rs)
+    except OSError as error:
+        raise UserError(f"{gif}: cannot be written: {error.strerror}; name another") from None
+    print(
+        f"{gif}: {made.frames} frames, {made.bytes / 1e3:.0f} kB; at worst the estimate is off by "
+        f"{made.worst_rpm:.1f} min^-1 and {made.worst_deg:.1f} degrees"
+    )
 
 
 def _experiment(figure: int | None, situation: str | None) -> tuple[int, str]:

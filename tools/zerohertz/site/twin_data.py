@@ -154,19 +154,7 @@ def _special(files: Files) -> Iterable[dict[str, Any]]:
     """Passages through zero frequency from `zh special`, at the nominal resistance."""
     setup = load_setup("recommended")
     for load_pu, what in ((-1.0, "driven"), (1.0, "braked")):
-        end_s = special.SETTLE_S + 2.0 * special.CROSSING_RPM / special.CROSSING_RPM_PER_S
-        job, _ = bench_run.job(
-            setup,
-            bench_run.Experiment(
-                duration_s=end_s + special.SETTLE_S,
-                speed_rpm=[
-                    (0.0, special.CROSSING_RPM),
-                    (special.SETTLE_S, special.CROSSING_RPM),
-                    (end_s, -special.CROSSING_RPM),
-                ],
-                load_Nm=[(0.0, 0.0), (1.0, load_pu * bench_run.RATED_TORQUE_NM)],
-            ),
-        )
+        job, _ = bench_run.job(setup, special.crossing(load_pu))
         yield {
             "id": f"crossing_{what}",
             "title": f"Slow passage through zero frequency, {what}",
