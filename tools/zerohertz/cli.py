@@ -40,6 +40,21 @@ COMMAND_MODULES = (
     "zerohertz.envelope.command",
 )
 
+# Packages that tools/zh adds when a command needs them, and the requirements-NAME.txt they are in.
+LIST_OF = {
+    "clarabel": "design",
+    "scipy": "design",
+    "matplotlib": "draw",
+    "PIL": "draw",
+    "dask": "campaign",
+    "distributed": "campaign",
+    "plotly": "campaign",
+    "pyarrow": "campaign",
+    "asammdf": "mdf",
+    "playwright": "test",
+    "mkdocs": "site",
+}
+
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
@@ -98,6 +113,12 @@ def main() -> None:
         # Of an error of usage (no such option, value missing) only typer knows the whole text.
         text = error.format_message() if isinstance(error, typer.TyperException) else str(error)
         print("error: " + short_paths(" ".join(text.split())), file=sys.stderr)
+        sys.exit(EXIT_BAD_INPUT)
+    except ModuleNotFoundError as error:
+        name = LIST_OF.get((error.name or "").split(".")[0])
+        if name is None:
+            raise
+        print(f"error: {error.name}: not installed; run tools/zh setup {name}", file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         code = EXIT_INTERRUPTED

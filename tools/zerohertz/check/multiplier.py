@@ -9,9 +9,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-import clarabel
 import numpy as np
-from scipy import sparse
 
 from zerohertz.check.exact import Matrix, is_negative_definite, is_positive_definite
 from zerohertz.check.inequalities import MS_PER_S, Machine, failing, gamma_inequality, hermitian
@@ -46,6 +44,9 @@ def gamma_multiplier(machine: Machine, A: Matrix) -> Fraction | None:
 
 
 def _search(machine: Machine, A: Matrix, together: bool) -> tuple[Fraction, X4] | None:
+    import clarabel  # with its sparse matrices 150 MB; few tables need them
+    from scipy import sparse
+
     matrices = [_upper(m) for m in _images(machine, _as_real(A), together)]
     rows = np.hstack([vectors[1:] - vectors[0] for vectors in matrices]).T
     right = np.concatenate([-vectors[0] for vectors in matrices])

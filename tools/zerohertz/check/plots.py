@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
+from zerohertz.check import loci
+
 MOTOR_COLOUR, OBSERVER_COLOUR, FLOOR_COLOUR = "#4c72b0", "#c44e52", "#8c8c8c"
-_MARKED_ELEC_PER_MIN = 600  # one marker per so much speed
 _STYLE = {"font.size": 9, "axes.grid": True, "grid.color": "#e4e4e4", "axes.axisbelow": True}
 
 
@@ -22,20 +21,18 @@ def figure_4(motor_json: Path | str, path: Path | str) -> None:
 
     In the paper's real notation poles come in conjugate pairs; the upper one of each is drawn.
     """
-    content = _load(motor_json)
-    speeds = _speeds_elec_per_min(content)
-    poles = np.array([entry["poles"] for entry in content["entries"]])
-    observer = poles.reshape(-1, 2, 2) @ np.array([1.0, 1.0j])
+    table = loci.read(motor_json)
+    speeds = table.speeds_elec_per_min
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.0, 4.2), layout="constrained")
         axes = figure.add_subplot()
-        _locus(axes, speeds, _motor_poles(content, speeds), MOTOR_COLOUR, "o", "motor")
-        _locus(axes, speeds, observer, OBSERVER_COLOUR, "s", "observer")
+        _locus(axes, speeds, table.motor_poles, MOTOR_COLOUR, "o", "motor")
+        _locus(axes, speeds, table.observer_poles, OBSERVER_COLOUR, "s", "observer")
         axes.set_xlabel("real part [1/s]")
         axes.set_ylabel("imaginary part [rad/s]")
         axes.set_title(
-            f"{content['motor']} ({content['method']}): poles, 0 to {speeds[-1]:.0f} elec. "
-            f"min$^{{-1}}$, a mark every {_MARKED_ELEC_PER_MIN}",
+            f"{table.motor} ({table.method}): poles, 0 to {speeds[-1]:.0f} elec. "
+            f"min$^{{-1}}$, a mark every {loci.MARKED_ELEC_PER_MIN}",
             fontsize=9,
         )
         axes.axhline(0.0, color="#606060", linewidth=0.8)
@@ -45,26 +42,22 @@ def figure_4(motor_json: Path | str, path: Path | str) -> None:
 
 def figure_gamma(motor_json: Path | str, path: Path | str) -> None:
     """gamma over speed, with the floor that no gain can go below, and the angle 2 atan(gamma)."""
-    content = _load(motor_json)
-    speeds = _speeds_elec_per_min(content)
-    gamma = np.array([entry["gamma"] for entry in content["entries"]], dtype=float)
+    table = loci.read(motor_json)
+    speeds = table.speeds_elec_per_min
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.0, 3.6), layout="constrained")
         axes = figure.add_subplot()
-        axes.semilogy(speeds, gamma, color=OBSERVER_COLOUR, label="proven for the table")
-        axes.semilogy(
-            speeds, _floor(content, speeds), "--", color=FLOOR_COLOUR, label="floor for any gain"
-        )
+        axes.semilogy(speeds, table.gamma, color=OBSERVER_COLOUR, label="proven for the table")
+        axes.semilogy(speeds, table.floor, "--", color=FLOOR_COLOUR, label="floor for any gain")
         axes.set_xlim(0.0, speeds[-1])
         axes.set_xlabel("electrical speed [min$^{-1}$]")
         axes.set_ylabel("gamma [1]")
-        dw0 = content["inputs"]["design"]["dw0_rad_s"]
         axes.set_title(
-            f"{content['motor']} ({content['method']}): gamma for speed errors up to "
-            f"{dw0:g} rad/s (electrical)",
+            f"{table.motor} ({table.method}): gamma for speed errors up to "
+            f"{table.dw0_rad_s:g} rad/s (electrical)",
             fontsize=9,
         )
-        angle = axes.secondary_yaxis("right", functions=(_degrees, _gamma_of_degrees))
+        angle = axes.secondary_yaxis("right", functions=(loci.degrees, _gamma_of_degrees))
         angle.set_ylabel("orientation error bound 2 atan(gamma) [deg]")
         for axis in (axes.yaxis, angle.yaxis):
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -77,7 +70,7 @@ def figure_gamma(motor_json: Path | str, path: Path | str) -> None:
 def _locus(
     axes: Any, speeds: np.ndarray, poles: np.ndarray, colour: str, marker: str, label: str
 ) -> None:
-    marked = np.flatnonzero(np.isclose(speeds % _MARKED_ELEC_PER_MIN, 0.0))
+    marked = np.flatnonzero(np.isclose(speeds % loci.MARKED_ELEC_PER_MIN, 0.0))
     for column in range(2):
         real, imag = poles[:, column].real, np.abs(poles[:, column].imag)
         axes.plot(
@@ -94,40 +87,8 @@ def _locus(
         )
 
 
-def _motor_poles(content: dict[str, Any], speeds: np.ndarray) -> np.ndarray:
-    """Eigenvalues of A(w), eq. (1), sorted into two continuous branches."""
-    c = content["inputs"]["circuit"]
-    leak = c["Ls_H"] * c["Lr_H"] - c["M_H"] ** 2
-    q = c["Rr_ohm"] / c["Lr_H"] - 1j * speeds * 2.0 * math.pi / 60.0
-    A = np.empty((len(speeds), 2, 2), dtype=complex)
-    A[:, 0, 0] = -(c["Rs_ohm"] + c["M_H"] ** 2 * c["Rr_ohm"] / c["Lr_H"] ** 2) * c["Lr_H"] / leak
-    A[:, 0, 1] = q * c["M_H"] / leak
-    A[:, 1, 0] = c["M_H"] * c["Rr_ohm"] / c["Lr_H"]
-    A[:, 1, 1] = -q
-    poles = np.linalg.eigvals(A)
-    return np.take_along_axis(poles, np.argsort(poles.imag, axis=1), axis=1)
-
-
-def _floor(content: dict[str, Any], speeds: np.ndarray) -> np.ndarray:
-    c, dw0 = content["inputs"]["circuit"], content["inputs"]["design"]["dw0_rad_s"]
-    nearest = np.abs(speeds * 2.0 * math.pi / 60.0 - dw0 / 2.0)
-    return dw0 / (2.0 * np.hypot(c["Rr_ohm"] / c["Lr_H"], nearest))
-
-
-def _degrees(gamma: np.ndarray) -> np.ndarray:
-    return np.degrees(2.0 * np.arctan(gamma))
-
-
 def _gamma_of_degrees(angle_deg: np.ndarray) -> np.ndarray:
     return np.tan(np.radians(angle_deg) / 2.0)
-
-
-def _speeds_elec_per_min(content: dict[str, Any]) -> np.ndarray:
-    return np.arange(len(content["entries"])) * float(content["step_elec_per_min"])
-
-
-def _load(motor_json: Path | str) -> dict[str, Any]:
-    return json.loads(Path(motor_json).read_text(encoding="utf-8"))
 
 
 def _save(figure: Figure, path: Path | str) -> None:

@@ -17,10 +17,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from zerohertz.commission.board import Board
 from zerohertz.commission.board_run import Pause, at_rest, put
+from zerohertz.commission.curve import monotone_cubic
 from zerohertz.commission.folder import BOARD, store, stored_parameters
 from zerohertz.commission.plate import Plate
 from zerohertz.commission.run import inertia_kg_m2
@@ -150,7 +150,7 @@ def friction(holds: list[Samples], Rs_ohm: float, plate: Plate) -> tuple[float, 
 def refined(found: Commissioned, Ls_H: float, current_A: float) -> Commissioned:
     """The magnetising curve through the point that the turning motor showed."""
     ratio_H = [flux / i for flux, i in zip(found.flux_Wb, found.level_A, strict=True)]
-    at_standstill_H = float(PchipInterpolator(found.level_A, ratio_H)(current_A))
+    at_standstill_H = monotone_cubic(found.level_A, ratio_H, current_A)
     scale = Ls_H / at_standstill_H
     if not 0.8 < scale < 1.25:
         raise UserError(

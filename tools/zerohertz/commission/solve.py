@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from scipy.interpolate import PchipInterpolator
-
+from zerohertz.commission.curve import monotone_cubic
 from zerohertz.commission.plate import Plate
 from zerohertz.motor import Circuit
 from zerohertz.sim import Commissioned
@@ -76,7 +75,5 @@ def rotor_flux_Wb(circuit: Circuit, plate: Plate) -> float:
 def _current_at(flux_Wb: tuple[float, ...], current_A: tuple[float, ...], at_Wb: float) -> float:
     """On the magnetising curve, i/psi interpolated in psi: smooth and without a kink at zero."""
     pairs = list(zip(flux_Wb, current_A, strict=True))[1:]
-    ratio = PchipInterpolator(
-        [flux for flux, _ in pairs], [current / flux for flux, current in pairs], extrapolate=True
-    )
-    return float(ratio(at_Wb)) * at_Wb
+    ratio = [current / flux for flux, current in pairs]
+    return monotone_cubic([flux for flux, _ in pairs], ratio, at_Wb) * at_Wb

@@ -2,17 +2,22 @@
 
 A complex Hermitian H >= 0 holds exactly when the real symmetric [[Re, -Im], [Im, Re]] >= 0. A
 symmetric matrix enters the solver as its upper triangle by columns, off-diagonal times sqrt 2.
+
+The solver and its sparse matrices are 150 MB: they are imported when a table is designed.
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-import clarabel
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
+
+if TYPE_CHECKING:
+    import clarabel
+    from scipy import sparse
 
 RealArray = npt.NDArray[np.float64]
 
@@ -50,6 +55,8 @@ def _upper_by_columns(n: int) -> tuple[npt.NDArray, npt.NDArray, RealArray]:
 
 def psd_cones(sizes: Sequence[int]) -> list[clarabel.PSDTriangleConeT]:
     """Cones for complex Hermitian matrices of these sizes."""
+    import clarabel
+
     return [clarabel.PSDTriangleConeT(2 * n) for n in sizes]
 
 
@@ -68,6 +75,9 @@ class Solver:
         self, objective: RealArray, rows: RealArray, right: RealArray, cones: list
     ) -> RealArray:
         """min objective'x with right - rows x in the cones; InfeasibleError without a point."""
+        import clarabel
+        from scipy import sparse
+
         no_quadratic, columns = _zeros(len(objective)), sparse.csc_matrix(rows)
         # The coordinates are well scaled: equilibration and iterative refinement would only cost
         # time. The rare problem on which the solver gets stuck is given both, in a second try.
@@ -86,10 +96,14 @@ class Solver:
 
 @functools.cache
 def _zeros(size: int) -> sparse.csc_matrix:
+    from scipy import sparse
+
     return sparse.csc_matrix((size, size))
 
 
 def _settings(careful: bool) -> clarabel.DefaultSettings:
+    import clarabel
+
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1

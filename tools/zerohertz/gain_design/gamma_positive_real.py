@@ -16,7 +16,6 @@ from __future__ import annotations
 import dataclasses
 import math
 
-import clarabel
 import numpy as np
 
 from zerohertz.gain_design import cones
@@ -186,6 +185,8 @@ class GammaPositiveReal:
         self, omega_rad_s: float, reference: ComplexArray, gamma_limit: float
     ) -> ComplexArray:
         """Stage two: min |K - P Lref| (ties: largest P) subject to gamma <= gamma_limit."""
+        import clarabel
+
         rows = self._rows_at(omega_rad_s)
         count, distance = len(rows), _UNKNOWNS
         extended = np.zeros((count + 6, _UNKNOWNS + 1))

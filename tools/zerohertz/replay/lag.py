@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from scipy import signal
 
 from zerohertz.gain_design.stored import read_table_json
 from zerohertz.gain_design.table import gains_of
@@ -67,6 +66,8 @@ def corrected_rad_s(
 ) -> FloatArray:
     """The speed without its lag; least_gain keeps a flux that is still to come out of the way."""
     keep = np.exp(-corner_rad_s * period_s)
+    from scipy import signal  # 150 MB, not for every command
+
     smooth = signal.lfilter([1.0 - keep], [1.0, -keep], estimate.z_Wb_A)
     static = static_gain_Wb_A_s(
         tables, estimate.omega_e_rad_s, estimate.omega_s_rad_s, estimate.lambda_r_Wb

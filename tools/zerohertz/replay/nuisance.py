@@ -11,7 +11,6 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from scipy import optimize
 
 from zerohertz.replay.run import Replay, Voltage
 from zerohertz.replay.statistics import SpeedError, speed_error
@@ -49,6 +48,8 @@ def fit_voltage(replay: Replay, declared: Voltage, from_s: float, until_s: float
 
     def cost(scaled: np.ndarray) -> float:
         return float(np.hypot(error(scaled).rms_rad_s, np.linalg.norm(prior * scaled)))
+
+    from scipy import optimize  # 150 MB, not for every command
 
     found = optimize.minimize(cost, simplex[0], method="Nelder-Mead", options=options)
     best = np.clip(found.x, -room / STEP, room / STEP)

@@ -12,7 +12,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from zerohertz.build import ensure_built
-from zerohertz.check import plots
+from zerohertz.check import loci
+from zerohertz.report import chart
+from zerohertz.report.chart import Chart
 from zerohertz.report.page import Report, build_page
 from zerohertz.report.pictures import draw_all
 from zerohertz.report.tables import TableOutcome, check_tables, motor_folders
@@ -65,6 +67,7 @@ def make_report(
     seeds: int,
     workers: int,
     console: Console,
+    design: bool = False,
 ) -> Report:
     """Runs everything and writes out/index.html and out/figures.json."""
     steps = Steps(console)
@@ -72,8 +75,10 @@ def make_report(
     with steps.step("building the firmware and the simulated rig"):
         ensure_built()
     folders = motor_folders()
-    with steps.step("designing and proving the gain tables", len(folders)) as progress:
-        tables = check_tables(folders, out / "gain_tables", workers, progress)
+    what = "designing and proving" if design else "proving"
+    with steps.step(f"{what} the gain tables", len(folders)) as progress:
+        fresh = out / "gain_tables" if design else None
+        tables = check_tables(folders, fresh, workers, progress)
     runs = seeds * len(FIGURES)
     with steps.step(f"thirteen experiments, {seeds} noise seeds", runs) as progress:
         results = evaluate_figures(paper, seeds, workers, progress)
@@ -84,7 +89,7 @@ def make_report(
     wanted = _runs_to_draw(paper, recommended)
     with steps.step("drawing", len(wanted)) as progress:
         pictures = dict(zip(wanted, draw_all(wanted.values(), workers, progress), strict=True))
-        pictures |= _design_pictures(tables, paper, out)
+        pictures |= _design_pictures(tables, paper)
     with steps.step("writing the report"):
         sensitivity, source = committed_sensitivity(paper)
         report = Report(
@@ -111,16 +116,11 @@ def _runs_to_draw(paper: Setup, recommended: Setup | None) -> dict[str, Run]:
     return runs
 
 
-def _design_pictures(tables: list[TableOutcome], paper: Setup, out: Path) -> dict[str, bytes]:
+def _design_pictures(tables: list[TableOutcome], paper: Setup) -> dict[str, Chart]:
     """Fig. 4 and gamma of the paper's motor, as the LMIs give it."""
     by_lmi = [table for table in tables if table.method == "gamma_pr"]
     first = min(by_lmi, key=lambda t: t.folder != paper.motor_dir, default=None)
     if first is None:
         return {}
-    found = {}
-    for key, draw in (("fig04", plots.figure_4), ("gamma", plots.figure_gamma)):
-        file = out / f"{key}.svg"
-        draw(first.folder / "l_gain.json", file)
-        text = file.read_text(encoding="utf-8")
-        found[key] = text[text.index("<svg") :].encode()
-    return found
+    table = loci.read(first.folder / "l_gain.json")
+    return {"fig04": chart.root_loci(table), "gamma": chart.orientation(table)}

@@ -50,7 +50,7 @@ class _Drawn:
     def __init__(self, signals: Signals, source: str, width_in: float, title: str) -> None:
         self.signals = signals
         self.source = source
-        self.ramp = _is_ramp(signals)
+        self.ramp = is_ramp(signals)
         ratios = [3.0, 2.4, 1.8, 1.1] if self.ramp else [3.0, 2.4, 1.8]
         self.ratios = ratios
         self.height_in = (4.9 if self.ramp else 4.3) * width_in / 6.6
@@ -89,7 +89,7 @@ class _Drawn:
         self.canvas.__exit__(*error)
 
 
-def _is_ramp(signals: Signals) -> bool:
+def is_ramp(signals: Signals) -> bool:
     """Protocol R: the load moves after the event."""
     after = signals.load_Nm[signals.t_s >= signals.event_s]
     return bool(len(after)) and float(np.ptp(after)) > 0.1 * RATED_TORQUE_NM
@@ -108,17 +108,24 @@ def _line(axes: Any, t_s: Array, values: Array, **look: Any) -> None:
         axes.plot(t_s, np.where(wild, values, np.nan), **faint)
 
 
-def _view(axes: Any, signals: list[Array], largest: float, least_span: float) -> None:
-    """Limits that hold the signals, no narrower than least_span, cut at +-largest."""
+def view(signals: list[Array], largest: float, least_span: float) -> tuple[float, float, str]:
+    """Limits that hold the signals, no narrower than least_span, cut at +-largest; what is cut."""
     low = min(float(np.min(s)) for s in signals)
     high = max(float(np.max(s)) for s in signals)
     middle = 0.5 * (low + high)
     half = max(0.5 * (high - low) * 1.08, 0.5 * least_span)
     low_view, high_view = max(middle - half, -largest), min(middle + half, largest)
+    cut = low < low_view - 0.02 * largest or high > high_view + 0.02 * largest
+    beyond = " and ".join(_beyond(low, high, low_view, high_view))
+    return low_view, high_view, f"off scale: {beyond}" if cut else ""
+
+
+def _view(axes: Any, signals: list[Array], largest: float, least_span: float) -> None:
+    low_view, high_view, note = view(signals, largest, least_span)
     axes.set_ylim(low_view, high_view)
-    if low < low_view - 0.02 * largest or high > high_view + 0.02 * largest:
+    if note:
         axes.annotate(
-            "off scale: " + " and ".join(_beyond(low, high, low_view, high_view)),
+            note,
             (0.995, 0.04),
             xycoords="axes fraction",
             ha="right",
@@ -235,14 +242,20 @@ def _load(axes: Any, t_s: Array, s: Signals, part: slice) -> None:
     style.panel_title(axes, "load torque [% of $T_N$ = 8.4 Nm]")
 
 
-def _mark_end(axes: Any, s: Signals, ramp: bool) -> None:
+def end_of(s: Signals, ramp: bool) -> tuple[float, str] | None:
     """Where the firmware tripped, or where protocol R counts the run as lost."""
     tripped = np.flatnonzero(s.faults != 0)
     trip_s = float(s.t_s[tripped[0]]) - s.event_s if len(tripped) else np.inf
     lost_s = lost_at_s(s, LOST_RPM, LOST_AT_LIMIT_S) if ramp else np.inf
     first_s, text = min((lost_s, "lost"), (trip_s, "trip"))
-    if not np.isfinite(first_s):
+    return (first_s, text) if np.isfinite(first_s) else None
+
+
+def _mark_end(axes: Any, s: Signals, ramp: bool) -> None:
+    end = end_of(s, ramp)
+    if end is None:
         return
+    first_s, text = end
     axes.axvline(first_s, color="#B91C1C", linewidth=0.9, linestyle=(0, (3, 2)), zorder=6)
     axes.annotate(
         text,

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 
 STYLE = Path(__file__).with_name("report.css")
+SCRIPT = Path(__file__).with_name("chart.js")
 
 
 def page(title: str, body: str) -> str:
@@ -16,14 +17,22 @@ def page(title: str, body: str) -> str:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>\n{STYLE.read_text(encoding='utf-8')}</style>\n</head>\n"
-        f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+        f"<body>\n<main>\n{body}\n</main>\n<script>\n{SCRIPT.read_text(encoding='utf-8')}</script>\n"
+        "</body>\n</html>\n"
     )
 
 
-def image(svg: bytes, alt: str) -> str:
-    """An SVG inside the page; as an image, so that the ids of two plots cannot meet."""
-    data = base64.b64encode(svg).decode()
-    return f'<img alt="{escape(alt, quote=True)}" src="data:image/svg+xml;base64,{data}">'
+def image(file: Path, alt: str) -> str:
+    """A PNG or GIF inside the page."""
+    data = base64.b64encode(file.read_bytes()).decode()
+    kind = file.suffix.removeprefix(".")
+    return f'<img alt="{escape(alt, quote=True)}" src="data:image/{kind};base64,{data}">'
+
+
+def chart(content: str, alt: str) -> str:
+    """JSON of a chart, which chart.js draws."""
+    label, data = escape(alt, quote=True), escape(content, quote=True)
+    return f'<div class="chart" aria-label="{label}" data-chart="{data}"></div>'
 
 
 def badge(good: bool, yes: str = "matches", no: str = "does not match") -> str:

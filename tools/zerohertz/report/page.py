@@ -8,10 +8,13 @@ from html import escape
 
 from zerohertz.paths import ROOT
 from zerohertz.report import html
+from zerohertz.report.chart import Chart
 from zerohertz.report.experiments import EXPERIMENTS, GROUPS, SITUATIONS, Group, observed
 from zerohertz.report.tables import TableOutcome
 from zerohertz.scenario.evaluate import Result, score_by_eye
 from zerohertz.scenario.setup import Setup
+
+DOCS = ROOT / "tools" / "docs"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,7 +23,7 @@ class Report:
 
     paper: Setup
     results: Sequence[Result]  # the thirteen figures
-    pictures: Mapping[str, bytes]  # "6" ... "18", names of situations, "fig04", "gamma": SVG
+    pictures: Mapping[str, Chart]  # "6" ... "18", names of situations, "fig04", "gamma"
     recommended: Setup | None
     situations: Sequence[Result]
     tables: Sequence[TableOutcome]
@@ -33,46 +36,84 @@ def build_page(report: Report) -> str:
     """The whole document."""
     parts = [
         _top(report),
+        _recommended(report),
+        _atlas(),
+        _paper(report),
         _verdicts(report),
         *(_group(report, group) for group in GROUPS),
-        _recommended(report),
         _design(report),
         _robustness(report),
         _configuration(report),
         _reproduce(report),
     ]
-    return html.page("ZeroHertz: thirteen experiments of Hasegawa (2005)", "\n".join(parts))
+    return html.page("ZeroHertz: induction-motor drive without a speed sensor", "\n".join(parts))
 
 
 def _top(report: Report) -> str:
-    matched = sum(result.match for result in report.results)
-    chips = "\n".join(
-        f'<a class="chip {"yes" if r.match else "no"}" href="#fig{r.key}">'
-        f"<b>{r.key}</b><span>{'✓ match' if r.match else '✗ no'}</span></a>"
-        for r in report.results
-    )
     links = (
-        ("verdicts", "Verdicts"),
-        ("recommended", "Recommended configuration"),
+        ("recommended", "Recommended drive"),
+        ("atlas", "Atlas"),
+        ("paper", "The paper's experiments"),
         ("design", "Observer design"),
         ("robustness", "Robustness"),
         ("configuration", "Rig and tuning"),
         ("reproduce", "Reproduce"),
     )
     nav = "".join(f'<a href="#{name}">{text}</a>' for name, text in links)
+    held = sum(result.match for result in report.situations)
+    matched = sum(result.match for result in report.results)
+    proven = sum(table.holds for table in report.tables)
+    scores = "\n".join(
+        f'<a class="score" href="#{name}"><b>{good} of {len(every)}</b>{text}</a>'
+        for name, good, every, text in (
+            ("recommended", held, report.situations, "situations held"),
+            ("design", proven, report.tables, "gain tables proven"),
+            ("paper", matched, report.results, "figures of the paper match"),
+        )
+    )
     return f"""
-<h1>Thirteen experiments, one firmware</h1>
+<h1>An induction motor without a speed sensor, through zero frequency</h1>
 <p class="lead">The ZeroHertz firmware, compiled for the host, controls a simulated copy of the test
-rig of Hasegawa (2005): a 1.5 kW induction motor without speed sensor, 5 kHz inverter, 14-bit
-sensors. One rig and one tuning for Figs. 6–18 of the paper; the outcomes to reproduce were fixed
-before the firmware existed. Everything on this page is simulation: nothing here has turned a real
-motor yet.</p>
+rig of Hasegawa (2005): a 1.5 kW induction motor, 5 kHz inverter, 14-bit sensors. Everything on this
+page is simulation: nothing here has turned a real motor yet.</p>
+<div class="strip">
+{scores}
+</div>
+<nav>{nav}</nav>"""
+
+
+def _atlas() -> str:
+    picture = html.image(
+        DOCS / "atlas.png", "Maps of speed and load for five true stator resistances, three tunings"
+    )
+    return (
+        '<h2 id="atlas">Atlas: what the drive holds</h2><p>Each mark is a run. Speed goes to the '
+        "right, load upwards; the five panels differ in how wrong the firmware's stator resistance "
+        "is. Green holds the speed with the flux oriented, red is lost. Rows: L = 0, the paper's "
+        "tuning, the recommended one.</p>"
+        f'<div class="wide picture">{picture}</div>'
+        '<p class="small">Not computed for this report: committed result of <code>tools/zh atlas '
+        "--compare no_gain paper recommended --write</code>. A point becomes a run by a click in "
+        "the simulator of <code>tools/zh site</code>.</p>"
+    )
+
+
+def _paper(report: Report) -> str:
+    matched = sum(result.match for result in report.results)
+    chips = "\n".join(
+        f'<a class="chip {"yes" if r.match else "no"}" href="#fig{r.key}">'
+        f"<b>{r.key}</b><span>{'✓ match' if r.match else '✗ no'}</span></a>"
+        for r in report.results
+    )
+    return f"""
+<h2 id="paper">Thirteen experiments of the paper</h2>
+<p>One rig and one tuning for Figs. 6–18 of the paper; the outcomes to reproduce were fixed before
+the firmware existed.</p>
 <div class="strip"><div class="score"><b>{matched} of {len(report.results)}</b>figures match</div>
 <div class="score"><b>{score_by_eye(report.results)} of {len(report.results)}</b>by eye</div>
 {chips}</div>
 <p class="small">A figure matches when its predicate holds for every noise seed with 2 % margin on
-every threshold. By eye is a stricter reading of its own.</p>
-<nav>{nav}</nav>"""
+every threshold. By eye is a stricter reading of its own.</p>"""
 
 
 def _verdicts(report: Report) -> str:
@@ -176,12 +217,12 @@ def _percent(margin: float) -> str:
 
 
 def _picture(report: Report, key: str, alt: str) -> str:
-    svg = report.pictures.get(key)
-    return html.image(svg, alt) if svg else '<p class="small">no picture</p>'
+    chart = report.pictures.get(key)
+    return html.chart(chart.json(), alt) if chart else '<p class="small">no picture</p>'
 
 
 def _recommended(report: Report) -> str:
-    head = '<h2 id="recommended">Recommended configuration</h2>'
+    head = '<h2 id="recommended">Recommended drive</h2>'
     if report.recommended is None:
         return head + "<p>There is none in host_sim/configs yet.</p>"
     held = sum(result.match for result in report.situations)
@@ -193,9 +234,11 @@ def _recommended(report: Report) -> str:
         badge = html.badge(result.match, "held", "not held")
         cards.append(html.card(title, badge, result.match, content))
     return (
-        f"{head}<p>The paper's tuning is made to repeat the paper, failures included. This is the "
-        "same firmware, tuned to hold the same four situations on the same kind of rig: "
+        f"{head}<p>The tuning to start from. It has to hold the four situations of the paper, "
+        "which tell a drive that works at zero frequency from one that does not: "
         f"{held} of {len(report.situations)} held.</p>"
+        '<p class="small">Drag across a plot to zoom, double-click for the whole; with the '
+        "keyboard: arrows, +, −, 0. Zoomed, the vertical axis fits what is shown.</p>"
         f'<div class="grid">{"".join(cards)}</div>'
     )
 
@@ -207,8 +250,8 @@ def _design(report: Report) -> str:
             escape(t.motor),
             escape(t.method),
             str(t.entries),
-            f"{t.design_s:.1f} s",
-            "identical" if t.difference <= 0.0 else f"{t.difference:.1e}",
+            "–" if t.design_s is None else f"{t.design_s:.1f} s",
+            _compared(t.difference),
             f"{t.certificate.proven} of {t.certificate.entries}",
             _or_none(t.certificate.max_gamma, ".3f"),
             _or_none(t.certificate.max_angle_deg, ".1f°"),
@@ -223,19 +266,25 @@ def _design(report: Report) -> str:
     )
     cards = (
         ("fig04", "Fig. 4: root loci of motor and observer"),
-        ("gamma", "γ over speed"),
+        ("gamma", "Bound of the field orientation over speed"),
     )
     plots = "".join(html.card(text, "", True, _picture(report, key, text)) for key, text in cards)
     return (
         '<h2 id="design">Observer design</h2><p>The gain L(ω) solves the linear matrix '
-        "inequalities (14)–(17) of the paper at every speed. For this report the tables were "
-        "designed afresh and compared with the committed ones; each committed entry was proven in "
-        "exact rational arithmetic by a program that shares no code with the design. 2 atan γ "
+        "inequalities (14)–(17) of the paper at every speed. Each committed entry was proven in "
+        "exact rational arithmetic by a program that shares no code with the design. <code>zh demo "
+        "--design</code> also designs the tables afresh and compares. 2 atan γ "
         "bounds the error of field orientation for the speed error designed for. The experiments "
         f"above use the table of <code>gain_tables/{folder}</code>.</p>"
         + html.table(header, rows, numeric=tuple(range(2, 10)))
         + f'<div class="grid" style="margin-top:1rem">{plots}</div>'
     )
+
+
+def _compared(difference: float | None) -> str:
+    if difference is None:
+        return "–"
+    return "identical" if difference <= 0.0 else f"{difference:.1e}"
 
 
 def _or_none(value: float | None, form: str) -> str:

@@ -1,4 +1,4 @@
-"""Pictures of runs: simulate one seed, draw it, hand back SVG. Made in worker processes."""
+"""Pictures of runs: simulate one seed, draw it. Charts are made in worker processes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from zerohertz import sim
-from zerohertz.report import figure_plot, style
+from zerohertz.report import chart, figure_plot, style
+from zerohertz.report.chart import Chart
 from zerohertz.scenario.evaluate import Run, job, signals
 from zerohertz.scenario.setup import event_s, figure_scenario, scenario_file
 from zerohertz.scenario.signals import Signals
@@ -26,10 +27,9 @@ def source(run: Run) -> str:
     return f"configuration {run.setup.name}, {run.setup.rig_name}, seed {run.seed}"
 
 
-def picture_svg(run: Run) -> bytes:
+def chart_of(run: Run) -> Chart:
     """The plot for the report."""
-    with figure_plot.draw(simulate(run), source(run)) as drawn:
-        return style.svg(drawn)
+    return chart.experiment(simulate(run), source(run))
 
 
 def write_png(run: Run, file: Path, title: str, width_px: int) -> int:
@@ -41,11 +41,11 @@ def write_png(run: Run, file: Path, title: str, width_px: int) -> int:
     return len(data)
 
 
-def draw_all(runs: Iterable[Run], workers: int, progress: Callable[[int], None]) -> list[bytes]:
-    """SVG of every run, in order."""
+def draw_all(runs: Iterable[Run], workers: int, progress: Callable[[int], None]) -> list[Chart]:
+    """The chart of every run, in order."""
     found = []
     with multiprocessing.get_context("spawn").Pool(max(1, workers)) as pool:
-        for picture in pool.imap(picture_svg, list(runs), chunksize=1):
+        for picture in pool.imap(chart_of, list(runs), chunksize=1):
             found.append(picture)
             progress(len(found))
     return found

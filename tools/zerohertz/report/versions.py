@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import importlib.util
 import platform
 import subprocess
 from collections.abc import Sequence
@@ -13,7 +14,12 @@ from zerohertz.paths import ROOT
 
 def versions() -> list[tuple[str, str]]:
     """Name and version of everything that could change a result."""
-    libraries = [f"{n} {importlib.metadata.version(n)}" for n in ("numpy", "scipy", "clarabel")]
+    libraries = [f"numpy {importlib.metadata.version('numpy')}"]
+    libraries += [
+        f"{name} {importlib.metadata.version(name)}"
+        for name in ("scipy", "clarabel")  # of the design
+        if importlib.util.find_spec(name)
+    ]
     return [
         ("zerohertz", __version__),
         ("source", _source()),

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter1d
-from scipy.signal import butter, sosfilt, sosfilt_zi
+
+from zerohertz.scenario.filters import high_pass, sliding_minimum
 
 Array = NDArray[np.float64]
 
@@ -89,9 +89,8 @@ def ripple(signals: Signals, values: Array) -> float:
     """
     if not signals.covers(30.0):
         return np.nan
-    sos = butter(2, RIPPLE_CUTOFF_HZ, "highpass", fs=1.0 / signals.step_s, output="sos")
     after = values[signals.window(0.0, 30.0)]
-    filtered, _ = sosfilt(sos, after, zi=sosfilt_zi(sos) * after[0])
+    filtered = high_pass(after, RIPPLE_CUTOFF_HZ, signals.step_s)
     kept = signals.window(8.0, 30.0)
     return float(np.sqrt(np.mean(np.square(filtered[kept.start - kept.stop :]))))
 
@@ -109,9 +108,7 @@ def sustained(values: Array, duration_s: float, step_s: float) -> float:
     n = int(np.ceil(duration_s / step_s - 1e-9)) + 1
     if len(values) < n:
         return np.nan
-    lowest = minimum_filter1d(values, n, mode="nearest")
-    half = n // 2
-    return float(np.max(lowest[half : len(values) - (n - 1 - half)]))
+    return float(np.max(sliding_minimum(values, n)))
 
 
 def worst_share(flags: NDArray[np.bool_], duration_s: float, step_s: float) -> float:

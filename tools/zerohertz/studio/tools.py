@@ -7,6 +7,9 @@ with `job` and one of `say`, `share`, `result`, `error`.
 from __future__ import annotations
 
 import dataclasses
+import importlib
+import importlib.util
+import subprocess
 import threading
 import time
 from collections.abc import Callable
@@ -16,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from zerohertz.errors import UserError
 from zerohertz.link.client import Client
 from zerohertz.link.line import Line
-from zerohertz.paths import BUILD
+from zerohertz.paths import BUILD, ROOT
 
 if TYPE_CHECKING:
     from zerohertz.commission.finding import Finding
@@ -118,6 +121,7 @@ class Tools:
         from zerohertz.motor import load_motor
 
         self._required()
+        _fetch_solver(event)
         motor = load_motor(FOLDER / _NAME)
 
         def progress(done: int) -> None:
@@ -166,6 +170,19 @@ class Tools:
         if self._found is None:
             raise UserError("no motor has been found yet; begin with the nameplate")
         return self._found
+
+
+def _fetch_solver(event: Tell) -> None:
+    """`zh studio` starts without the solver; the first design brings it."""
+    if importlib.util.find_spec("clarabel") is not None:
+        return
+    event({"say": "fetching the solver: 37 MB, 148 MB on disk"})
+    done = subprocess.run(
+        [ROOT / "tools" / "zh", "setup", "design"], capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise UserError(f"the solver could not be fetched: {done.stderr.strip()[-300:]}")
+    importlib.invalidate_caches()
 
 
 def _told(found: Finding) -> dict[str, object]:
