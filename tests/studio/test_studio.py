@@ -124,6 +124,64 @@ def test_the_scope_as_mdf4_holds_what_the_csv_has(page: Page, tmp_path: Path) ->
             assert signal.unit == unit_of(name)
 
 
+def numbers(page: Page, row: str) -> list[float]:
+    return [float(text) for text in re.findall(r"-?[\d.]+", page.inner_text(row))]
+
+
+def test_what_the_sensors_read_is_shown(page: Page, drive: int) -> None:
+    run_at(page, 60)
+    reaches(page, 60)
+    page.wait_for_timeout(500)
+    phases, lines = numbers(page, "#status-phases"), numbers(page, "#status-lines")
+    assert abs(sum(phases)) < 0.03  # rounded
+    assert 1.0 < max(map(abs, phases)) < 8.0
+    assert len(lines) == 2
+    assert 5.0 < max(map(abs, lines)) < 60.0
+    expect(page.locator("#status-temperature")).to_have_text("no sensor")
+
+
+def test_torque_is_asked_for_within_its_limits(page: Page, drive: int) -> None:
+    page.select_option("#drive-mode", "torque")
+    expect(page.locator("#torque-hint")).to_contain_text("reduced above 1499 min")
+    most = float(page.get_attribute("#speed-box", "max"))
+    assert 8.4 < most < 40.0  # more than rated
+    run_at(page, 1000)
+    assert float(page.input_value("#speed-box")) == most
+    page.click("#stop")
+    expect(page.locator("#state")).to_have_text("READY", timeout=RUN_S)
+    run_at(page, 2)
+    expect(page.locator("#status-torque")).to_have_text(
+        re.compile(r"^(1\.9|2\.[01])"), timeout=RUN_S
+    )
+    expect(page.locator("#drive-mode")).to_be_disabled()
+    page.click("#reverse")
+    negative = re.compile(r"^-(1\.9|2\.[01])")
+    expect(page.locator("#status-torque")).to_have_text(negative, timeout=RUN_S)
+    page.click("#stop")
+    expect(page.locator("#state")).to_have_text("READY", timeout=RUN_S)
+    page.select_option("#drive-mode", "speed")
+    assert page.input_value("#speed-box") == "0"
+
+
+def test_the_other_direction_by_a_button_where_it_is_allowed(page: Page, drive: int) -> None:
+    run_at(page, 90)
+    reaches(page, 90)
+    page.click("#reverse")
+    reaches(page, -90)
+    page.click("#stop")
+    expect(page.locator("#state")).to_have_text("READY", timeout=RUN_S)
+    with joined(drive, "beside") as client:
+        client.set("direction", 1.0)
+        try:
+            expect(page.locator("#reverse")).to_be_disabled()
+            expect(page.locator("#speed-slider")).to_have_attribute("min", "0")
+            page.fill("#speed-box", "-50")
+            page.press("#speed-box", "Tab")
+            assert page.input_value("#speed-box") == "0"
+        finally:
+            client.set("direction", 0.0)
+
+
 def test_a_stop_right_behind_a_run_wins(page: Page, drive: int) -> None:
     for pause_ms in (0, 1, 3, 10, 30, 150):
         page.click("#run")
@@ -306,6 +364,7 @@ def test_commissioning_to_the_trial(opened: Opener) -> None:
     with studio(*motor) as address, opened(address) as page:
         page.click("#tab-commissioning")
         expect(page.locator("#plate-speed_rpm")).to_have_value("1755")  # the rig's own
+        page.check("#commission-rotate")
         page.click("#commission-start")
         expect(page.locator("#commission-log")).to_contain_text("rotor", timeout=90_000)
         result = page.locator("#commission-result")

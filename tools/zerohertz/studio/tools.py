@@ -106,7 +106,12 @@ class Tools:
             event({"say": f"check the nameplate: {doubt}"})
         with self._drive() as drive:
             found = finding.of_drive(
-                drive, _NAME, plate, lambda text: event({"say": text}), pause=self._pause
+                drive,
+                _NAME,
+                plate,
+                lambda text: event({"say": text}),
+                rotate=bool(asked.get("rotate", False)),
+                pause=self._pause,
             )
         if found.motor is None:
             raise UserError(f"the drive refuses what it found: {found.refusal}")
@@ -203,5 +208,6 @@ def _told(found: Finding) -> dict[str, object]:
         "rotor_flux_Wb": motor.rotor_flux_Wb,
         "lost_V": motor.lost_V,
         "curve": [list(point) for point in motor.curve],
+        "mechanics": None if found.mechanics is None else dataclasses.asdict(found.mechanics),
         "folder": str(FOLDER / _NAME),
     }

@@ -28,6 +28,7 @@ class Guide {
   #bar = h('progress', { max: 1, value: 0, hidden: true, 'aria-label': 'progress' });
   #cancel = h('button', { hidden: true, onclick: () => this.#tools?.begin('cancel') }, 'Cancel');
   #fields = new Map();
+  #rotate = h('input', { type: 'checkbox', id: 'commission-rotate' });
   #done = new Set();
   #open = new Set();
 
@@ -37,7 +38,7 @@ class Guide {
     const bodies = [this.#plateForm(), this.#measure(), h('div', { id: 'commission-result' }, h('p', { class: 'hint' }, 'Nothing measured yet.')), this.#design(), this.#keep(), this.#trial()];
     this.#steps = STEPS.map((name, k) => h('li', { class: 'step', 'data-step': k }, h('h2', {}, `${k + 1}. ${name}`), bodies[k]));
     this.element = h('section', { class: 'commissioning', 'aria-label': 'commissioning' },
-      h('p', {}, 'The drive measures the motor at standstill and derives every parameter from it. The shaft stays where it is; current flows for about half a minute.'),
+      h('p', {}, 'The drive measures the motor at standstill and derives every parameter from it. The shaft stays where it is, unless you ask for more; current flows for about half a minute.'),
       h('ol', { class: 'steps' }, this.#steps),
       h('div', { class: 'running' }, this.#bar, this.#cancel, this.#log));
     this.#advance([], [PLATE_STEP, MEASURE]);
@@ -70,6 +71,7 @@ class Guide {
 
   #measure() {
     return h('div', {}, h('p', { class: 'hint' }, 'Needs the gates off and the drive’s key. Parameters that are changed for it are put back.'),
+      h('label', { class: 'rotate' }, this.#rotate, 'Then turn the motor, up to three quarters of its speed: inertia and friction. Shaft free, nobody near it.'),
       h('button', { id: 'commission-start', class: 'run', onclick: () => this.#start() }, 'Measure'));
   }
 
@@ -134,7 +136,7 @@ class Guide {
       this.#session.tell('the tools do not know this key; start zh studio with --key', true);
       return;
     }
-    this.#begin('commission', { plate });
+    this.#begin('commission', { plate, rotate: this.#rotate.checked });
   }
 
   #begin(job, more = {}) {
@@ -159,7 +161,7 @@ class Guide {
     ({ commission: (r) => this.#found(r), design: (r) => this.#designed(r), keep: (r) => this.#kept(r), trial: (r) => this.#tried(r) })[job]?.(result);
   }
 
-  #found({ seconds, rows, i_d_A, rotor_flux_Wb, lost_V, curve }) {
+  #found({ seconds, rows, i_d_A, rotor_flux_Wb, lost_V, curve, mechanics }) {
     const table = rows.map(({ name, found, guess }) =>
       h('tr', {}, h('th', {}, name.replace(/_\w+$/, '')), h('td', {}, `${number(found)} ${UNITS[name] ?? ''}`), h('td', {}, `${number(guess)} ${UNITS[name] ?? ''}`)));
     const picture = h('div', { class: 'plot small' });
@@ -167,6 +169,7 @@ class Guide {
       h('p', {}, `Found in ${seconds.toFixed(0)} s of the drive’s time.`),
       h('table', {}, h('thead', {}, h('tr', {}, h('th', {}, ''), h('th', {}, 'measured'), h('th', {}, 'guess from the nameplate'))), h('tbody', {}, table)),
       h('p', {}, `Rated flux ${number(rotor_flux_Wb)} Wb takes i_d = ${number(i_d_A)} A. A leg of the inverter loses ${number(lost_V)} V.`),
+      mechanics && h('p', { id: 'commission-mechanics' }, `Inertia ${number(mechanics.J_kg_m2)} kg m², friction ${number(mechanics.coulomb_Nm, 3)} N m and ${number(mechanics.viscous_Nms, 3)} N m per rad/s.`),
       h('h3', {}, 'Magnetising curve: main flux in Wb over current in A'), picture);
     drawXY(picture, [curve.map((p) => p[1]), curve.map((p) => p[0])], ['A', 'main flux Wb'], true);
     this.#advance([PLATE_STEP, MEASURE, RESULT], [RESULT, DESIGN, KEEP]);

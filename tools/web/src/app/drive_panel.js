@@ -7,39 +7,101 @@ import { VectorDiagram } from './vector.js';
 const CONFIDENCE = ['closed loop', 'degraded', 'I-f operation'];
 const MIN = 'min⁻¹';
 
+/** What a reference can be: its unit, its largest value, what the drive is told. */
+const MODES = {
+  speed: { title: 'Speed', unit: MIN, step: 1, most: (limits) => limits.speed_rpm, wanted: (value) => ({ speed_rad_s: value / RPM_PER_RAD_S }) },
+  torque: { title: 'Torque', unit: 'N m', step: 0.1, most: (limits) => limits.torque_Nm, wanted: (value) => ({ torque_Nm: value }) },
+};
+const NO_LIMITS = { speed_rpm: 100, torque_Nm: 1, torqueSpeed_rpm: NaN, direction: 'both' };
+
+/** Speed or torque: slider, number, and how far they go. */
+class Reference {
+  #session;
+  #mode = h('select', { id: 'drive-mode', 'aria-label': 'what the reference is', onchange: () => this.#choose() },
+    Object.entries(MODES).map(([value, { title }]) => h('option', { value }, title)));
+  #slider = h('input', { type: 'range', id: 'speed-slider', value: 0 });
+  #box = h('input', { type: 'number', id: 'speed-box', value: 0 });
+  #unit = h('span', {}, MIN);
+  #hint = h('span', { class: 'hint', id: 'torque-hint' });
+  #zero = h('button', { title: 'reference to zero, drive keeps running', onclick: () => this.take(0) }, '0');
+  #turn = h('button', { id: 'reverse', title: 'the other direction, along the ramp', onclick: () => this.take(-Number(this.#box.value)) }, 'Reverse');
+
+  constructor(session) {
+    this.#session = session;
+    this.element = h('div', { class: 'drive-speed' }, this.#mode, this.#slider, this.#box, this.#unit, this.#zero, this.#turn, this.#hint);
+    this.#slider.addEventListener('input', () => this.take(this.#slider.value));
+    this.#box.addEventListener('change', () => this.take(this.#box.value));
+    this.#box.addEventListener('keydown', (event) => {
+      if (event.key !== 'Enter') return;
+      this.take(this.#box.value);
+      session.run(this.wanted());
+    });
+    session.addEventListener('limits', () => this.#limit());
+    session.addEventListener('status', () => this.enable());
+    this.#limit();
+  }
+
+  get #kind() {
+    return MODES[this.#mode.value];
+  }
+
+  /** A speed does not become a torque while the drive runs. */
+  enable() {
+    const connected = this.#session.state === 'connected';
+    this.#mode.disabled = !connected || this.#session.wanted !== null;
+    for (const control of [this.#slider, this.#box, this.#zero]) control.disabled = !connected;
+    this.#turn.disabled = !connected || (this.#session.limits?.direction ?? 'both') !== 'both';
+  }
+
+  #choose() {
+    this.#limit();
+    this.take(0);
+  }
+
+  /** By what the drive allows now; a speed only in its directions. */
+  #limit() {
+    const limits = this.#session.limits ?? NO_LIMITS;
+    const { unit, step, most, title } = this.#kind;
+    const speed = this.#kind === MODES.speed;
+    const range = {
+      min: speed && limits.direction === 'positive' ? 0 : -most(limits),
+      max: speed && limits.direction === 'negative' ? 0 : most(limits),
+      step,
+    };
+    const label = `${title.toLowerCase()} reference in ${unit}`;
+    for (const control of [this.#slider, this.#box]) {
+      Object.assign(control, range);
+      control.setAttribute('aria-label', label);
+    }
+    setText(this.#unit, unit);
+    setText(this.#hint, speed ? '' : `reduced above ${limits.torqueSpeed_rpm.toFixed(0)} ${MIN}`);
+  }
+
+  take(value) {
+    const { min, max } = this.#box;
+    const within = Math.min(Math.max(Number(value) || 0, Number(min)), Number(max));
+    this.#slider.value = this.#box.value = String(within);
+    this.#session.retarget(this.wanted());
+  }
+
+  wanted() {
+    return this.#kind.wanted(Number(this.#box.value));
+  }
+}
+
 /** The row of controls that stays in sight. */
 export function driveBar(session) {
   const state = h('strong', { class: 'badge', id: 'state', role: 'status' }, '…');
   const speed = h('span', { id: 'speed', class: 'speed' }, '–');
-  const slider = h('input', { type: 'range', id: 'speed-slider', min: -100, max: 100, step: 1, value: 0, 'aria-label': `speed reference in ${MIN}` });
-  const box = h('input', { type: 'number', id: 'speed-box', step: 1, value: 0, 'aria-label': `speed reference in ${MIN}` });
-  const run = h('button', { class: 'run', id: 'run', onclick: () => session.run(wanted()) }, 'Run');
+  const reference = new Reference(session);
+  const run = h('button', { class: 'run', id: 'run', onclick: () => session.run(reference.wanted()) }, 'Run');
   const stop = h('button', { class: 'stop', id: 'stop', title: 'Escape', onclick: () => session.stop() }, 'Stop');
   const off = h('button', { class: 'off', id: 'torque-off', title: 'gates off at once; the motor coasts', onclick: () => session.torqueOff() }, 'Torque off');
   const reset = h('button', { id: 'reset', onclick: () => session.reset() }, 'Reset fault');
-  const zero = h('button', { title: 'reference to zero, drive keeps running', onclick: () => take(0) }, '0');
-
-  const wanted = () => ({ speed_rad_s: Number(box.value) / RPM_PER_RAD_S });
-  function take(value) {
-    const most = Number(slider.max);
-    const rpm = Math.min(Math.max(Number(value) || 0, -most), most);
-    slider.value = String(rpm);
-    box.value = String(rpm);
-    session.retarget(wanted());
-  }
-  slider.addEventListener('input', () => take(slider.value));
-  box.addEventListener('change', () => take(box.value));
-  box.addEventListener('keydown', (event) => {
-    if (event.key !== 'Enter') return;
-    take(box.value);
-    session.run(wanted());
-  });
 
   session.addEventListener('change', () => {
-    const most = Math.round(session.speedMax_rpm);
-    Object.assign(slider, { min: -most, max: most });
-    Object.assign(box, { min: -most, max: most });
-    for (const control of [run, stop, off, reset, slider, box, zero]) control.disabled = session.state !== 'connected';
+    for (const control of [run, stop, off, reset]) control.disabled = session.state !== 'connected';
+    reference.enable();
   });
   session.addEventListener('status', () => {
     const { status } = session;
@@ -52,7 +114,7 @@ export function driveBar(session) {
   });
   return h('section', { class: 'drive-bar', 'aria-label': 'drive' },
     h('div', { class: 'drive-now' }, state, speed),
-    h('label', { class: 'drive-speed' }, slider, box, h('span', {}, MIN), zero),
+    reference.element,
     h('div', { class: 'drive-buttons' }, run, stop, off, reset));
 }
 
@@ -81,8 +143,12 @@ export function statusPanel(session) {
     reference: row('Reference', 'status-reference'),
     frequency: row('Stator frequency', 'status-frequency'),
     confidence: row('Orientation', 'status-confidence'),
+    torque: row('Torque', 'status-torque'),
     current: row('i_d, i_q', 'status-current'),
+    phases: row('Phases u, v, w', 'status-phases'),
+    lines: row('Lines u-v, v-w', 'status-lines'),
     dc: row('Dc link', 'status-dc'),
+    temperature: row('Temperatures', 'status-temperature'),
     Rs: row('Stator resistance', 'status-rs'),
     gates: row('Gates', 'status-gates'),
   };
@@ -101,6 +167,7 @@ export function statusPanel(session) {
     setText(rows.confidence.value, CONFIDENCE[s.confidence] ?? `confidence ${s.confidence}`);
     rows.confidence.value.dataset.level = s.confidence;
     setText(rows.current.value, `${s.i_d_A.toFixed(2)}, ${s.i_q_A.toFixed(2)} A`);
+    setText(rows.torque.value, `${session.torque_Nm.toFixed(2)} N m`);
     setText(rows.dc.value, `${s.u_dc_V.toFixed(0)} V`);
     setText(rows.Rs.value, `${number(s.Rs_hat_ohm)} Ω`);
     const { monitor } = session;
@@ -111,11 +178,24 @@ export function statusPanel(session) {
     if (key !== shownReasons) fill(reasons, reasonItems(session));
     shownReasons = key;
   });
+  session.addEventListener('monitor', () => showSensors(session, rows));
   session.addEventListener('monitor', () => vector.update(session.monitor, session.client?.parameters.get('i_trip_A')?.initial ?? 10));
   return h('aside', { class: 'status', 'aria-label': 'status' },
     h('dl', {}, Object.values(rows).flatMap((r) => r.elements), heat.motor.elements, heat.inverter.elements),
     reasons, vector.element);
 }
+
+/** What the sensors read: phases and lines, made from the power-invariant vectors. */
+function showSensors({ monitor, temperatures }, { phases, lines, temperature }) {
+  const [u_A, v_A] = phasesOf(monitor.get('i_s_alpha_A'), monitor.get('i_s_beta_A'));
+  setText(phases.value, `${[u_A, v_A, -u_A - v_A].map((i) => i.toFixed(2)).join(', ')} A`);
+  const [u_V, v_V] = phasesOf(monitor.get('u_line_alpha_V'), monitor.get('u_line_beta_V'));
+  setText(lines.value, Number.isFinite(u_V) ? `${(u_V - v_V).toFixed(0)}, ${(u_V + 2 * v_V).toFixed(0)} V` : '–');
+  const warm = temperatures.map((name) => `${name.replace(/_degC$/, '').replaceAll('_', ' ')} ${monitor.get(name)?.toFixed(0) ?? '–'} °C`);
+  setText(temperature.value, warm.join(', ') || 'no sensor');
+}
+
+const phasesOf = (alpha, beta) => [Math.sqrt(2 / 3) * alpha, Math.sqrt(2 / 3) * (-alpha / 2 + (Math.sqrt(3) / 2) * beta)];
 
 function reasonItems(session) {
   const { status, catalog } = session;

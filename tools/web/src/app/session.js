@@ -8,7 +8,7 @@ import { Client, NO_SESSION, RESET, RUN, TORQUE_OFF, WrongKeyError } from '../li
 import { sleep } from './clock.js';
 
 export const RPM_PER_RAD_S = 30 / Math.PI;
-const STATUS_MS = 100, MONITOR_MS = 50, ROLES_MS = 1000, SAMPLE_MS = 10, KEEP_ALIVE_MS = 150;
+const STATUS_MS = 100, MONITOR_MS = 50, SENSORS_MS = 250, ROLES_MS = 1000, SAMPLE_MS = 10, KEEP_ALIVE_MS = 150;
 const VALID_S = 1.5; // without news the drive stops after this; less than command_timeout_s
 const AT_ONCE = 8; // signals of one sample
 
@@ -17,6 +17,12 @@ const MONITOR = [
   'i_s_alpha_A', 'i_s_beta_A', 'lambda_r_hat_alpha_Wb', 'lambda_r_hat_beta_Wb',
   'overload_motor_pu', 'overload_inverter_pu', 'gates_on', 'brake_on',
 ];
+const LINE_VOLTAGES = ['u_line_alpha_V', 'u_line_beta_V'];
+const LIMITS = ['omega_max_rad_s', 'torque_speed_max_rad_s', 'direction', 'i_d_A', 'i_q_max_A', 'M_H', 'Lr_H'];
+const TORQUE_STEP_NM = 0.1;
+
+/** Sensors that not every board has: their signals end in _degC. */
+const temperatures = (client) => [...client.signals.keys()].filter((name) => name.endsWith('_degC'));
 
 export class Session extends EventTarget {
   state = 'connecting'; // connected, lost
@@ -25,6 +31,8 @@ export class Session extends EventTarget {
   status = null;
   roles = null;
   monitor = new Map();
+  limits = null; // of speed and torque references, as the drive has them now
+  temperatures = []; // names of its sensors
   wanted = null; // what this page commands: {speed_rad_s} or {torque_Nm}
   watched = []; // signals that the scope wants
   #askKey;
@@ -64,6 +72,8 @@ export class Session extends EventTarget {
         this.#event('change');
       });
       this.roles = atBroker ? await client.roles() : null;
+      await this.#readLimits(client);
+      this.temperatures = temperatures(client);
       this.status = await client.status();
       this.#to('connected');
     } catch (error) {
@@ -94,12 +104,16 @@ export class Session extends EventTarget {
   }
 
   async #poll(client) {
-    const due = { status: 0, monitor: 0, roles: 0 };
-    const names = MONITOR.filter((name) => client.signals.has(name));
+    const due = { status: 0, monitor: 0, sensors: 0, roles: 0, limits: performance.now() + ROLES_MS };
+    const known = (names) => names.filter((name) => client.signals.has(name));
+    const names = known(MONITOR);
+    const sensors = known([...LINE_VOLTAGES, ...this.temperatures]).slice(0, AT_ONCE);
     const jobs = [
       ['status', STATUS_MS, () => this.#readStatus(client)],
       ['monitor', MONITOR_MS, () => this.#readMonitor(client, names)],
+      ['sensors', SENSORS_MS, () => this.#readMonitor(client, sensors)],
       ['roles', ROLES_MS, () => this.#readRoles(client)],
+      ['limits', ROLES_MS, () => this.#readLimits(client)],
     ];
     while (this.#alive(client)) {
       try {
@@ -128,7 +142,26 @@ export class Session extends EventTarget {
     this.#event('status');
   }
 
+  /** Speed as people count it, and the torque that flux and current limit allow. */
+  async #readLimits(client) {
+    const p = await client.get(LIMITS.filter((name) => client.parameters.has(name)));
+    const { polePairs } = client.identity;
+    const rpm = (name) => (p.get(name) / polePairs) * RPM_PER_RAD_S;
+    const torque_Nm = polePairs * (p.get('M_H') ** 2 / p.get('Lr_H')) * p.get('i_d_A') * p.get('i_q_max_A');
+    const found = {
+      speed_rpm: Math.round(rpm('omega_max_rad_s')) || 3000,
+      torque_Nm: TORQUE_STEP_NM * Math.max(Math.floor(torque_Nm / TORQUE_STEP_NM), 1),
+      torqueSpeed_rpm: rpm('torque_speed_max_rad_s'),
+      direction: ['both', 'positive', 'negative'][p.get('direction') ?? 0] ?? 'both',
+      fluxFactor: polePairs * (p.get('M_H') / p.get('Lr_H')), // torque over flux and torque current
+    };
+    if (JSON.stringify(found) === JSON.stringify(this.limits)) return;
+    this.limits = found;
+    this.#event('limits');
+  }
+
   async #readMonitor(client, names) {
+    if (!names.length) return;
     const { values } = await client.sample(names);
     names.forEach((name, k) => this.monitor.set(name, values[k]));
     this.#event('monitor');
@@ -269,8 +302,8 @@ export class Session extends EventTarget {
     return this.catalog.states[state] ?? `state ${state}`;
   }
 
-  get speedMax_rpm() {
-    const limit = this.client?.parameters.get('omega_max_rad_s');
-    return limit ? (limit.initial / this.client.identity.polePairs) * RPM_PER_RAD_S : 3000;
+  /** What the motor gives now, by its flux. */
+  get torque_Nm() {
+    return this.limits ? this.limits.fluxFactor * this.status.lambda_Wb * this.status.i_q_A : NaN;
   }
 }

@@ -15,9 +15,10 @@ const MESSAGE_MS = 12000;
  * Builds the page in `root` and connects. Returns the session.
  *
  * transport: makes a Transport (link/transport.js); tools: makes a ToolsLine, or null where there is
- * no computer behind the page; catalog: texts (zerohertz/studio/catalog.py).
+ * no computer behind the page; catalog: texts (zerohertz/studio/catalog.py); aside: an element for
+ * the page's head.
  */
-export function startStudio(root, { catalog, transport, tools = null, extra = [] }) {
+export function startStudio(root, { catalog, transport, tools = null, extra = [], aside = null }) {
   const messages = h('div', { class: 'messages', role: 'alert', 'aria-live': 'assertive' });
   const dialog = keyDialog();
   const session = new Session({ catalog, transport, askKey: dialog.ask });
@@ -33,7 +34,7 @@ export function startStudio(root, { catalog, transport, tools = null, extra = []
   const { bar, choose } = tabBar(tabs);
   applyTheme(store.get('theme', null));
   root.append(
-    header(session, bar),
+    header(session, bar, aside),
     driveBar(session),
     h('div', { class: 'work' }, statusPanel(session), h('main', {}, tabs.map(([, tab]) => tab.element))),
     messages, dialog.element,
@@ -46,7 +47,7 @@ export function startStudio(root, { catalog, transport, tools = null, extra = []
   return session;
 }
 
-function header(session, bar) {
+function header(session, bar, aside) {
   const who = h('span', { class: 'identity', id: 'identity' });
   const link = h('span', { class: 'link-state', id: 'link-state' });
   const again = h('button', { hidden: true, onclick: () => session.connect() }, 'Connect again');
@@ -61,7 +62,7 @@ function header(session, bar) {
   };
   session.addEventListener('change', update);
   session.addEventListener('roles', update);
-  return h('header', {}, h('h1', {}, 'ZeroHertz'), bar, who, link, again, theme);
+  return h('header', {}, h('h1', {}, 'ZeroHertz'), bar, who, link, again, aside, theme);
 }
 
 /** Who runs the drive, and who else is there. */
