@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import LAPTOP
+from serial_port import bridged
 
 from zerohertz.errors import UserError
+from zerohertz.link.client import Client
+from zerohertz.link.line import SerialLine
+from zerohertz.link.server import PtyEnd
 from zerohertz.paths import ROOT
 from zerohertz.site import docs, pages
+
+sys.path.append(str(ROOT / "tests" / "tools"))
+from test_broker import serving, until
 
 
 def test_start_page_leads_to_a_simulator_that_runs(open_page: Callable[..., Any]) -> None:
@@ -69,3 +79,24 @@ def test_a_section_becomes_a_page() -> None:
     assert pages.section_of(text, "b-c") == "# B, c\n\n\ny\n\n### d\n\n"
     with pytest.raises(UserError, match="no heading #z"):
         pages.section_of(text, "z")
+
+
+def test_the_studio_of_the_site_talks_to_a_board_by_web_serial(browser: Any, site: Path) -> None:
+    end = PtyEnd()
+    with (
+        serving(end),
+        closing(SerialLine(end.name)) as line,
+        bridged(line) as fake,
+        closing(browser.new_context(viewport=LAPTOP)) as context,
+    ):
+        page = context.new_page()
+        page.add_init_script(fake)
+        page.goto(f"{site.as_uri()}/studio.html")
+        page.click("#board")
+        page.wait_for_function("document.getElementById('link-state')?.innerText === 'connected'")
+        page.fill("#speed-box", "60")
+        page.press("#speed-box", "Enter")
+        page.wait_for_function("/^(59|60)/.test(document.getElementById('speed').innerText)")
+        context.close()
+        drive = Client(line, timeout_s=1.0)
+        until("stopped", lambda: drive.status().command == 0 or drive.status().faults)

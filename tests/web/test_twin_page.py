@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,24 @@ def test_a_clicked_atlas_point_starts_its_run(open_page: Callable[..., Any]) -> 
     assert newest_run(page, 3)["title"] != title
 
 
+def test_a_dwell_is_held_with_modulation_and_lost_without(open_page: Callable[..., Any]) -> None:
+    page = at_tab(open_page, "dwell")
+    assert newest_run(page, 1)["simulated_s"] > 130.0
+    assert "Stator resistance" in page.inner_text("#scope section:nth-of-type(4) option:checked")
+    held = page.inner_text("#status")
+    assert int(re.search(r"off by at most (\d+) min", held)[1]) <= 30
+    assert "fault" not in held
+    page.select_option("#dwell-modulation", "0")
+    lost = newest_run(page, 2)
+    assert "modulation off" in lost["title"]
+    assert lost["simulated_s"] < 130.0  # ended where the shaft ran away, or stopped
+    assert int(re.search(r"off by at most ([\d]+) min", page.inner_text("#status"))[1]) > 100
+    page.select_option("#dwell-modulation", "1")
+    move(page, "#dwell-rs", 0.85)
+    assert newest_run(page, 4)["simulated_s"] > 130.0
+    assert page.inner_text("#dwell-rs-out").startswith("0.85")
+
+
 def test_by_hand_the_speed_follows_and_a_fault_is_explained(open_page: Callable[..., Any]) -> None:
     page = at_tab(open_page, "hand")
     page.select_option("#hand-pace", "16")
@@ -111,7 +130,7 @@ def test_by_hand_the_speed_follows_and_a_fault_is_explained(open_page: Callable[
 
 
 @pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
-@pytest.mark.parametrize("tab", ["figures", "atlas", "hand"])
+@pytest.mark.parametrize("tab", ["figures", "atlas", "dwell", "hand"])
 def test_page_fits_and_shows_curves(
     open_page: Callable[..., Any], tab: str, size: dict[str, int]
 ) -> None:

@@ -26,6 +26,7 @@ POLE_PAIRS = 2
 RATED_TORQUE_NM = 8.4
 RATED_SPEED_RPM = 1710.0
 COULOMB_NM = 0.4
+I_D_A = 5.1  # of the nameplate, and of recommended
 RS_RATIOS = (0.67, 0.8, 1.0, 1.25, 1.5)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zerohertz import sim
-from zerohertz.atlas.bench_run import Experiment, error_rpm, impressed, run, started, window
+from zerohertz.atlas.bench_run import I_D_A, Experiment, error_rpm, impressed, run, started, window
 from zerohertz.atlas.classes import FAR_RPM
 from zerohertz.atlas.ensembles import plant_of
 from zerohertz.atlas.special import dwell_load_Nm
@@ -135,7 +135,7 @@ def _load(
 ) -> list[tuple[float, float]]:
     """Zero stator frequency for the nameplate's motor; the servo does the rest."""
     M_H = load_motor("gain_tables/hasegawa2005").circuit.M_H
-    flux_Wb = M_H * (5.1 if i_d_A is None else i_d_A)
+    flux_Wb = M_H * (I_D_A if i_d_A is None else i_d_A)
     load_Nm = math.copysign(dwell_load_Nm(flux_Wb, abs(speed_rpm)), -speed_rpm)
     load_Nm = 0.0 if speed_rpm == 0.0 else load_Nm
     points = [(0.0, 0.0), (LOAD_AT_S, 0.0), (arrived_s, load_Nm)]

@@ -13,11 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from zerohertz import param_list, sim
-from zerohertz.atlas import bench_run, special
+from zerohertz.atlas import bench_run, special, zero_hertz
 from zerohertz.atlas.points import Point, standard_map
 from zerohertz.atlas.simulate import Bench, job_of, judge_record, make_bench
 from zerohertz.drive import override_lines
 from zerohertz.image import fault_page
+from zerohertz.motor import load_motor
+from zerohertz.paths import ROOT
 from zerohertz.scenario import evaluate
 from zerohertz.scenario.figures import PAPER
 from zerohertz.scenario.setup import figure_scenario, load_setup, scenario_file
@@ -26,7 +28,9 @@ CONFIGS = {"paper": "the paper's tuning", "recommended": "recommended", "no_gain
 SETTINGS = ("observer_gain_enable", "eps1_mode", "eps1")  # which the page has controls for
 SEED = 1
 BATCH = 64
-_GUARD_RECORDED = 8
+_STOP_AT_TRIP, _GUARD_RECORDED = 1, 8
+DWELL_RPM = (15.0, 30.0)
+DWELL_S = 130.0
 
 SITUATION_TEXT = {
     "no_load": "No load, step to standstill",
@@ -59,7 +63,7 @@ class Files:
             "board": _kept(self.boards, Path(job.board)),
             "motor": motor.name,
             "seed": job.seed or 0,
-            "flags": _GUARD_RECORDED if job.guard_recorded else 0,
+            "flags": _GUARD_RECORDED * job.guard_recorded | _STOP_AT_TRIP * job.stop_at_trip,
         }
         for name in ("scenario_overrides", "rig_overrides", "board_overrides"):
             found[name] = override_lines(getattr(job, name)).decode()
@@ -90,6 +94,7 @@ def content(hashes: bool = True, atlas: bool = True) -> dict[str, Any]:
         "figures": [_figure(files, figure) for figure in PAPER],
         "situations": [_situation(files, *item) for item in evaluate.SITUATIONS.items()],
         "special": list(_special(files)),
+        "dwell": [_dwell(files, speed_rpm) for speed_rpm in DWELL_RPM],
         "live": _live(files),
         "faults": faults(),
         "configs": CONFIGS,
@@ -161,6 +166,34 @@ def _special(files: Files) -> Iterable[dict[str, Any]]:
             "text": f"150 to -150 min⁻¹ at 5 min⁻¹/s, rated load {load_pu:+.0f}",
             "job": files.job(job),
         }
+
+
+def dwell_job(speed_rpm: float) -> sim.Job:
+    """Zero stator frequency, kept by the load, while Rs drifts; flux steering avoids it and is off.
+
+    Without modulation the drive gets lost: the run ends when the shaft runs away.
+    """
+    flux_Wb = load_motor(ROOT / "gain_tables" / "hasegawa2005").circuit.M_H * bench_run.I_D_A
+    load_Nm = special.dwell_load_Nm(flux_Wb, speed_rpm)
+    what = bench_run.Experiment(
+        duration_s=DWELL_S,
+        speed_rpm=[(0.0, speed_rpm)],
+        load_Nm=[(0.0, 0.0), (5.0, 0.0), (10.0, load_Nm)],
+        servo_Nm_per_turn=zero_hertz.SERVO_NM_PER_TURN,
+        servo_from_s=10.0,
+        rs_drift=[(0.0, 1.0), (20.0, 1.0), (100.0, 1.2)],
+        firmware={"steer_min_Hz": 0.0, "overload_motor_A": 0.0},
+    )
+    job, _ = bench_run.job(load_setup("recommended"), what)
+    return dataclasses.replace(job, stop_at_trip=True)
+
+
+def _dwell(files: Files, speed_rpm: float) -> dict[str, Any]:
+    return {
+        "id": f"dwell_{speed_rpm:.0f}",
+        "title": f"Dwell at {speed_rpm:.0f} min⁻¹",
+        "job": files.job(dwell_job(speed_rpm)),
+    }
 
 
 def _tuning(config: str) -> dict[str, str]:

@@ -16,6 +16,7 @@ const LIVE_ROWS = 6000; // 30 s
 const PERIODS_PER_S = 5000;
 const LOAD_MACHINE_RPM = 1000;
 const ZERO_RPM = 30;
+const DWELL_PANES = ["speed", "frequency", "angle", "resistance"];
 const COULOMB_NM = 0.4; // friction of the bench, which brakes with the load
 
 const hand = new Hand();
@@ -125,6 +126,30 @@ function show_record(message) {
   dispatchEvent(new CustomEvent("run", { detail })); // for who waits for it
 }
 
+// ---------------------------------------------------------------- zero hertz
+
+// The job of a dwell with another modulation, and another end of the drift of Rs.
+function run_dwell() {
+  const what = data.dwell.find(({ id }) => id === el("dwell-speed").value);
+  const modulation = Number(el("dwell-modulation").value);
+  const rs = Number(el("dwell-rs").value);
+  el("dwell-rs-out").textContent = `${rs.toFixed(2)} × nameplate`;
+  const scenario = what.job.scenario.replace(/^(rs_factor = .*, )[\d.]+(\]\])$/m, `$1${rs}$2`);
+  const firmware = `${what.job.firmware}\ndwell=${modulation}`;
+  const off = modulation === 0 ? ", modulation off" : "";
+  run_given({ ...what, title: what.title + off, job: { ...what.job, scenario, firmware } });
+}
+
+function wire_dwell() {
+  let waiting = null;
+  for (const id of ["dwell-speed", "dwell-modulation", "dwell-rs"]) {
+    el(id).oninput = () => {
+      clearTimeout(waiting);
+      waiting = setTimeout(run_dwell, 60);
+    };
+  }
+}
+
 // ---------------------------------------------------------------- by hand
 
 function start_hand() {
@@ -224,6 +249,9 @@ function wire_hand() {
 // ---------------------------------------------------------------- the page
 
 function open_tab(name) {
+  if ((name === "dwell") !== (tab === "dwell")) {
+    scope.choose(name === "dwell" ? DWELL_PANES : undefined);
+  }
   tab = name;
   for (const button of el("tabs").children) {
     button.setAttribute("aria-selected", button.dataset.tab === name);
@@ -231,6 +259,7 @@ function open_tab(name) {
   }
   el("experiment").hidden = name !== "figures" && name !== "situations";
   el("atlas-panel").hidden = name !== "atlas";
+  el("dwell").hidden = name !== "dwell";
   el("hand").hidden = name !== "hand";
   el("player").hidden = name === "hand";
   player.stop();
@@ -243,6 +272,8 @@ function open_tab(name) {
     client.send("stop");
     if (name === "atlas") {
       atlas.choose(60, -1, 1);
+    } else if (name === "dwell") {
+      run_dwell();
     } else {
       fill_experiments();
       choose_experiment();
@@ -296,6 +327,8 @@ function begin(message) {
     el(id).replaceChildren(...Object.entries(data.configs).map(([name, text]) => new Option(text, name)));
     el(id).value = "recommended";
   }
+  el("dwell-speed").replaceChildren(...data.dwell.map(({ id, title }) => new Option(title, id)));
+  el("dwell-speed").value = data.dwell.at(-1).id;
   const show_atlas = () => atlas.show(data.atlas[el("atlas-config").value]);
   el("atlas-config").onchange = show_atlas;
   show_atlas();
@@ -308,6 +341,7 @@ async function load() {
   wire_theme();
   wire_tabs();
   wire_experiments();
+  wire_dwell();
   wire_hand();
   el("status").textContent = "starting";
   const [wasm, text] = await Promise.all([unpacked("wasm"), unpacked("data")]);

@@ -62,16 +62,18 @@ class Pane {
     for (const [name, { title, unit }] of Object.entries(CHOICES)) {
       this.select.add(new Option(unit ? `${title}, ${unit}` : title, name, false, name === choice));
     }
-    this.select.onchange = () => {
-      this.choice = this.select.value;
-      this.make();
-    };
+    this.select.onchange = () => this.choose(this.select.value);
     this.legend = document.createElement("span");
     this.legend.className = "legend";
     head.append(this.select, this.legend);
     this.plot_box = document.createElement("div");
     this.box.append(head, this.plot_box);
     host.append(this.box);
+  }
+
+  choose(choice) {
+    this.choice = this.select.value = choice;
+    this.make();
   }
 
   make() {
@@ -187,6 +189,11 @@ export class Scope {
 
   make() {
     this.panes.forEach((pane) => pane.make());
+  }
+
+  // Curves by name, from the top; none: the usual ones.
+  choose(choices = FIRST) {
+    this.panes.forEach((pane, k) => pane.choose(choices[k]));
   }
 
   resize() {
