@@ -226,6 +226,9 @@ def _recommended(report: Report) -> str:
     if report.recommended is None:
         return head + "<p>There is none in host_sim/configs yet.</p>"
     held = sum(result.match for result in report.situations)
+    moving = html.image(
+        DOCS / "zero_crossing.gif", "Speed, stator frequency and flux angle error in a passage"
+    )
     cards = []
     for result in report.situations:
         title = SITUATIONS.get(result.key, result.key)
@@ -237,6 +240,8 @@ def _recommended(report: Report) -> str:
         f"{head}<p>The tuning to start from. It has to hold the four situations of the paper, "
         "which tell a drive that works at zero frequency from one that does not: "
         f"{held} of {len(report.situations)} held.</p>"
+        f'<div class="wide picture moving">{moving}</div><p class="small">The passage under rated '
+        "load, five times real time; committed result of <code>tools/zh animate</code>.</p>"
         '<p class="small">Drag across a plot to zoom, double-click for the whole; with the '
         "keyboard: arrows, +, −, 0. Zoomed, the vertical axis fits what is shown.</p>"
         f'<div class="grid">{"".join(cards)}</div>'
