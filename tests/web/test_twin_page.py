@@ -109,8 +109,9 @@ def test_a_dwell_is_held_with_modulation_and_lost_without(open_page: Callable[..
     page.select_option("#dwell-modulation", "0")
     lost = newest_run(page, 2)
     assert "modulation off" in lost["title"]
-    assert lost["simulated_s"] < 130.0  # ended where the shaft ran away, or stopped
-    assert int(re.search(r"off by at most ([\d]+) min", page.inner_text("#status"))[1]) > 100
+    assert int(re.search(r"off by at most ([\d]+) min", page.inner_text("#status"))[1]) > 200
+    end_s = float(page.evaluate("document.getElementById('time').max"))
+    assert end_s < 100.0  # the picture ends where the shaft is gone
     page.select_option("#dwell-modulation", "1")
     move(page, "#dwell-rs", 0.85)
     assert newest_run(page, 4)["simulated_s"] > 130.0

@@ -28,7 +28,7 @@ CONFIGS = {"paper": "the paper's tuning", "recommended": "recommended", "no_gain
 SETTINGS = ("observer_gain_enable", "eps1_mode", "eps1")  # which the page has controls for
 SEED = 1
 BATCH = 64
-_STOP_AT_TRIP, _GUARD_RECORDED = 1, 8
+_GUARD_RECORDED = 8
 DWELL_RPM = (15.0, 30.0)
 DWELL_S = 130.0
 
@@ -63,7 +63,7 @@ class Files:
             "board": _kept(self.boards, Path(job.board)),
             "motor": motor.name,
             "seed": job.seed or 0,
-            "flags": _GUARD_RECORDED * job.guard_recorded | _STOP_AT_TRIP * job.stop_at_trip,
+            "flags": _GUARD_RECORDED if job.guard_recorded else 0,
         }
         for name in ("scenario_overrides", "rig_overrides", "board_overrides"):
             found[name] = override_lines(getattr(job, name)).decode()
@@ -171,7 +171,7 @@ def _special(files: Files) -> Iterable[dict[str, Any]]:
 def dwell_job(speed_rpm: float) -> sim.Job:
     """Zero stator frequency, kept by the load, while Rs drifts; flux steering avoids it and is off.
 
-    Without modulation the drive gets lost: the run ends when the shaft runs away.
+    Without modulation the drive gets lost, and the load pulls the shaft away.
     """
     flux_Wb = load_motor(ROOT / "gain_tables" / "hasegawa2005").circuit.M_H * bench_run.I_D_A
     load_Nm = special.dwell_load_Nm(flux_Wb, speed_rpm)
@@ -184,8 +184,7 @@ def dwell_job(speed_rpm: float) -> sim.Job:
         rs_drift=[(0.0, 1.0), (20.0, 1.0), (100.0, 1.2)],
         firmware={"steer_min_Hz": 0.0, "overload_motor_A": 0.0},
     )
-    job, _ = bench_run.job(load_setup("recommended"), what)
-    return dataclasses.replace(job, stop_at_trip=True)
+    return bench_run.job(load_setup("recommended"), what)[0]
 
 
 def _dwell(files: Files, speed_rpm: float) -> dict[str, Any]:

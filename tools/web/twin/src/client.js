@@ -22,10 +22,10 @@ export class Client {
     this.send("start", { wasm, data }, [wasm]);
   }
 
-  run(job, decimate, hash) {
+  run(job, decimate, hash, ends_with = 0) {
     this.id += 1;
     this.send("stop");
-    this.send("run", { id: this.id, job, decimate, hash });
+    this.send("run", { id: this.id, job, decimate, hash, ends_with });
   }
 
   live(job, pace) {

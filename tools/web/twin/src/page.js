@@ -16,6 +16,8 @@ const LIVE_ROWS = 6000; // 30 s
 const PERIODS_PER_S = 5000;
 const LOAD_MACHINE_RPM = 1000;
 const ZERO_RPM = 30;
+const AWAY_RPM = 400;
+const TRIP_SPEED = 2; // of sim.h: beyond 3000 min^-1
 const DWELL_PANES = ["speed", "frequency", "angle", "resistance"];
 const COULOMB_NM = 0.4; // friction of the bench, which brakes with the load
 
@@ -109,11 +111,12 @@ function run_experiment() {
 function run_given(what, hash = false) {
   shown = what;
   const periods = duration_of(what.job) * PERIODS_PER_S;
-  client.run(what.job, Math.max(5, Math.ceil(periods / ROWS_OF_A_RUN)), hash);
+  const ends_with = tab === "dwell" ? TRIP_SPEED : 0;
+  client.run(what.job, Math.max(5, Math.ceil(periods / ROWS_OF_A_RUN)), hash, ends_with);
 }
 
 function show_record(message) {
-  const rec = new Rec(message.columns);
+  const rec = new Rec(tab === "dwell" ? until_away(message.columns) : message.columns);
   const native = message.hashes ? data.hashes[shown.id] : null;
   const differing = native && message.hashes.map((hash, k) => (hash === native[k] ? "" : data.signals[k])).filter(Boolean);
   const fastest = rec.largest((row) => rec.columns.speed_rpm[row], () => true);
@@ -138,6 +141,13 @@ function run_dwell() {
   const firmware = `${what.job.firmware}\ndwell=${modulation}`;
   const off = modulation === 0 ? ", modulation off" : "";
   run_given({ ...what, title: what.title + off, job: { ...what.job, scenario, firmware } });
+}
+
+// Up to where the load has pulled the shaft away: what comes then hides everything before.
+function until_away(columns) {
+  const away = columns.speed_rpm.findIndex((speed, k) => Math.abs(speed - columns.speed_ref_rpm[k]) > AWAY_RPM);
+  const end = away < 0 ? columns.speed_rpm.length : away;
+  return Object.fromEntries(Object.entries(columns).map(([name, values]) => [name, values.slice(0, end)]));
 }
 
 function wire_dwell() {

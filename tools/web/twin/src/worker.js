@@ -39,14 +39,15 @@ function rows_of(run, seen, from) {
 
 const pause = () => new Promise((resolve) => setTimeout(resolve, 0));
 
-async function experiment({ id, job, decimate, hash }) {
+// ends_with: bits of sim.h's trips after which nothing is to be seen.
+async function experiment({ id, job, decimate, hash, ends_with }) {
   newest = id;
   const begin = performance.now();
   const run = engine.open(whole(job), { decimate, flags: hash ? HASH_SIGNALS : 0 });
   let steps = -1;
   let seen = run.look();
   let paused_ms = 0;
-  while (seen.steps > steps && newest === id) {
+  while (seen.steps > steps && newest === id && (seen.trip & ends_with) === 0) {
     steps = seen.steps;
     run.advance(steps + SLICE);
     seen = run.look();
