@@ -17,7 +17,6 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "tools")]
 
 from studio_setup import PICTURES, Opener, local  # noqa: E402
 
-
 # Longer than a loaded machine needs; a check that holds returns at once.
 expect.set_options(timeout=60_000)
 

@@ -28,7 +28,7 @@ CODESPELL = (PYTHON, "-m", "codespell_lib")
 RUFF_CONFIG = ("--config", "tools/pyproject.toml")
 PYTHON_FOLDERS = ("tools", "tests")
 C_FOLDERS = ("firmware", "hal", "host_sim", "tests")
-SHELL_SCRIPTS = ("tools/zh", "tools/fetch_unity.sh", ".ci/run")
+SHELL_SCRIPTS = ("tools/zh", "tools/fetch_unity.sh", "tools/lock.sh", ".ci/run")
 C_SUFFIXES = (".c", ".h", ".cpp", ".hpp")
 
 # Of the firmware, with gcc: host_sim/CMakeLists.txt.
