@@ -20,8 +20,8 @@ typedef struct {
 
 typedef enum {
     PARAM_FLOAT = 0,
-    PARAM_UINT = 1,  /* whole */
-    PARAM_CHOICE = 2 /* whole: one of its choices */
+    PARAM_UINT = 1,  /* whole number */
+    PARAM_CHOICE = 2 /* one of its choices, a whole number */
 } param_type_t;
 
 typedef enum {

@@ -20,7 +20,7 @@ enum {
     UNIT_SIGNALS
 };
 
-/* A float as its bits; 0 for a number there is not. */
+/* A float as its bits; 0 for an unknown number. */
 uint32_t unit_signal(const unit_t *a, const hal_output_t *o, uint32_t number);
 
 bool unit_signal_is_float(uint32_t number);
