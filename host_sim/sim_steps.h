@@ -1,6 +1,6 @@
 /* A closed-loop run that can be paused: to flip a bit of the drive's memory, to continue several
- * times from one moment (a process that forks there has the run twice), or to operate the rig by
- * hand.
+ * times from one moment, or to operate the rig by hand. A process that forks at a pause has the run
+ * twice.
  *
  * Part of the SIL library. One handle belongs to one thread at a time.
  */

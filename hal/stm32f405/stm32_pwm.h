@@ -1,13 +1,14 @@
 /* TIM1: centre-aligned PWM of three legs, one carrier period per control period.
  *
- * Counter up 0..ARR and down again; PWM mode 1: the upper switch is on while CNT < CCR, so the on
- * pulse is centred on CNT = 0 and the crest is CNT = ARR. RCR 1 with the update event at counting
- * up's end: preloaded compare values are taken at every crest, once per carrier period, so what is
- * written after the sample of crest k acts from crest k+1 on (hal/README.md). The same event is
- * TRGO, which starts the ADC.
+ * The counter counts up 0..ARR and down again. In PWM mode 1 the upper switch is on while CNT <
+ * CCR, so the on pulse is centred on CNT = 0 and the crest is CNT = ARR. With RCR 1 the update
+ * event comes at the end of counting up. Preloaded compare values are therefore taken at every
+ * crest, once per carrier period: values written after the sample of crest k act from crest k+1
+ * (hal/README.md). The same event is TRGO, which starts the ADC.
+ *
  * CH1..3 = legs u, v, w, upper switch; CHxN the lower one; active high; dead time by hardware at
  * both edges. MOE off: all six outputs are driven to their inactive level (OSSI, OSSR). The break
- * input (active low: an open wire breaks) clears MOE without the core; AOE is off, so only
+ * input (active low: an open wire breaks) clears MOE without the core. AOE is off, so only
  * stm32_pwm_write sets it again, and not while a break is latched.
  */
 #ifndef STM32_PWM_H

@@ -5,11 +5,11 @@
  * regeneration. The error therefore decays as e^{-k c t}, whatever the speed and load. The usual
  * law, Re(conj(i_s_hat) e1), changes its sign in regeneration and gets small before.
  *
- * Below the torque current i_0 Rs is frozen, because there an error of M or of the leakage affects
- * e1 more than Rs does (tracked at no load, Rs ran 8 % high, and crossings of zero frequency were
- * lost). At zero frequency the gain fades out. Rs is also frozen outside a band of stator
- * frequency, and for a while after any change except a slow ramp of the reference. It never leaves
- * a band around the resistance measured at the start.
+ * Rs is frozen below the torque current i_0: an error of M or of the leakage affects e1 more than
+ * Rs does there. Tracked at no load, Rs ran 8 % high, and crossings of zero frequency were lost. At
+ * zero frequency the gain fades out. Rs is also frozen outside a band of stator frequency, and for
+ * a while after any change except a slow ramp of the reference. It never leaves a band around the
+ * resistance measured at the start.
  */
 #ifndef RS_TRACKING_H
 #define RS_TRACKING_H

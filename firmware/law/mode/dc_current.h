@@ -1,8 +1,8 @@
 /* Direct current against any back-EMF: needs no angle and no speed.
  *
  * The current gives the EMF of the interval that ended: e = u - Rs i - sigma Ls di/dt. It is fed
- * forward, rotated to the middle of the interval in which the next duties act (two periods later),
- * so that a spinning, magnetised motor does not trip in the first period. Stationary frame: u = e
+ * forward, rotated to the middle of the interval in which the next duties act (two periods later).
+ * So a spinning, magnetised motor does not trip even in the first period. Stationary frame: u = e
  * exp(2 j w T) + Rs i_ref + bw sigma Ls (i_ref - i).
  */
 #ifndef DC_CURRENT_H

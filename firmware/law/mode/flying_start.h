@@ -4,9 +4,10 @@
  * The search first runs without current: residual flux shows the speed, and nothing brakes the
  * shaft. Only without residual flux does it use direct current. While the stator current is
  * constant (dc_current), the rate of the rotor flux follows one mode, e' = (-tau + j w) e, e = kr
- * lambda', whether the flux is residual or builds up from the current. One-lag regression of e over
- * a window, with its mean removed (the constant errors of Rs and of the legs' voltage): w =
- * arg(cov(e(t), e(t + lag)))/lag.
+ * lambda'. It makes no difference whether the flux is residual or builds up from the current.
+ *
+ * One-lag regression of e over a window gives w = arg(cov(e(t), e(t + lag)))/lag. The mean is
+ * removed, because the errors of Rs and of the legs' voltage are constant.
  */
 #ifndef FLYING_START_H
 #define FLYING_START_H

@@ -307,12 +307,12 @@ def _pages(log: Log) -> Outcome:
         return Outcome(0, 1, "no page or no header found")
     texts = text_rules.of_pages(ROOT) + text_rules.of_sources(ROOT)
     texts += (commands := text_rules.of_commands())
-    rules = _no_breaches(log, page_rules.check_tree(ROOT), text_rules.breaches(texts))
-    long = text_rules.long_sentences(texts)
-    log.write("\n".join(long))
     helps = log.path.with_suffix(".help.txt")
     helps.write_text("\n".join(passage.text for passage in commands), encoding="utf-8")
     spelling = log.check((*CODESPELL, *map(str, (*pages, *sources, helps))))
+    long = text_rules.long_sentences(texts)
+    log.write("\n".join(long))
+    rules = _no_breaches(log, page_rules.check_tree(ROOT), text_rules.breaches(texts))
     failed = rules.failed + spelling.failed
     note = f"{len(long)} of {len(texts)} texts beyond {text_rules.AIM} words"
     return Outcome(rules.passed + spelling.passed, failed, rules.note or spelling.note or note)

@@ -1,8 +1,8 @@
 /* Full-order flux observer, eq. (3)-(5): xh' = A(wh) xh + B u_s + L e1, e1 = i_s_hat - i_s.
  *
- * Stationary frame, states i_s_hat and lambda_r_hat. At sample k the step carries the estimate
- * over the interval that just ended, with the voltage that acted in it and the e1, L and speed of
- * its start, then forms e1 with the current of sample k. Forward Euler (the paper), or second
+ * Stationary frame, states i_s_hat and lambda_r_hat. At sample k the step carries the estimate over
+ * the interval that just ended. It uses the voltage that acted in it, and the e1, L and speed of
+ * its start. Then it forms e1 with the current of sample k. Forward Euler (the paper), or second
  * order in A with T L e1 added separately, which removes Euler's bias at speed (THEORY 4).
  */
 #ifndef OBSERVER_H
