@@ -21,7 +21,9 @@ bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
     return monitor_init(monitor) &&
            plausibility_init(&cfg->plausibility, plausibility, schedule_s) &&
            liveness_init(&cfg->liveness, &liveness) &&
-           current_fit_init(&cfg->current_fit, &current_fit);
+           current_fit_init(&cfg->current_fit, &current_fit) &&
+           current_jump_init(&cfg->current_jump, sensors->period_s, sensors->sigma_Ls_H,
+                             monitor->i_trip_A);
 }
 
 /* What the estimate claims of power: that of its torque at the speed of its field. */
@@ -102,6 +104,12 @@ uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A
 {
     const liveness_in_t spell = {.i_s_A = i_s_A, .u_V = u_V, .emf_V = st->current_fit.emf_V};
     return liveness_frozen(&cfg->liveness, &st->liveness, &spell) ? FAULT_ADC_FROZEN : 0u;
+}
+
+uint32_t guard_jumped(const guard_sensors_t *in)
+{
+    const bool one_sensor = (in->meas->flags & MEASUREMENT_CURRENT_SUM) != 0u;
+    return (in->motor_known && !one_sensor) ? FAULT_CURRENT_SENSOR : 0u;
 }
 
 uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st, const measured_t *meas,

@@ -8,6 +8,7 @@
 #define GUARD_H
 
 #include "current_fit.h"
+#include "current_jump.h"
 #include "estimate.h"
 #include "liveness.h"
 #include "monitor.h"
@@ -20,6 +21,7 @@ typedef struct {
     plausibility_config_t plausibility;
     liveness_config_t liveness;
     current_fit_config_t current_fit;
+    current_jump_config_t current_jump;
     speed_guard_config_t speed;
     float i_q_max2_A2; /* largest torque current and current vector */
     float i_max2_A2;
@@ -31,6 +33,7 @@ typedef struct {
     plausibility_state_t plausibility;
     liveness_state_t liveness;
     current_fit_state_t current_fit;
+    current_jump_state_t current_jump;
     speed_guard_state_t speed;
 } guard_state_t;
 
@@ -93,6 +96,9 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
 /* Frozen current words: a fault, or none. */
 HOT uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
 
+/* Current words that jumped: a fault, unless the sum names the sensor or the motor is unknown. */
+COLD uint32_t guard_jumped(const guard_sensors_t *in);
+
 /* A window of voltage and current has ended. */
 HOT uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
                                    const measured_t *meas, bool motor_known);
@@ -113,6 +119,9 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
         faults = guard_repeated(cfg, st, in->meas->i_s_A, in->u_V);
     }
     current_fit_add(&st->current_fit, in->u_V, in->meas->i_s_A);
+    if (current_jump_step(&cfg->current_jump, &st->current_jump, in->meas->i_s_A, in->u_V)) {
+        faults |= guard_jumped(in);
+    }
     if (in->slot == SLOT_GUARD_CURRENT) {
         faults |= guard_look_at_current(cfg, st, in->meas, in->motor_known);
     }

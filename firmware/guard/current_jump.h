@@ -1,0 +1,49 @@
+/* Do the current words jump where the current cannot? Without an estimate and in every mode.
+ *
+ * A period changes the current by T/(sigma Ls) (u - Rs i - e). What is left of a change when the
+ * voltage's share is taken away, d = di - T/(sigma Ls) u, moves with Rs i and the EMF alone: slowly.
+ * A gain that changes, sensors that are exchanged or lose their supply, an ADC's reference that
+ * goes: d leaves its place for one period and is back in the next. One disturbed sample comes back
+ * the other way, so that d is off twice as far; a wrong sigma Ls shows in proportion to di.
+ * Stationary frame.
+ */
+#ifndef CURRENT_JUMP_H
+#define CURRENT_JUMP_H
+
+#include "frames.h"
+#include "num.h"
+
+typedef struct {
+    float A_per_V; /* of a period */
+    float jump_A2; /* square of the smallest jump */
+} current_jump_config_t;
+
+typedef struct {
+    ab_t i_A;     /* of the sample before; zeroed: none flows, as with the gates off */
+    ab_t rest_A;  /* d, of the last period in its place */
+    float off_A2; /* by how much d left it in the period before; 0: it did not */
+} current_jump_state_t;
+
+/* False unless all are finite and positive. */
+CHECKED bool current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_Ls_H,
+                               float i_trip_A);
+
+/* A large change, or the period after one: true when the words have jumped to stay. */
+COLD bool current_jump_look(const current_jump_config_t *cfg, current_jump_state_t *st,
+                            ab_t change_A, ab_t rest_A);
+
+/* In every period with the gates on; u_V: of the interval that ended, by the duties. */
+static inline bool current_jump_step(const current_jump_config_t *cfg, current_jump_state_t *st,
+                                     ab_t i_A, ab_t u_V)
+{
+    const ab_t change_A = ab_sub(i_A, st->i_A);
+    const ab_t rest_A = ab_sub(change_A, ab_scale(u_V, cfg->A_per_V));
+    st->i_A = i_A;
+    if ((ab_norm2(change_A) > cfg->jump_A2) || (st->off_A2 > 0.0f)) {
+        return current_jump_look(cfg, st, change_A, rest_A);
+    }
+    st->rest_A = rest_A;
+    return false;
+}
+
+#endif
