@@ -12,8 +12,7 @@ bool current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_L
         return false;
     }
     const float jump_A = CURRENT_JUMP_PU * i_trip_A;
-    *cfg =
-        (current_jump_config_t){.A_per_V = period_s / sigma_Ls_H, .jump_A2 = jump_A * jump_A};
+    *cfg = (current_jump_config_t){.A_per_V = period_s / sigma_Ls_H, .jump_A2 = jump_A * jump_A};
     return true;
 }
 

@@ -7,6 +7,7 @@
 #define SPEED_NEARER_S      0.25f
 #define SPEED_NEARER_RAD_S  1.0f
 #define SPEED_WARNING_S     0.15f
+#define SPEED_APPROACH_S    1.0f /* on the way there: a load or a ramp beyond the torque */
 #define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU 0.06f
@@ -33,6 +34,7 @@ bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *par
         .deviation_s = params->deviation_s,
         .unexplained_s = minf(SPEED_UNEXPLAINED_S, params->deviation_s),
         .warning_s = minf(SPEED_WARNING_S, params->deviation_s),
+        .approach_s = minf(SPEED_APPROACH_S, params->deviation_s),
         .schedule_s = schedule_s,
         .nearer_share = schedule_s / (schedule_s + SPEED_NEARER_S),
         .unknown_s = params->unknown_s,
@@ -61,15 +63,18 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
 }
 
 /* Away for a time with all the torque there is; of V/f, whose current limit holds the frequency
- * back, also on the way there. */
+ * back, also on the way there. Of an estimate, on the way there for longer. */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
-    const bool far = !(absf(far_pu) <= 1.0f) && (in->basis == SPEED_BASIS_VOLTAGE);
-    const bool away = wrong || far;
-    st->away_s =
-        passed(st->away_s, cfg->schedule_s * (away ? 1.0f : -SPEED_HEALS_PU), cfg->warning_s);
-    return away && in->at_limit && (st->away_s >= cfg->warning_s);
+    const bool far = !(absf(far_pu) <= 1.0f);
+    const bool away = wrong || (far && (in->basis == SPEED_BASIS_VOLTAGE));
+    const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
+    const float one_s = cfg->schedule_s;
+    st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
+    st->approach_s = passed(st->approach_s, slow ? one_s : -one_s, cfg->approach_s);
+    return (away && in->at_limit && (st->away_s >= cfg->warning_s)) ||
+           (st->approach_s >= cfg->approach_s);
 }
 
 static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_state_t *st,
@@ -80,7 +85,8 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
     const bool wrong = deviates(cfg, st, in, far_pu);
     /* Neither away nor lately so: nothing to count. */
-    if ((absf(far_pu) <= 1.0f) && (st->deviation_s + st->away_s + st->unexplained_s <= 0.0f)) {
+    if ((absf(far_pu) <= 1.0f) &&
+        (st->deviation_s + st->away_s + st->approach_s + st->unexplained_s <= 0.0f)) {
         return 0u;
     }
     const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);

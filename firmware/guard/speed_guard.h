@@ -41,6 +41,7 @@ typedef struct {
     float deviation_s;
     float unexplained_s; /* deviation with torque in reserve */
     float warning_s;
+    float approach_s;
     float schedule_s;
     float nearer_share;
     float unknown_s;
@@ -54,6 +55,7 @@ typedef struct {
     float deviation_s;      /* time of deviation, twice as fast at twice the deviation */
     float unexplained_s;    /* likewise, with torque in reserve */
     float away_s;           /* time of any deviation */
+    float approach_s;       /* likewise, with all torque in use and on the way back */
     uint32_t frequency;     /* count of debounce.h */
     float unknown_s;
     float lost_s; /* time out of step */

@@ -26,6 +26,7 @@ from zerohertz.campaign.faults import (
     run,
 )
 from zerohertz.cli import make_app
+from zerohertz.drive import Fault
 from zerohertz.errors import UserError
 
 KNOWN = Path(__file__).parent / "data" / "faults_undeclared.txt"
@@ -94,6 +95,27 @@ def test_every_kind_runs_and_reaches_the_plant(bench: Bench) -> None:
         )
         short = dataclasses.replace(made, max_steps=10)
         assert sim.run(short).steps == 10, name
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "currents.gain_0.5@i_f,60,+1,la0,averaged,sensors",
+        "all.gain_0.5@i_f,0,passive,la0,switched,sensors",
+        "all.gain_0.5@reversing,900,passive,la2,switched,sensors",
+        "all.gain_0.5+J_3@running,60,+1,la1,averaged,sensors",
+        "i_v.drift_0.03+i_w.drift_0.03+currents.gain_0.5@running,300,+0,la2,averaged,duty",
+    ],
+)
+def test_a_gain_that_changes_while_running_opens_the_gates(bench: Bench, name: str) -> None:
+    row = run.run_case(bench, cases.case_of(name))
+    assert row["verdict"] == judge.BEFORE
+    assert (row["bits"], row["over_current"]) == (int(Fault.CURRENT_SENSOR), False)
+
+
+def test_a_load_that_the_torque_accelerates_too_slowly_is_told(bench: Bench) -> None:
+    name = "J_10@running,1710,passive,la0,switched,sensors"
+    assert run.run_case(bench, cases.case_of(name))["verdict"] == judge.BEFORE
 
 
 @pytest.mark.parametrize("mode", ["running", "starting", "reversing"])

@@ -331,6 +331,13 @@ static void test_at_rest_the_limits_go_on_counting(void)
     TEST_ASSERT_EQUAL_MEMORY(&none, &rested.plausibility, sizeof none);
 }
 
+/* The current flows already. */
+static void let_flow(void)
+{
+    st.current_fit.i_A = meas.i_s_A;
+    st.current_jump.i_A = meas.i_s_A;
+}
+
 /* Turns of the sensors' judgement: 4 A along alpha and this voltage. */
 static uint32_t sensor_turns(int count, ab_t u_V, bool frozen)
 {
@@ -346,7 +353,7 @@ static uint32_t sensor_turns(int count, ab_t u_V, bool frozen)
 
 static void test_sensors_are_judged_whatever_the_mode(void)
 {
-    st.current_fit.i_A = meas.i_s_A;
+    let_flow();
     TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(100, (ab_t){6.0f, 0.0f}, false));
     TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(100, (ab_t){6.0f, 0.0f}, true));
     TEST_ASSERT_EQUAL_HEX32(FAULT_ADC_FROZEN, sensor_turns(1, (ab_t){200.0f, 0.0f}, true));
@@ -355,8 +362,29 @@ static void test_sensors_are_judged_whatever_the_mode(void)
 /* 100 V too much for 4 A. */
 static void test_a_voltage_that_the_currents_do_not_explain(void)
 {
-    st.current_fit.i_A = meas.i_s_A;
+    let_flow();
     TEST_ASSERT_EQUAL_HEX32(FAULT_CURRENT_SENSOR, sensor_turns(20, (ab_t){106.0f, 0.0f}, false));
+}
+
+/* Half of 4 A from one sample to the next: a jump is a tenth of 19 A. */
+static void test_current_words_that_jump(void)
+{
+    const uint32_t sum[] = {0u, MEASUREMENT_CURRENT_SUM, 0u};
+    for (int k = 0; k < 3; k++) {
+        setUp();
+        monitor.i_trip_A = 19.0f;
+        configure();
+        let_flow();
+        TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(1, (ab_t){6.0f, 0.0f}, false));
+        meas.i_s_A.alpha = 2.0f;
+        meas.flags = sum[k];
+        guard_sensors_t sample = {
+            .meas = &meas, .u_V = {6.0f, 0.0f}, .slot = 1u, .motor_known = k < 2};
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_sensors(&cfg, &st, &sample));
+        meas.i_A.u += 0.01f;
+        TEST_ASSERT_EQUAL_HEX32((k == 0) ? FAULT_CURRENT_SENSOR : 0u,
+                                guard_sensors(&cfg, &st, &sample));
+    }
 }
 
 int main(void)
@@ -378,5 +406,6 @@ int main(void)
     RUN_TEST(test_at_rest_the_limits_go_on_counting);
     RUN_TEST(test_sensors_are_judged_whatever_the_mode);
     RUN_TEST(test_a_voltage_that_the_currents_do_not_explain);
+    RUN_TEST(test_current_words_that_jump);
     return UNITY_END();
 }

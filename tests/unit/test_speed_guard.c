@@ -72,12 +72,14 @@ static void test_its_own_times_end_at_those_it_is_given(void)
     TEST_ASSERT_TRUE(speed_guard_init(&cfg, &params, &motor, SCHEDULE_S));
     TEST_ASSERT_EQUAL_FLOAT(0.8f, cfg.unexplained_s);
     TEST_ASSERT_EQUAL_FLOAT(0.15f, cfg.warning_s);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, cfg.approach_s);
     TEST_ASSERT_EQUAL_FLOAT(0.05f, cfg.doubt_s);
     speed_guard_params_t quick = params;
     quick.deviation_s = 0.04f;
     TEST_ASSERT_TRUE(speed_guard_init(&cfg, &quick, &motor, SCHEDULE_S));
     TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.unexplained_s);
     TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.warning_s);
+    TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.approach_s);
     TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.doubt_s);
 }
 
@@ -135,17 +137,46 @@ static void test_a_speed_that_comes_nearer_is_left_alone(void)
 }
 
 /* A warning, and only that; an imposed current is always at its limit. */
-static void test_all_the_torque_on_the_long_way_of_v_f_is_told(void)
+static void test_all_the_torque_on_a_long_way_is_told(void)
 {
     const speed_basis_t basis[] = {SPEED_BASIS_VOLTAGE, SPEED_BASIS_CURRENT, SPEED_BASIS_ESTIMATE};
+    const float told_s[] = {0.15f, -1.0f, 1.0f};
     for (int n = 0; n < 3; n++) {
         setUp();
         in.at_limit = true;
         in.basis = basis[n];
         in.omega_ref_rad_s = 300.0f;
         in.omega_rad_s = 100.0f;
-        TEST_ASSERT_FLOAT_WITHIN(0.01f, (n == 0) ? 0.15f : -1.0f, seconds_to(FAULT_DERATED, 12.0f));
+        TEST_ASSERT_FLOAT_WITHIN(0.01f, told_s[n], seconds_to(FAULT_DERATED, 12.0f));
     }
+}
+
+/* On the way there, 200 rad/s away, for so long. */
+static bool told_on_the_way(float time_s, bool at_limit)
+{
+    bool told = false;
+    in.at_limit = at_limit;
+    for (float t_s = 0.0f; t_s < time_s; t_s += SCHEDULE_S) {
+        in.omega_rad_s += 12.0f * SCHEDULE_S;
+        in.omega_ref_rad_s = in.omega_rad_s + 200.0f;
+        told = speed_guard_look(&cfg, &st, &in) != 0u;
+    }
+    return told;
+}
+
+static void test_torque_that_is_short_only_at_times_is_not_told(void)
+{
+    (void)told_on_the_way(0.1f, false); /* the mean of the speed is behind from here on */
+    TEST_ASSERT_FALSE(told_on_the_way(0.9f, true));
+    TEST_ASSERT_FALSE(told_on_the_way(0.5f, false));
+    TEST_ASSERT_FALSE(told_on_the_way(0.55f, true));
+    TEST_ASSERT_TRUE(told_on_the_way(0.1f, true));
+    TEST_ASSERT_FALSE(told_on_the_way(SCHEDULE_S, false));
+    TEST_ASSERT_TRUE(told_on_the_way(2.0f * SCHEDULE_S, true));
+    in.omega_ref_rad_s = in.omega_rad_s; /* there: it is forgotten as fast as it came */
+    TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_DERATED, 0.0f));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.approach_s);
 }
 
 /* Of a large reference 6 % are allowed. */
@@ -297,7 +328,8 @@ int main(void)
     RUN_TEST(test_at_the_limit_of_torque_it_is_told_first);
     RUN_TEST(test_a_load_that_runs_away_is_found_within_a_second);
     RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
-    RUN_TEST(test_all_the_torque_on_the_long_way_of_v_f_is_told);
+    RUN_TEST(test_all_the_torque_on_a_long_way_is_told);
+    RUN_TEST(test_torque_that_is_short_only_at_times_is_not_told);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);
     RUN_TEST(test_no_number_is_a_deviation_and_none_is_remembered);
