@@ -19,17 +19,16 @@ bool current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_L
 bool current_jump_look(const current_jump_config_t *cfg, current_jump_state_t *st, ab_t change_A,
                        ab_t rest_A)
 {
-    const float off_A2 = ab_norm2(ab_sub(rest_A, st->rest_A));
+    const current_jump_seen_t seen = st->seen;
     const float before_A2 = st->off_A2;
-    st->off_A2 = 0.0f;
-    if (before_A2 > 0.0f) {
-        st->rest_A = rest_A;
-        return off_A2 <= CURRENT_JUMP_BACK_PU2 * before_A2;
+    const float off_A2 = ab_norm2(ab_sub(rest_A, st->rest_A));
+    const float explained_A2 = CURRENT_JUMP_UNEXPLAINED_PU2 * ab_norm2(change_A);
+    if ((seen == CURRENT_JUMP_STEADY) && (off_A2 > maxf(cfg->jump_A2, explained_A2))) {
+        st->seen = CURRENT_JUMP_OFF; /* and d stays where it was */
+        st->off_A2 = off_A2;
+        return false;
     }
-    if (off_A2 > maxf(cfg->jump_A2, CURRENT_JUMP_UNEXPLAINED_PU2 * ab_norm2(change_A))) {
-        st->off_A2 = off_A2; /* and d stays where it was */
-    } else {
-        st->rest_A = rest_A;
-    }
-    return false;
+    st->seen = (seen == CURRENT_JUMP_NEW) ? CURRENT_JUMP_SECOND : CURRENT_JUMP_STEADY;
+    st->rest_A = rest_A;
+    return (seen == CURRENT_JUMP_OFF) && (off_A2 <= CURRENT_JUMP_BACK_PU2 * before_A2);
 }

@@ -18,17 +18,25 @@ typedef struct {
     float jump_A2; /* square of the smallest jump */
 } current_jump_config_t;
 
+typedef enum {
+    CURRENT_JUMP_NEW = 0,    /* no sample before */
+    CURRENT_JUMP_SECOND = 1, /* no d before */
+    CURRENT_JUMP_STEADY = 2,
+    CURRENT_JUMP_OFF = 3 /* d left its place in the period before */
+} current_jump_seen_t;
+
 typedef struct {
-    ab_t i_A;     /* of the sample before; zeroed: none flows, as with the gates off */
+    current_jump_seen_t seen;
+    ab_t i_A;     /* of the sample before */
     ab_t rest_A;  /* d, of the last period in its place */
-    float off_A2; /* by how much d left it in the period before; 0: it did not */
+    float off_A2; /* by how much d left it */
 } current_jump_state_t;
 
 /* False unless all are finite and positive. */
 CHECKED bool current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_Ls_H,
                                float i_trip_A);
 
-/* A large change, or the period after one: true when the words have jumped to stay. */
+/* A large change, the period after one, or a beginning: true when the words have jumped to stay. */
 COLD bool current_jump_look(const current_jump_config_t *cfg, current_jump_state_t *st,
                             ab_t change_A, ab_t rest_A);
 
@@ -39,7 +47,7 @@ static inline bool current_jump_step(const current_jump_config_t *cfg, current_j
     const ab_t change_A = ab_sub(i_A, st->i_A);
     const ab_t rest_A = ab_sub(change_A, ab_scale(u_V, cfg->A_per_V));
     st->i_A = i_A;
-    if ((ab_norm2(change_A) > cfg->jump_A2) || (st->off_A2 > 0.0f)) {
+    if ((ab_norm2(change_A) > cfg->jump_A2) || (st->seen != CURRENT_JUMP_STEADY)) {
         return current_jump_look(cfg, st, change_A, rest_A);
     }
     st->rest_A = rest_A;
