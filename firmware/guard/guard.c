@@ -20,6 +20,7 @@ bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
     cfg->monitor = *monitor;
     return monitor_init(monitor) &&
            plausibility_init(&cfg->plausibility, plausibility, schedule_s) &&
+           mains_check_init(&cfg->mains, plausibility->mains_V, schedule_s) &&
            liveness_init(&cfg->liveness, &liveness) &&
            current_fit_init(&cfg->current_fit, &current_fit) &&
            current_jump_init(&cfg->current_jump, sensors->period_s, sensors->sigma_Ls_H,
@@ -57,7 +58,9 @@ static uint32_t look_at_voltage(const guard_config_t *cfg, guard_state_t *st,
     const bool wrong =
         in->controlled && in->sensed &&
         plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, in->u_s_V, in->u_duty_V);
-    return wrong ? FAULT_VOLTAGE_SENSOR : 0u;
+    const float power_W = ab_dot(in->u_duty_V, in->meas->i_s_A);
+    const bool link = mains_check_look(&cfg->mains, &st->mains, in->meas->u_dc_V, power_W);
+    return (wrong || link) ? FAULT_VOLTAGE_SENSOR : 0u;
 }
 
 static uint32_t look_at_phases(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)

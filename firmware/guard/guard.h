@@ -11,6 +11,7 @@
 #include "current_jump.h"
 #include "estimate.h"
 #include "liveness.h"
+#include "mains_check.h"
 #include "monitor.h"
 #include "plausibility.h"
 #include "slots.h"
@@ -22,6 +23,7 @@ typedef struct {
     liveness_config_t liveness;
     current_fit_config_t current_fit;
     current_jump_config_t current_jump;
+    mains_check_config_t mains;
     speed_guard_config_t speed;
     float i_q_max2_A2; /* largest torque current and current vector */
     float i_max2_A2;
@@ -34,6 +36,7 @@ typedef struct {
     liveness_state_t liveness;
     current_fit_state_t current_fit;
     current_jump_state_t current_jump;
+    mains_check_state_t mains;
     speed_guard_state_t speed;
 } guard_state_t;
 
@@ -133,7 +136,7 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
 uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
                         ab_t i_residual_A);
 
-/* Fault bits of the slow checks. */
+/* Fault bits of the slow checks, with the gates on. */
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
 
 /* Reset when the gates go off. The limits go on counting, and the measured noise stays. Checks that

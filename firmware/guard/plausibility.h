@@ -28,6 +28,7 @@ typedef struct {
     float rate_rad_s2;
     float power_W;
     float stall_s;
+    float mains_V; /* for mains_check.h */
 } plausibility_params_t;
 
 typedef struct {

@@ -68,9 +68,11 @@ static uint32_t look_at_speed(const drive_config_t *cfg, drive_state_t *st, cons
 uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                           const drive_out_t *out)
 {
+    if (st->mode == MODE_OFF) {
+        return 0u;
+    }
     if (st->slot == SLOT_GUARD_SPEED) {
-        /* Gates off: the slot has cleared the state. */
-        return (st->mode == MODE_OFF) ? 0u : look_at_speed(cfg, st, asked, out);
+        return look_at_speed(cfg, st, asked, out);
     }
     const premagnetise_state_t *found = &st->modes.premagnetise;
     const vector_config_t *vector = &cfg->modes.vector;

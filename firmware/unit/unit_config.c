@@ -161,7 +161,8 @@ static void config_protection(drive_params_t *d, const params_t *p)
                                               .e1_A = p->observer_e1_A,
                                               .rate_rad_s2 = p->observer_rate_rad_s2,
                                               .power_W = p->observer_power_W,
-                                              .stall_s = p->stall_s};
+                                              .stall_s = p->stall_s,
+                                              .mains_V = p->mains_V};
     d->speed_guard = (speed_guard_params_t){.deviation_rad_s = p->speed_deviation_rad_s,
                                             .deviation_s = p->speed_deviation_s,
                                             .unknown_s = p->speed_unknown_s,

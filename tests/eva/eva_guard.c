@@ -20,7 +20,8 @@ static bool configured(guard_config_t *cfg)
                                                 .e1_A = 12.0f,
                                                 .rate_rad_s2 = 16000.0f,
                                                 .power_W = 750.0f,
-                                                .stall_s = 2.0f};
+                                                .stall_s = 2.0f,
+                                                .mains_V = 200.0f};
     static const guard_sensor_params_t sensors = {.period_s = 200e-6f,
                                                   .Rs_ohm = 0.93f,
                                                   .sigma_Ls_H = 0.008f,

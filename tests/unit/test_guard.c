@@ -380,6 +380,28 @@ static void test_current_words_that_jump(void)
     }
 }
 
+/* 540 V are the peak of 382 V; of 200 V they are too much, where 24 W are taken from the link. */
+static void test_a_link_that_does_not_fit_its_mains(void)
+{
+    plausibility.mains_V = 382.0f;
+    configure();
+    in.slot = SLOT_GUARD_VOLTAGE;
+    for (int k = 0; k < 2000; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+    }
+    plausibility.mains_V = 200.0f;
+    configure();
+    in.controlled = false;
+    for (int k = 0; k < 1250; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+    }
+    TEST_ASSERT_EQUAL_HEX32(FAULT_VOLTAGE_SENSOR, guard_look(&cfg, &st, &in));
+    in.u_duty_V.alpha = -6.0f;
+    TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+    plausibility.mains_V = -1.0f;
+    TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -400,5 +422,6 @@ int main(void)
     RUN_TEST(test_sensors_are_judged_whatever_the_mode);
     RUN_TEST(test_a_voltage_that_the_currents_do_not_explain);
     RUN_TEST(test_current_words_that_jump);
+    RUN_TEST(test_a_link_that_does_not_fit_its_mains);
     return UNITY_END();
 }

@@ -221,6 +221,8 @@ static void test_the_trips_of_the_link_are_in_reach(void)
     expect("u_dc_min_V", PARAMS_AT_LEAST, sqrtf(2.0f) * 0.93f * 15.8f, "i_max_A");
     set("voltage_check_V", 80.0f);
     expect("voltage_check_V", PARAMS_BELOW, 75.0f, "u_dc_min_V");
+    set("mains_V", 251.0f);
+    expect("mains_V", PARAMS_BELOW, 0.6428f * 390.0f, "u_dc_max_V");
 }
 
 static uint32_t draw(uint32_t *seed)

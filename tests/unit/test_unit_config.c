@@ -14,9 +14,9 @@ static params_t params;
 static drive_params_t drive;
 
 /* Came later, each between others: the numbers of the rest stay. */
-static const char *const later[] = {"speed_max_rad_s",   "speed_deviation_rad_s",
-                                    "speed_deviation_s", "speed_unknown_s",
-                                    "voltage_blend_Hz",  "adapt_accel_share"};
+static const char *const later[] = {"speed_max_rad_s", "speed_deviation_rad_s", "speed_deviation_s",
+                                    "speed_unknown_s", "voltage_blend_Hz",      "adapt_accel_share",
+                                    "mains_V"};
 
 static float number_of(size_t k)
 {
@@ -126,6 +126,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(plausibility.rate_rad_s2, 0.405000001f);
     EXPECT(plausibility.power_W, 0.406000018f);
     EXPECT(plausibility.stall_s, 0.407000005f);
+    EXPECT(plausibility.mains_V, 0.396f);
     EXPECT(speed_guard.over_speed_rad_s, 674.880005f);
     EXPECT(speed_guard.deviation_rad_s, params.speed_deviation_rad_s);
     EXPECT(speed_guard.deviation_s, params.speed_deviation_s);
