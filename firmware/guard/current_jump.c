@@ -6,14 +6,10 @@
 #define CURRENT_JUMP_UNEXPLAINED_PU2 0.36f
 #define CURRENT_JUMP_BACK_PU2        0.25f
 
-bool current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_Ls_H, float i_trip_A)
+void current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_Ls_H, float i_trip_A)
 {
-    if (!ALL_POSITIVE(period_s, sigma_Ls_H, i_trip_A)) {
-        return false;
-    }
     const float jump_A = CURRENT_JUMP_PU * i_trip_A;
     *cfg = (current_jump_config_t){.A_per_V = period_s / sigma_Ls_H, .jump_A2 = jump_A * jump_A};
-    return true;
 }
 
 bool current_jump_look(const current_jump_config_t *cfg, current_jump_state_t *st, ab_t change_A,

@@ -32,9 +32,9 @@ typedef struct {
     float off_A2; /* by how much d left it */
 } current_jump_state_t;
 
-/* False unless all are finite and positive. */
-CHECKED bool current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_Ls_H,
-                               float i_trip_A);
+/* All finite and positive, as liveness_init() asks. */
+void current_jump_init(current_jump_config_t *cfg, float period_s, float sigma_Ls_H,
+                       float i_trip_A);
 
 /* A large change, the period after one, or a beginning: true when the words have jumped to stay. */
 COLD bool current_jump_look(const current_jump_config_t *cfg, current_jump_state_t *st,

@@ -18,13 +18,13 @@ bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
                                               .flux_Wb = sensors->flux_Wb,
                                               .M_H = sensors->M_H};
     cfg->monitor = *monitor;
+    current_jump_init(&cfg->current_jump, sensors->period_s, sensors->sigma_Ls_H,
+                      monitor->i_trip_A);
     return monitor_init(monitor) &&
            plausibility_init(&cfg->plausibility, plausibility, schedule_s) &&
            mains_check_init(&cfg->mains, plausibility->mains_V, schedule_s) &&
            liveness_init(&cfg->liveness, &liveness) &&
-           current_fit_init(&cfg->current_fit, &current_fit) &&
-           current_jump_init(&cfg->current_jump, sensors->period_s, sensors->sigma_Ls_H,
-                             monitor->i_trip_A);
+           current_fit_init(&cfg->current_fit, &current_fit);
 }
 
 /* What the estimate claims of power: that of its torque at the speed of its field. */
