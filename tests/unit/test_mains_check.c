@@ -59,6 +59,8 @@ static void test_a_link_that_fits_its_mains(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, told_after(198.1f, 100.0f, 2u * LOOKS));
     TEST_ASSERT_EQUAL_UINT32(0u, told_after(339.3f, 100.0f, 2u * LOOKS));
+    TEST_ASSERT_EQUAL_UINT32(0u, told_after(cfg.low_V, 100.0f, 2u * LOOKS));
+    TEST_ASSERT_EQUAL_UINT32(0u, told_after(cfg.high_V, 100.0f, 2u * LOOKS));
 }
 
 /* Half of it, as with an ADC's reference that is twice too large. */
@@ -66,6 +68,9 @@ static void test_a_link_that_stays_low_is_told_after_four_seconds(void)
 {
     TEST_ASSERT_EQUAL_UINT32(LOOKS + 1u, told_after(197.9f, 100.0f, 2u * LOOKS));
     TEST_ASSERT_EQUAL_UINT32(1u, told_after(141.0f, -100.0f, 1u));
+    setUp();
+    TEST_ASSERT_TRUE(mains_check_init(&cfg, 0.5f, SCHEDULE_S)); /* as small as it may be */
+    TEST_ASSERT_EQUAL_UINT32(LOOKS + 1u, told_after(0.1f, 100.0f, 2u * LOOKS));
 }
 
 static void test_a_link_that_stays_high_is_told_while_power_is_taken(void)
