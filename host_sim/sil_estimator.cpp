@@ -42,7 +42,9 @@ estimator_in_t input_of(const zh_estimator_event &e)
             .expected_step_rad_s = e.expected_step_rad_s,
             .frame_imposed = e.frame_imposed != 0,
             .omega_frame_rad_s = e.omega_frame_rad_s,
-            .dwell = e.dwell};
+            .dwell = e.dwell,
+            .slip_extra_rad_s = e.slip_extra_rad_s,
+            .tau_extra_per_s = e.tau_extra_per_s};
 }
 
 bool finite(const zh_estimator_event &e)
@@ -51,7 +53,8 @@ bool finite(const zh_estimator_event &e)
                             e.i_alpha_A,           e.i_beta_A,
                             e.expected_step_rad_s, e.omega_frame_rad_s,
                             e.omega_e_rad_s,       e.lambda_alpha_Wb,
-                            e.lambda_beta_Wb,      e.dwell};
+                            e.lambda_beta_Wb,      e.dwell,
+                            e.slip_extra_rad_s,    e.tau_extra_per_s};
     float sum = 0.0F;
     for (const float value : values) {
         sum += value * 0.0F;

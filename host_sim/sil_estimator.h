@@ -45,6 +45,8 @@ typedef struct {
     float lambda_alpha_Wb;     /* SEED */
     float lambda_beta_Wb;
     float dwell; /* STEP: 0 to 1, how far the drive dwells at zero stator frequency (dwell.h) */
+    float slip_extra_rad_s; /* STEP, HOLD: of a rotor warmer than the parameter's Rr */
+    float tau_extra_per_s;  /* STEP, HOLD: of another M than the parameter's */
 } zh_estimator_event;
 
 typedef struct {

@@ -79,9 +79,14 @@ COLD static void rest(drive_state_t *st, drive_out_t *out)
 {
     const torque_limits_state_t limits = st->limits;
     const guard_kept_t guard = guard_kept(&st->guard);
+    heating_state_t heating = st->heating;
+    heating.slip_rad_s = 0.0f;
+    const m_tracking_state_t m_tracking = st->m_tracking;
     const uint32_t slot = st->slot;
     drive_reset(st);
     st->limits = limits;
+    st->heating = heating;
+    st->m_tracking = m_tracking;
     guard_restore(&st->guard, &guard);
     st->slot = slot;
     const measured_t meas = out->meas;

@@ -5,7 +5,7 @@
  *
  * A stator resistance that differs from the parameter (measured at the start, tracked while
  * running) acts as a voltage: u - (Rs - Rs_parameter) i_s. The estimator therefore stays as
- * designed and proven.
+ * designed and proven. A rotor resistance that differs from the parameter acts as slip (heating.h).
  *
  * This is the only file that knows the order. Timing: step k takes the samples of carrier crest
  * t_k; its duties act on t_(k+1) .. t_(k+2). The interval that ended at t_k therefore had the
@@ -21,6 +21,8 @@
 #include "dwell.h"
 #include "estimator.h"
 #include "guard.h"
+#include "heating.h"
+#include "m_tracking.h"
 #include "measurement.h"
 #include "modes.h"
 #include "rs_tracking.h"
@@ -42,6 +44,8 @@ typedef struct {
     estimator_config_t estimator;
     supervisor_config_t supervisor;
     rs_tracking_config_t rs_tracking;
+    heating_config_t heating;
+    m_tracking_config_t m_tracking;
     dwell_config_t dwell;
     torque_limits_config_t limits;
     modes_config_t modes;
@@ -61,6 +65,8 @@ typedef struct {
     guard_state_t guard;
     supervisor_state_t supervisor;
     rs_tracking_state_t rs_tracking;
+    heating_state_t heating;
+    m_tracking_state_t m_tracking;
     dwell_state_t dwell;
     float omega_ref_before_rad_s; /* at the last step of Rs tracking */
     uint32_t slot;                /* slots.h */

@@ -30,6 +30,8 @@ struct drive_params {
     bool dead_time_identify; /* use the loss found by the dc measurement, not the parameters */
     rs_measurement_params_t rs_measurement;
     rs_tracking_params_t rs_tracking;
+    heating_params_t heating;
+    m_tracking_params_t m_tracking;
     dwell_params_t dwell;
     flux_steering_params_t steering;
     monitor_config_t monitor;

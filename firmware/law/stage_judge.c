@@ -3,11 +3,30 @@
 #include "fault.h"
 #include "transition.h"
 
+/* What the resistances gain. In any mode but vector control nothing says what Rs is. */
+static void warm(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
+{
+    const estimate_t *e = &st->estimator.estimate;
+    const bool vector = st->mode == MODE_VECTOR;
+    const heating_in_t in = {.i2_A2 = ab_norm2(out->meas.i_s_A),
+                             .i_q_A = out->i_A.q,
+                             .Rs_ohm = vector ? drive_rs_ohm(cfg, st) : 0.0f,
+                             .slip_rad_s =
+                                 e->omega_s_rad_s - e->omega_e_rad_s - st->heating.slip_rad_s};
+    const float rise_ohm = heating_step(&cfg->heating, &st->heating, &in);
+    if (vector) {
+        st->rs_tracking.delta_ohm += rise_ohm;
+    }
+}
+
 void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked, drive_out_t *out)
 {
     if (overload_step(&cfg->limits.overload, &st->limits.overload, ab_norm2(out->meas.i_s_A)) &&
         (asked != DRIVE_OFF)) {
         out->faults |= FAULT_OVERLOAD;
+    }
+    if (heating_on(&cfg->heating)) {
+        warm(cfg, st, out);
     }
 }
 

@@ -50,6 +50,18 @@ static void track_standing(const drive_config_t *cfg, drive_state_t *st, const m
     rs_tracking_dwell(&cfg->rs_tracking, &st->rs_tracking, &tracking_in);
 }
 
+/* M at nominal flux. */
+static void track_m(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+{
+    const vector_state_t *vector = &st->modes.vector;
+    if (!(absf(vector->flux_reduction_Wb) > 0.0f)) {
+        const m_tracking_in_t tracking_in = {.lambda_hat_Wb = in->estimate->lambda_Wb,
+                                             .i_d_A = vector->plan.i_d_ref_A,
+                                             .omega_s_hat_rad_s = in->estimate->omega_s_rad_s};
+        m_tracking_step(&cfg->m_tracking, &st->m_tracking, &tracking_in);
+    }
+}
+
 void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                 const drive_out_t *out)
 {
@@ -63,6 +75,9 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
         } else {
             track_standing(cfg, st, &in);
         }
+    }
+    if ((st->slot == SLOT_M_TRACKING) && m_tracking_on(&cfg->m_tracking)) {
+        track_m(cfg, st, &in);
     }
     vector_slow(&cfg->modes.vector, &cfg->limits, &st->modes.vector, &in);
 }

@@ -16,6 +16,8 @@ static inline mode_in_t stage_view(const drive_config_t *cfg, const drive_state_
                        .acting = &st->acting,
                        .u_s_V = out->u_s_V,
                        .Rs_ohm = drive_rs_ohm(cfg, st),
+                       .M_pu = 1.0f + st->m_tracking.extra_pu,
+                       .Rr_pu = 1.0f + st->heating.rotor_pu,
                        .slot = st->slot};
 }
 
@@ -25,7 +27,9 @@ static inline estimator_in_t stage_estimator_in(const drive_state_t *st, const d
     const float Rs_extra_ohm = st->modes.premagnetise.Rs_delta_ohm + st->rs_tracking.delta_ohm;
     return (estimator_in_t){.u_s_V = ab_sub(out->u_s_V, ab_scale(out->meas.i_s_A, Rs_extra_ohm)),
                             .i_s_A = out->meas.i_s_A,
-                            .dwell = st->dwell.share};
+                            .dwell = st->dwell.share,
+                            .slip_extra_rad_s = st->heating.slip_rad_s,
+                            .tau_extra_per_s = st->m_tracking.tau_extra_per_s};
 }
 
 /* One period of a mode other than vector control: estimator, request, voltage, judgement. */

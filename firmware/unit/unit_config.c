@@ -44,6 +44,7 @@
 #define CONFIG_TRACK_I_0_PU          0.7f
 #define CONFIG_TRACK_MIN_HZ          0.3f
 #define CONFIG_TRACK_MAX_HZ          3.0f
+#define CONFIG_TRACK_M_MIN_HZ        15.0f
 #define CONFIG_TRACK_LOW_PU          0.98f
 #define CONFIG_TRACK_HIGH_PU         1.5f
 #define CONFIG_TRACK_QUIET_S         0.5f
@@ -194,6 +195,16 @@ static void config_resistance(drive_params_t *d, const params_t *p)
                                             .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
 }
 
+static void config_heating(drive_params_t *d, const params_t *p)
+{
+    d->m_tracking = (m_tracking_params_t){.on = p->m_track != 0u,
+                                          .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_M_MIN_HZ};
+    d->heating = (heating_params_t){.winding_pu = p->heat_rise,
+                                    .rated_A = p->com_rated_A,
+                                    .i_d_A = p->i_d_A,
+                                    .tau_s = p->heat_s};
+}
+
 static void config_flux(drive_params_t *d, const params_t *p)
 {
     d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
@@ -258,6 +269,7 @@ void unit_config_drive(drive_params_t *drive, const params_t *params)
     config_board(drive, params);
     config_source(drive, params);
     config_resistance(drive, params);
+    config_heating(drive, params);
     config_confidence(drive, params);
     config_speed(drive, params);
     config_flux(drive, params);

@@ -47,6 +47,8 @@ void take_period(std::uint32_t verb, const estimator_in_t &in, float omega_e_rad
         e.u_beta_V = in.u_s_V.beta;
         e.expected_step_rad_s = in.expected_step_rad_s;
         e.dwell = in.dwell;
+        e.slip_extra_rad_s = in.slip_extra_rad_s;
+        e.tau_extra_per_s = in.tau_extra_per_s;
         e.frame_imposed = in.frame_imposed ? 1 : 0;
         e.omega_frame_rad_s = in.omega_frame_rad_s;
     }

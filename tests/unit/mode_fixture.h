@@ -24,7 +24,9 @@ static inline void mode_fixture_start(void)
                      .estimate = &estimate,
                      .limits = &limits,
                      .acting = &acting,
-                     .Rs_ohm = 1.5f};
+                     .Rs_ohm = 1.5f,
+                     .M_pu = 1.0f,
+                     .Rr_pu = 1.0f};
 }
 
 #endif

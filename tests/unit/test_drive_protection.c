@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "drive_fixture.h"
+#include "exact.h"
 #include "stages.h"
 #include "unity.h"
 
@@ -403,6 +404,94 @@ static void test_heat_goes_on_outside_run(void)
     }
 }
 
+/* Under current Rs in use rises, and the rotor's slip with it; while measuring and with the gates
+ * off the motor's own image goes on, and nothing is told to a controller. */
+static void test_a_motor_that_warms_up_changes_its_resistances(void)
+{
+    p.heating =
+        (heating_params_t){.winding_pu = 0.5f, .rated_A = 8.0f, .i_d_A = 4.0f, .tau_s = 1.0f};
+    configure();
+    sample = sampled(4.0 + 4.0 * I, 0.0, 540.0);
+    const float cold_ohm = drive_rs_ohm(&cfg, &st);
+    (void)faults_in(TURN);
+    ASSERT_SAME_FLOAT(cold_ohm, st.heating.Rs_cold_ohm);
+    st.heating.rotor_pu = 0.25f;
+    (void)faults_in(99 * TURN); /* .32 s of half the rated loss */
+    const float winding_pu = 0.25f * (1.0f - expf(-0.32f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, winding_pu, st.heating.winding_pu);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, cold_ohm * winding_pu, st.rs_tracking.delta_ohm);
+    const estimate_t *e = &st.estimator.estimate;
+    const float slip_rad_s = e->omega_s_rad_s - e->omega_e_rad_s - st.heating.slip_rad_s;
+    TEST_ASSERT_TRUE(absf(slip_rad_s) > 0.1f);
+    TEST_ASSERT_TRUE(st.heating.slip_rad_s * slip_rad_s > 0.0f);
+    ASSERT_SAME_FLOAT(st.heating.slip_rad_s, stage_estimator_in(&st, &out).slip_extra_rad_s);
+    in.mode = DRIVE_PREMAGNETISE;
+    const heating_state_t before = st.heating;
+    (void)faults_in(TURN);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, cold_ohm * before.winding_pu, st.rs_tracking.delta_ohm);
+    TEST_ASSERT_FALSE(st.heating.winding_pu == before.winding_pu); /* exact: nothing moved */
+    in.mode = DRIVE_OFF;
+    sample = sampled(0.0, 0.0, 540.0);
+    (void)faults_in(1);
+    const float warm_pu = st.heating.winding_pu;
+    TEST_ASSERT_TRUE(warm_pu > 0.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.heating.slip_rad_s);
+    (void)faults_in(100 * TURN);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, warm_pu * expf(-0.32f), st.heating.winding_pu);
+    ASSERT_SAME_FLOAT(cold_ohm, st.heating.Rs_cold_ohm);
+}
+
+/* At speed M is found in its slot, used, and kept with the gates off; not while the flux is
+ * lowered.
+ */
+static void test_the_main_inductance_is_found_at_speed_and_kept(void)
+{
+    p.m_tracking = (m_tracking_params_t){.on = true, .min_rad_s = 1.0f};
+    configure();
+    (void)faults_in(TURN);
+    ASSERT_SAME_FLOAT(0.0f, st.m_tracking.extra_pu); /* standing */
+    int moved = 0;
+    for (int k = 0; k < TURN; k++) {
+        const float before = st.m_tracking.extra_pu;
+        st.estimator.estimate.omega_s_rad_s = 0.0f;
+        st.estimator.estimate.omega_e_rad_s = 50.0f;
+        st.estimator.adaptation.x_rad_s = 50.0f;
+        (void)faults_in(1);
+        if (!(absf(st.m_tracking.extra_pu - before) < 1e-9f)) {
+            moved++;
+            TEST_ASSERT_EQUAL_UINT32(SLOT_M_TRACKING, st.slot);
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(1, moved);
+    const m_tracking_state_t found = st.m_tracking;
+    ASSERT_SAME_FLOAT(found.tau_extra_per_s, stage_estimator_in(&st, &out).tau_extra_per_s);
+    ASSERT_SAME_FLOAT(1.0f + found.extra_pu, stage_view(&cfg, &st, &in, &out).M_pu);
+    st.heating.rotor_pu = 0.25f;
+    ASSERT_SAME_FLOAT(1.25f, stage_view(&cfg, &st, &in, &out).Rr_pu);
+    for (int k = 0; k < TURN; k++) {
+        st.modes.vector.flux_reduction_Wb = 0.1f;
+        st.estimator.adaptation.x_rad_s = 50.0f;
+        (void)faults_in(1);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&found, &st.m_tracking, sizeof found);
+    in.mode = DRIVE_OFF;
+    sample = sampled(0.0, 0.0, 540.0);
+    (void)faults_in(2 * TURN);
+    TEST_ASSERT_EQUAL_MEMORY(&found, &st.m_tracking, sizeof found);
+}
+
+static void test_init_refuses_an_m_without_a_speed(void)
+{
+    p.m_tracking = (m_tracking_params_t){.on = true};
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+}
+
+static void test_init_refuses_a_heat_that_is_none(void)
+{
+    p.heating = (heating_params_t){.winding_pu = -1.0f};
+    TEST_ASSERT_FALSE(drive_init(&cfg, &p, NULL));
+}
+
 /* With the gates off a full link limits nothing that anybody asked for. */
 static void test_gates_off_warns_of_no_limit(void)
 {
@@ -436,6 +525,10 @@ int main(void)
     RUN_TEST(test_a_link_that_fills_limits_braking_in_both_directions);
     RUN_TEST(test_gates_off_forgets_neither_heat_nor_brake_resistor);
     RUN_TEST(test_heat_goes_on_outside_run);
+    RUN_TEST(test_a_motor_that_warms_up_changes_its_resistances);
+    RUN_TEST(test_init_refuses_a_heat_that_is_none);
+    RUN_TEST(test_the_main_inductance_is_found_at_speed_and_kept);
+    RUN_TEST(test_init_refuses_an_m_without_a_speed);
     RUN_TEST(test_gates_off_warns_of_no_limit);
     return UNITY_END();
 }

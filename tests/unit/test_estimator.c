@@ -328,6 +328,49 @@ static void test_the_frequency_of_next_to_no_flux_is_finite(void)
     }
 }
 
+/* A rotor that slips more turns slower at the same signals, and nothing else differs. */
+static void test_extra_slip_is_taken_from_the_speed_alone(void)
+{
+    in_operation(20.0f);
+    estimator_state_t warm = st;
+    warm.estimate.omega_e_rad_s = 18.5f;
+    uint32_t seed = 11u;
+    for (int k = 0; k < STEPS; k++) {
+        estimator_in_t in = sample(&seed);
+        estimator_step(&cfg, &st, &in);
+        in.slip_extra_rad_s = 1.5f;
+        estimator_step(&cfg, &warm, &in);
+        ASSERT_NEAR(1e-4, st.estimate.omega_e_rad_s - 1.5f, warm.estimate.omega_e_rad_s);
+        ASSERT_NEAR(1e-3, st.estimate.omega_s_rad_s, warm.estimate.omega_s_rad_s);
+        ASSERT_NEAR(1e-5, 0.0,
+                    cabs(of(warm.estimate.lambda_r_hat_Wb) - of(st.estimate.lambda_r_hat_Wb)));
+    }
+    estimator_in_t in = sample(&seed);
+    estimator_state_t held = warm;
+    in.slip_extra_rad_s = 1.5f;
+    estimator_hold(&cfg, &warm, &in, 30.0f);
+    ASSERT_SAME_FLOAT(31.5f, warm.adaptation.x_rad_s); /* a step goes on from there */
+    ASSERT_SAME_FLOAT(30.0f, warm.estimate.omega_e_rad_s);
+    held.estimate.omega_e_rad_s += 1.5f;
+    in.slip_extra_rad_s = 0.0f;
+    estimator_hold(&cfg, &held, &in, 30.0f);
+    TEST_ASSERT_EQUAL_MEMORY(&held.observer, &warm.observer, sizeof warm.observer);
+}
+
+static void test_the_observer_is_given_the_extra_decay(void)
+{
+    in_operation(20.0f);
+    estimator_state_t other = st;
+    estimator_config_t longer = cfg;
+    longer.observer.tau_per_s += 0.5f;
+    uint32_t seed = 23u;
+    estimator_in_t in = sample(&seed);
+    estimator_step(&longer, &other, &in);
+    in.tau_extra_per_s = 0.5f;
+    estimator_step(&cfg, &st, &in);
+    TEST_ASSERT_EQUAL_MEMORY(&other.observer, &st.observer, sizeof st.observer);
+}
+
 /* The interval that ended ran at the speed of then; from now on it is the imposed one. */
 static void test_hold_estimates_the_flux_at_a_speed_that_is_told(void)
 {
@@ -458,6 +501,8 @@ int main(void)
     RUN_TEST(test_beyond_the_tables_end_its_gain_grows_with_the_speed);
     RUN_TEST(test_an_imposed_frame_gives_the_frequency_and_nothing_else);
     RUN_TEST(test_the_frequency_of_next_to_no_flux_is_finite);
+    RUN_TEST(test_extra_slip_is_taken_from_the_speed_alone);
+    RUN_TEST(test_the_observer_is_given_the_extra_decay);
     RUN_TEST(test_hold_estimates_the_flux_at_a_speed_that_is_told);
     RUN_TEST(test_off_knows_the_current_and_what_it_is_told);
     RUN_TEST(test_seed_starts_from_what_is_known);

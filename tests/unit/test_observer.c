@@ -430,6 +430,24 @@ static void test_tracked_resistance_is_that_of_a_warm_machine(void)
     }
 }
 
+/* Another M: the flux decays as in a machine of that Rr/Lr, and M Rr/Lr stays. */
+static void test_extra_decay_is_that_of_another_m(void)
+{
+    uint32_t seed = 21u;
+    for (int n = 0; n < METHODS; n++) {
+        const observer_config_t cfg = config(1, method[n]);
+        observer_config_t other = cfg;
+        other.tau_per_s += 0.5f;
+        observer_state_t expected = random_state(&seed);
+        observer_state_t actual = expected;
+        observer_in_t in = random_in(&seed);
+        observer_step(&other, &expected, &in);
+        in.tau_extra_per_s = 0.5f;
+        observer_step(&cfg, &actual, &in);
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof actual);
+    }
+}
+
 static void test_senseless_tracked_resistance_is_ignored(void)
 {
     const motor_model_t model = reference_derived(0);
@@ -508,6 +526,7 @@ int main(void)
     RUN_TEST(test_no_input_makes_a_state_non_finite);
     RUN_TEST(test_two_observers_do_not_know_of_each_other);
     RUN_TEST(test_tracked_resistance_is_that_of_a_warm_machine);
+    RUN_TEST(test_extra_decay_is_that_of_another_m);
     RUN_TEST(test_senseless_tracked_resistance_is_ignored);
     RUN_TEST(test_init_refuses_senseless_machine_data);
     RUN_TEST(test_init_refuses_senseless_period_and_limits);

@@ -14,9 +14,10 @@ static params_t params;
 static drive_params_t drive;
 
 /* Came later, each between others: the numbers of the rest stay. */
-static const char *const later[] = {"speed_max_rad_s", "speed_deviation_rad_s", "speed_deviation_s",
-                                    "speed_unknown_s", "voltage_blend_Hz",      "adapt_accel_share",
-                                    "mains_V"};
+static const char *const later[] = {
+    "speed_max_rad_s",  "speed_deviation_rad_s", "speed_deviation_s", "speed_unknown_s",
+    "voltage_blend_Hz", "adapt_accel_share",     "mains_V",           "heat_rise",
+    "heat_s",           "m_track"};
 
 static float number_of(size_t k)
 {
@@ -251,6 +252,24 @@ static void test_dwelling_gets_its_numbers(void)
     EXPECT(rs_tracking.dwell_gain_ohm_per_s, 1.0f);
 }
 
+static void test_the_heat_gets_its_numbers(void)
+{
+    params.heat_rise = 0.25f;
+    params.heat_s = 1250.0f;
+    params.com_rated_A = 12.0f;
+    params.i_d_A = 5.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(heating.winding_pu, 0.25f);
+    EXPECT(heating.tau_s, 1250.0f);
+    EXPECT(heating.rated_A, 12.0f);
+    EXPECT(heating.i_d_A, 5.0f);
+    EXPECT(m_tracking.min_rad_s, 94.2477796f);
+    TEST_ASSERT_TRUE(drive.m_tracking.on);
+    params.m_track = 0u;
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_FALSE(drive.m_tracking.on);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -260,5 +279,6 @@ int main(void)
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
     RUN_TEST(test_modes_get_their_numbers);
     RUN_TEST(test_dwelling_gets_its_numbers);
+    RUN_TEST(test_the_heat_gets_its_numbers);
     return UNITY_END();
 }

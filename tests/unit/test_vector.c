@@ -352,6 +352,14 @@ static void test_steering_has_a_slot_of_its_own(void)
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(steer_out.reduction_Wb, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
+    /* The slip of a warm rotor with more M: 1.5/1.25^2 of it. */
+    expected = (flux_steering_state_t){0};
+    st.steering = expected;
+    in.Rr_pu = 1.5f;
+    in.M_pu = 1.25f;
+    (void)flux_steering_step(&cfg->steering, &expected, -3.0f, torque_Nm * 1.5f / 1.5625f);
+    vector_slow(cfg, &drive.limits, &st, &in);
+    ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
 }
 
 static void test_the_speed_schedule_has_a_slot_of_its_own(void)

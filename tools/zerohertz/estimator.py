@@ -51,6 +51,8 @@ EVENT = np.dtype(
         ("lambda_alpha_Wb", np.float32),
         ("lambda_beta_Wb", np.float32),
         ("dwell", np.float32),
+        ("slip_extra_rad_s", np.float32),
+        ("tau_extra_per_s", np.float32),
     ]
 )
 ESTIMATE = np.dtype(

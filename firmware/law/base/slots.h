@@ -26,6 +26,7 @@
 #define SLOT_GUARD_SPEED        2u /* gates on */
 #define SLOT_COMMAND            3u /* command time-out */
 #define SLOT_STATE_RESISTANCE   3u
+#define SLOT_M_TRACKING         5u
 #define SLOT_GUARD_VOLTAGE      3u
 #define SLOT_HEAT               4u
 #define SLOT_FLUX_REFERENCE     6u

@@ -34,6 +34,8 @@ typedef struct {
     float omega_frame_rad_s;
     float dwell; /* 0: not; up to 1: the stator frequency stays at zero, and speed or flux are
                     modulated (dwell.h): what of the residual does not move is Rs, not speed */
+    float slip_extra_rad_s; /* that the rotor slips more than the parameter's Rr says */
+    float tau_extra_per_s;  /* Rr/Lr of the M that was found, less the parameters' */
 } estimator_in_t;
 
 /* A known state to start from. */

@@ -73,6 +73,8 @@ typedef struct {
     const acting_voltage_state_t *acting;
     ab_t u_s_V;   /* of the interval that ended, from the voltage source in use */
     float Rs_ohm; /* in use */
+    float M_pu;   /* M and Rr as far as they are known, over the parameters */
+    float Rr_pu;
     uint32_t slot;
 } mode_in_t;
 

@@ -28,15 +28,16 @@ static observer_gain_t gain_at(const estimator_config_t *cfg, float omega_e_rad_
     return gain;
 }
 
-/* Flux and current over the interval that ended. */
+/* Flux and current over the interval that ended. omega_e_rad_s: of a rotor with the parameter's Rr,
+ * which turns faster at the same current. */
 static inline void observe(const estimator_config_t *cfg, estimator_state_t *st,
-                           const estimator_in_t *in)
+                           const estimator_in_t *in, float omega_e_rad_s)
 {
-    const float omega_e_rad_s = st->estimate.omega_e_rad_s;
     st->gain = gain_at(cfg, omega_e_rad_s);
     const observer_in_t observer_in = {.u_s_V = in->u_s_V,
                                        .i_s_A = in->i_s_A,
                                        .omega_e_hat_rad_s = omega_e_rad_s,
+                                       .tau_extra_per_s = in->tau_extra_per_s,
                                        .gain = st->gain};
     observer_step(&cfg->observer, &st->observer, &observer_in);
     estimate_t *e = &st->estimate;
@@ -49,13 +50,14 @@ static inline void observe(const estimator_config_t *cfg, estimator_state_t *st,
 
 /* How fast the estimated flux turns, by the flux row of eq. (3): the speed, and the slip that the
  * estimated current and the correction make. With e1 = 0 that is w + (M Rr/Lr) i_q / lambda. */
-static inline float flux_frequency(const estimator_config_t *cfg, const estimator_state_t *st)
+static inline float flux_frequency(const estimator_config_t *cfg, const estimator_state_t *st,
+                                   float omega_e_rad_s)
 {
     const estimate_t *e = &st->estimate;
     const ab_t pull_V =
         ab_add(ab_scale(st->observer.i_s_hat_A, cfg->observer.m_tau_ohm), e->flux_correction_V);
     const float base_Wb = maxf(e->lambda_Wb, cfg->lambda_min_Wb);
-    return e->omega_e_rad_s + ab_cross(e->lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
+    return omega_e_rad_s + ab_cross(e->lambda_r_hat_Wb, pull_V) / (base_Wb * base_Wb);
 }
 
 /* While dwelling a constant residual is that of Rs: the speed adaptation gets what moves. The slow
@@ -76,25 +78,28 @@ void estimator_step(const estimator_config_t *cfg, estimator_state_t *st, const 
 {
     estimate_t *e = &st->estimate;
     const observer_gain_t *g = &st->gain;
-    observe(cfg, st, in);
+    const float before_rad_s = e->omega_e_rad_s + in->slip_extra_rad_s;
+    observe(cfg, st, in, before_rad_s);
     const speed_adaptation_in_t adaptation_in = {
         .lambda_r_hat_Wb = e->lambda_r_hat_Wb,
         .e1_A = residual_of_speed(cfg, st, in->dwell),
         .dwell = in->dwell,
         .omega_s_hat_rad_s = e->omega_s_rad_s,
-        .omega_e_hat_rad_s = e->omega_e_rad_s,
+        .omega_e_hat_rad_s = before_rad_s,
         .expected_step_rad_s = in->expected_step_rad_s,
         .gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm, g->l2_im_ohm}};
-    e->omega_e_rad_s =
+    const float omega_e_rad_s =
         speed_adaptation_step(&cfg->adaptation, &st->adaptation, &adaptation_in).omega_e_hat_rad_s;
-    e->omega_s_rad_s = in->frame_imposed ? in->omega_frame_rad_s : flux_frequency(cfg, st);
+    e->omega_e_rad_s = omega_e_rad_s - in->slip_extra_rad_s;
+    e->omega_s_rad_s =
+        in->frame_imposed ? in->omega_frame_rad_s : flux_frequency(cfg, st, omega_e_rad_s);
 }
 
 void estimator_hold(const estimator_config_t *cfg, estimator_state_t *st, const estimator_in_t *in,
                     float omega_e_rad_s)
 {
-    observe(cfg, st, in);
-    st->adaptation.x_rad_s = omega_e_rad_s;
+    observe(cfg, st, in, st->estimate.omega_e_rad_s + in->slip_extra_rad_s);
+    st->adaptation.x_rad_s = omega_e_rad_s + in->slip_extra_rad_s;
     st->estimate.omega_e_rad_s = omega_e_rad_s;
     st->estimate.omega_s_rad_s = omega_e_rad_s;
 }

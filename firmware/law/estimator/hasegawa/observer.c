@@ -47,10 +47,10 @@ void observer_set_rs(observer_config_t *cfg, const motor_model_t *motor, float R
 }
 
 /* A(w) x of eq. (3). */
-static rows_t a_times(const observer_config_t *cfg, float omega_e_rad_s, rows_t x)
+static rows_t a_times(const observer_config_t *cfg, ab_t pole_per_s, rows_t x)
 {
     /* (tau - j w) lambda: leaves the flux row, drives the current row over 1/eps. */
-    const ab_t decay = ab_mul((ab_t){cfg->tau_per_s, -omega_e_rad_s}, x.flux);
+    const ab_t decay = ab_mul(pole_per_s, x.flux);
     return (rows_t){
         .current = ab_sub(ab_scale(decay, cfg->inv_eps_per_H), ab_scale(x.current, cfg->a11_per_s)),
         .flux = ab_sub(ab_scale(x.current, cfg->m_tau_ohm), decay),
@@ -67,12 +67,13 @@ static rows_t advance(rows_t x, float k, rows_t rate)
 void observer_step(const observer_config_t *cfg, observer_state_t *st, const observer_in_t *in)
 {
     const rows_t x = {.current = st->i_s_hat_A, .flux = st->lambda_r_hat_Wb};
-    rows_t rate = a_times(cfg, in->omega_e_hat_rad_s, x);
+    const ab_t pole_per_s = {cfg->tau_per_s + in->tau_extra_per_s, -in->omega_e_hat_rad_s};
+    rows_t rate = a_times(cfg, pole_per_s, x);
     rate.current = ab_add(rate.current, ab_scale(in->u_s_V, cfg->inv_sigma_Ls_per_H));
 
     if (cfg->method == OBSERVER_SECOND_ORDER) {
         /* x(T) = x + T f + T^2/2 A f; the voltage is constant over the interval. */
-        rate = advance(rate, 0.5f * cfg->period_s, a_times(cfg, in->omega_e_hat_rad_s, rate));
+        rate = advance(rate, 0.5f * cfg->period_s, a_times(cfg, pole_per_s, rate));
     }
     /* L e1 stays outside the expansion: inside it makes the bias worse (THEORY 4). */
     const ab_t l1_per_s = {in->gain.l1_re_per_s, in->gain.l1_im_per_s};

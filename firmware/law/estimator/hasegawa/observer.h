@@ -48,6 +48,7 @@ typedef struct {
     ab_t u_s_V;              /* mean voltage over the interval that just ended */
     ab_t i_s_A;              /* sampled now */
     float omega_e_hat_rad_s; /* rotor speed estimate of the interval's start */
+    float tau_extra_per_s;   /* on top of Rr/Lr in the decay of the flux */
     observer_gain_t gain;    /* L at that speed; all zero switches the correction off */
 } observer_in_t;
 
