@@ -53,6 +53,8 @@ class Experiment:
     load_Nm: Points = ((0.0, 0.0),)
     rs_ratio: float = 1.0  # true over nameplate
     rs_drift: Points = ((0.0, 1.0),)  # times that
+    rr_drift: Points = ((0.0, 1.0),)  # times the rig's
+    torque_Nm: Points = ()  # torque mode from the first of these on
     servo_Nm_per_turn: float = 0.0  # of the load, until the stator frequency is zero on average
     servo_from_s: float = 0.0
     decimate: int = 25
@@ -90,11 +92,16 @@ def job(setup: Setup, what: Experiment) -> tuple[sim.Job, float]:
         ],
         "load_torque_Nm": [(0.0, 0.0), (begin_s, 0.0), *_later(begin_s, what.load_Nm)],
         "rs_factor": [(0.0, 1.0), *_later(begin_s, what.rs_drift)],
+        "rr_factor": [(0.0, 1.0), *_later(begin_s, what.rr_drift)],
     }
+    mode = ""
+    if what.torque_Nm:
+        profiles["torque_ref_Nm"] = _later(begin_s, what.torque_Nm)
+        mode = f"torque_mode_on_s = {begin_s + what.torque_Nm[0][0]:.6f}\n"
     lines = [f"{name} = {_polyline(points)}" for name, points in profiles.items()]
     head = (
         f'[scenario]\nname = "bench"\nduration_s = {begin_s + what.duration_s:.6f}\n'
-        f"run_on_s = {RUN_ON_S}\n"
+        f"run_on_s = {RUN_ON_S}\n{mode}"
         f"[load]\nservo_Nm_per_turn = {what.servo_Nm_per_turn!r}\n"
         f"servo_from_s = {begin_s + what.servo_from_s:.6f}\n[profiles]\n"
     )

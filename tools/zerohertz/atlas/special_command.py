@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +11,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.table import Table
+
+from zerohertz.atlas import special_drawn
 
 
 def register(app: typer.Typer) -> None:
@@ -47,9 +48,9 @@ def special(
     workers: WorkersOption = 2,
     as_json: JsonOption = False,
     runs: Annotated[
-        int, typer.Option(min=1, help="zero_hertz: runs of each kind (slow, rated).")
+        int, typer.Option(min=1, help="zero_hertz, hot_motor, torque: runs of each kind.")
     ] = 40,
-    seed: Annotated[int, typer.Option(min=0, help="zero_hertz: seed of the random runs.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="These three: seed of the random runs.")] = 1,
     seconds: Annotated[
         float, typer.Option(min=30.0, help="zero_hertz: length of each dwell, s.")
     ] = 600.0,
@@ -59,6 +60,9 @@ def special(
         Path | None,
         typer.Option(metavar="FILE.png", help="zero_hertz: only draw run 2 of the slow dwells."),
     ] = None,
+    speed_up: Annotated[
+        float, typer.Option(min=1.0, max=60.0, help="Of hot_motor: heat goes so much faster.")
+    ] = 60.0,
     modulation: Annotated[
         str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
     ] = "configured",
@@ -66,9 +70,13 @@ def special(
     """Run special tests on the atlas bench: long holds, slow crossings, performance.
 
     Tests: test_R, slow_crossing, dwell, situations, speed_range, static_accuracy, torque_rise,
-    speed_bandwidth, starting_torque. zero_hertz runs only when named: random plants dwell at zero
-    stator frequency. Exit 1 if a goal is missed.
+    speed_bandwidth, starting_torque. Only when named, with random plants: zero_hertz (dwelling at
+    zero stator frequency), hot_motor (an hour at rated torque from cold), torque (accuracy of
+    torque mode). Exit 1 if a goal is missed.
     """
+    if names and len(names) == 1 and names[0] in special_drawn.TESTS:
+        special_drawn.command(names[0], config, (runs, seed, speed_up), workers, as_json)
+        return
     if names == [ZERO_HERTZ]:
         if picture is not None:
             _draw_dwell(config, seed, seconds, arrival, picture)
@@ -150,7 +158,7 @@ def _zero_hertz(
         # The keys of the slow dwells also by themselves: they are the test's first line.
         head = {key: value for key, value in found["slow"].items() if key != "rows"}
         content = {"config": setup.name, "seed": seed, **head, **found, "met": met}
-        print(json.dumps(_finite(content), allow_nan=False))
+        print(json.dumps(special_drawn.finite(content), allow_nan=False))
     else:
         _print_dwells(setup.name, seed, found)
     if not all(met.values()):
@@ -165,15 +173,6 @@ def _draw_dwell(config: str, seed: int, seconds: float, arrival: float, path: Pa
     row, record = zero_hertz.one(load_setup(config), ask, seed, 2)
     zero_hertz_picture.write_png(path, row, record)
     print(f"written: {path}")
-
-
-def _finite(value: Any) -> Any:
-    """What was not measured is null: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print_dwells(config: str, seed: int, found: dict[str, dict[str, Any]]) -> None:

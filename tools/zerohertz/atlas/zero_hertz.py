@@ -73,7 +73,7 @@ class Drawn:
     arrived_s: float
 
 
-def _sensors(rng: np.random.Generator) -> dict[str, list[float]]:
+def drawn_sensors(rng: np.random.Generator) -> dict[str, list[float]]:
     def about(centre: float, width: float, count: int) -> list[float]:
         return [float(x) for x in rng.uniform(centre - width, centre + width, count)]
 
@@ -91,7 +91,7 @@ def draw(ask: Dwell, seed: int, k: int) -> Drawn:
     duty, switched = rng.random() < 0.5, rng.random() < SWITCHED_SHARE
     plant = plant_of(rng)
     law = int(rng.integers(len(INVERTERS)))
-    rig = plant | dict(INVERTERS[law]) | _sensors(rng)
+    rig = plant | dict(INVERTERS[law]) | drawn_sensors(rng)
     rig |= {"mechanics.coulomb_Nm": float(rng.uniform(0.0, 0.3))}
     rig |= {"inverter.model": "switched" if switched else "averaged"}
     arrival = 1.0 + ask.arrival_pu * float(rng.uniform(-1.0, 1.0))
