@@ -188,12 +188,15 @@ export function statusPanel(session) {
 /** What the sensors read: phases and lines, made from the power-invariant vectors. */
 function showSensors({ monitor, temperatures }, { phases, lines, temperature }) {
   const [u_A, v_A] = phasesOf(monitor.get('i_s_alpha_A'), monitor.get('i_s_beta_A'));
-  setText(phases.value, `${[u_A, v_A, -u_A - v_A].map((i) => i.toFixed(2)).join(', ')} A`);
+  setText(phases.value, `${[u_A, v_A, -u_A - v_A].map((i) => rounded(i, 2)).join(', ')} A`);
   const [u_V, v_V] = phasesOf(monitor.get('u_line_alpha_V'), monitor.get('u_line_beta_V'));
-  setText(lines.value, Number.isFinite(u_V) ? `${(u_V - v_V).toFixed(0)}, ${(u_V + 2 * v_V).toFixed(0)} V` : '–');
+  setText(lines.value, Number.isFinite(u_V) ? `${rounded(u_V - v_V, 0)}, ${rounded(u_V + 2 * v_V, 0)} V` : '–');
   const warm = temperatures.map((name) => `${name.replace(/_degC$/, '').replaceAll('_', ' ')} ${monitor.get(name)?.toFixed(0) ?? '–'} °C`);
   setText(temperature.value, warm.join(', ') || 'no sensor');
 }
+
+/** Never "-0". */
+const rounded = (value, digits) => value.toFixed(digits).replace(/^-(0[.0]*)$/, '$1');
 
 const phasesOf = (alpha, beta) => [Math.sqrt(2 / 3) * alpha, Math.sqrt(2 / 3) * (-alpha / 2 + (Math.sqrt(3) / 2) * beta)];
 
