@@ -305,7 +305,7 @@ def test_json_is_the_object_and_nothing_else(tmp_path, monkeypatch, capsys):
     [
         ("--map iii", "no such map"),
         ("--set speed_filter_s", "write name=value"),
-        ("--set speed_filter_s=fast", "is no number"),
+        ("--set speed_filter_s=fast", "is not a number"),
         ("--set nothing=1", "no such parameter"),
         ("--plant nothing.at_all=1", "unknown key"),
         ("--voltage guess", "sensors or duty"),

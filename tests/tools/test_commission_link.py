@@ -137,7 +137,7 @@ def test_firmware_that_cannot_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> 
     with served() as drive:
         client = unlocked(drive)
         monkeypatch.setattr(Client, "commissioning", unknown)
-        with pytest.raises(UserError, match="firmware cannot tell"):
+        with pytest.raises(UserError, match="firmware cannot report"):
             board_run.commission(client, PLATE, silent, pause=pause_of(drive))
 
 

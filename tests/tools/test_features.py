@@ -154,7 +154,7 @@ def test_overrides_are_written_for_the_reader():
         (["--features", "nobody"], "unknown"),
         (["--features", "--write", "--points", "3"], "--write"),
         (["recommended"], "--features or --compare"),
-        (["--compare", "--map", "i", "--map", "ii"], "draws one"),
+        (["--compare", "--map", "i", "--map", "ii"], "draws only one"),
         (["--compare", "--map", "iii"], "no such map"),
     ],
 )

@@ -18,6 +18,6 @@ def assignments(option: str, lines: list[str], numbers: bool) -> dict[str, Any]:
             values[name] = float(text)
         except ValueError:
             if numbers:
-                raise UserError(f"{option}: {name}: '{text}' is no number") from None
+                raise UserError(f"{option}: {name}: '{text}' is not a number") from None
             values[name] = text
     return values

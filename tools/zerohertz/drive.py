@@ -202,9 +202,9 @@ def library() -> ctypes.CDLL:
             function = getattr(lib, name)
             function.restype, function.argtypes = result, arguments
     except (OSError, AttributeError) as error:
-        raise UserError(f"{path}: cannot be loaded ({error}); build it anew") from None
+        raise UserError(f"{path}: cannot be loaded ({error}); build it again") from None
     if lib.zh_sil_version() != VERSION:
-        raise UserError(f"{path}: is version {lib.zh_sil_version()}, not {VERSION}; build it anew")
+        raise UserError(f"{path}: is version {lib.zh_sil_version()}, not {VERSION}; build it again")
     return lib
 
 

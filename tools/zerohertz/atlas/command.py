@@ -142,7 +142,7 @@ def atlas(
             _compare(names, how, maps, write)
         return
     if names:
-        raise UserError(f"'{names[0]}': names go with --features or --compare")
+        raise UserError(f"'{names[0]}': names need --features or --compare")
     setup, plants = _plants(config, _firmware(sets, voltage), plant, variation)
     bench = next(iter(plants.values()))
     if throughput:
@@ -200,7 +200,7 @@ def _features(
     from zerohertz.atlas.features import recipes
 
     if write and points:
-        raise UserError("--write: the page has every point; leave out --points")
+        raise UserError("--write: the page needs every point; leave out --points")
     began = time.monotonic()
     names = chosen or []
     found = list(features_table.run_recipes(recipes(names), points, how, tell, progress_bar))
@@ -218,7 +218,7 @@ def _compare(names: list[str] | None, how: RunOptions, maps: list[str] | None, w
 
     name, *more = maps or ["i"]
     if more:
-        raise UserError("--map: --compare draws one")
+        raise UserError("--map: --compare draws only one map; give one")
     rows = compare.run(names or list(compare.CONFIGS), name, how, tell, progress_bar)
     path = ROOT / "tools" / "docs" / "atlas.png" if write else how.out / "compare.png"
     compare.write_png(path, rows)

@@ -85,7 +85,7 @@ RECIPES: tuple[Recipe, ...] = (
         "pr_rs_100",
         _ADDED,
         DROPPED,
-        "Rs as measured; dead time that nobody told ends map ii in VOLTAGE_SENSOR",
+        "Rs as measured; unknown dead time ends map ii in VOLTAGE_SENSOR",
         firmware=_only("rs_measure", rs_bias=1.0),
     ),
     Recipe(

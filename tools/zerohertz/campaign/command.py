@@ -168,7 +168,7 @@ def monitor(
     from zerohertz.paths import BUILD
 
     if write and (sample or not hours):
-        raise UserError("--write: the page has every case and the quiet hours")
+        raise UserError("--write: the page needs every case and the fault-free hours")
     how = RunOptions(out or BUILD / "monitor", workers, None, fresh)
     result = watched.run_all(hours, sample, seed, how, tell, progress_bar)
     if write:

@@ -69,7 +69,7 @@ def _folder(given: Path) -> Path:
     """Of a motor; it may be named by its motor.toml."""
     folder = given.parent if given.name == "motor.toml" else given
     if given.exists() and not folder.is_dir():
-        raise UserError(f"{given}: is no folder of a motor; name the one that has l_gain.json")
+        raise UserError(f"{given}: is not a motor folder; name the one with l_gain.json")
     return folder
 
 

@@ -42,7 +42,7 @@ class Board:
             text = path.read_text(encoding="utf-8")
             return cls(text, float(tomllib.loads(text)["control"]["period_s"]))
         except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
-            raise UserError(f"--board {path}: is no board file; see host_sim/boards") from None
+            raise UserError(f"--board {path}: is not a board file; see host_sim/boards") from None
 
     @classmethod
     def of_drive(cls, drive: Client) -> Self:

@@ -126,8 +126,8 @@ def _can(drive: Client, plate: Plate, pause: Pause) -> None:
         drive.commissioning()
     except RefusedError as error:
         raise UserError(
-            f"the drive's firmware cannot tell what commissioning finds ({error}); flash one of "
-            "these sources"
+            f"the drive's firmware cannot report a commissioning result ({error}); flash an "
+            "image of these sources"
         ) from None
     most_A = limit_A(plate, drive.parameter("i_trip_A").initial)
     if most_A < plate.current_vector_A:
@@ -169,7 +169,7 @@ def _follow(drive: Client, say: Callable[[str], None], pause: Pause) -> tuple[Co
         elif begun:
             break
         elif waited_s > _PATIENCE_S:
-            raise UserError(f"the drive does not begin; it is {State(status.state).name}")
+            raise UserError(f"the drive does not start; it is {State(status.state).name}")
         pause(_POLL_S)
         waited_s += _POLL_S
     if seen.status == 0:

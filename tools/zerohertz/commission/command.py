@@ -208,7 +208,7 @@ def commissioning(
     from zerohertz.commission.folder import all_rigs
 
     if write and motor:
-        raise UserError("--write: the page has every motor; leave out --motor")
+        raise UserError("--write: the page needs every motor; leave out --motor")
     names = motor or [path.stem for path in all_rigs()]
     output = sys.stderr if as_json else sys.stdout
     rows = campaign.run_all(names, seed, lambda row: _print_row(row, output))

@@ -108,10 +108,10 @@ def _is_positive(value: object) -> bool:
 def _require_possible(plate: Plate, file: str) -> None:
     """No motor has a power factor of one, or a rated speed far from a synchronous one."""
     if plate.cos_phi >= 1.0:
-        raise UserError(f"{file}: nameplate.cos_phi: is {plate.cos_phi}; it lies below 1")
+        raise UserError(f"{file}: nameplate.cos_phi: is {plate.cos_phi}; give a value below 1")
     if plate.speed_rpm >= 60.0 * plate.frequency_Hz or plate.slip > 0.2 or plate.slip <= 0.0:
         raise UserError(
-            f"{file}: nameplate.speed_rpm: {plate.speed_rpm:g} is no rated speed at "
+            f"{file}: nameplate.speed_rpm: {plate.speed_rpm:g} is not a rated speed at "
             f"{plate.frequency_Hz:g} Hz; it lies up to 20 % below a synchronous speed"
         )
 

@@ -102,7 +102,9 @@ def _require_compatible(check: bool, method: str | None, out: Path | None) -> No
     if check and (method or out):
         raise UserError("--check: compares stored tables; leave out --method and --out")
     if method and not out:
-        raise UserError("--method: would overwrite the table of motor.toml; name a folder by --out")
+        raise UserError(
+            "--method: would overwrite the table of motor.toml; give a folder with --out"
+        )
 
 
 def _motors(given: list[Path]) -> list[tuple[Path, Motor]]:
@@ -117,7 +119,7 @@ def motor_folder(given: Path) -> Path:
     """The motor's folder, which may be named by its motor.toml."""
     folder = given.parent if given.name == "motor.toml" else given
     if given.exists() and not folder.is_dir():
-        raise UserError(f"{given}: is no folder of a motor; name the folder that has motor.toml")
+        raise UserError(f"{given}: is not a motor folder; name the one with motor.toml")
     return folder
 
 

@@ -51,7 +51,7 @@ def golden(
     from zerohertz.golden import runs, store
 
     if write and (only or quick):
-        raise UserError("golden: --write: the file has all runs; leave out --only and --quick")
+        raise UserError("golden: --write: the file needs all runs; leave out --only and --quick")
     committed = None if write and not store.FILE.is_file() else store.read(store.FILE)
     names = runs.select(only, quick)
     begin = time.monotonic()

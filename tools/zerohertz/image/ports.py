@@ -46,7 +46,7 @@ def read_port(path: Path) -> Port:
     try:
         re.compile(recursive)
     except (re.error, TypeError):
-        raise UserError(f"{path}: image.recursive: is no regular expression") from None
+        raise UserError(f"{path}: image.recursive: is not a regular expression") from None
     if flash and not (isinstance(flash.get("address"), int) and flash.get("openocd_target")):
         raise UserError(f"{path}: flash: needs openocd_target and address")
     return Port(

@@ -486,7 +486,7 @@ class Client:
         return Status(*layout.unpack_from(self.request(Op.STATUS)))
 
     def commissioning(self) -> Commissioning:
-        body = self.request(Op.COMMISSIONING, what="telling what commissioning found")
+        body = self.request(Op.COMMISSIONING, what="commissioning result")
         head = struct.Struct("<4I6f")
         *words, Rs, lost, leak, Rr, M, bias = head.unpack_from(body)
         curve = tuple(struct.iter_unpack("<3f", body[head.size :]))

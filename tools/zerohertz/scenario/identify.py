@@ -100,7 +100,7 @@ def read_point(path: Path) -> dict[str, float]:
         content = json.loads(path.read_text(encoding="utf-8"))
         given = {name: float(value) for name, value in content.items() if name in BY_NAME}
     except (OSError, ValueError, TypeError, AttributeError) as error:
-        raise UserError(f"{path}: is no point of the search: {error}") from None
+        raise UserError(f"{path}: is not a point of the search: {error}") from None
     return start_point("paper_outcomes") | given
 
 
@@ -165,7 +165,7 @@ class Search:
                 trial = Trial(**json.loads(line))
             except (ValueError, TypeError) as error:
                 raise UserError(
-                    f"{self.log}: line {number}: is no trial ({error}); remove it"
+                    f"{self.log}: line {number}: is not a trial ({error}); remove it"
                 ) from None
             if set(trial.point) == set(BY_NAME):
                 self._take(trial)

@@ -94,7 +94,7 @@ def _many(
     from zerohertz.paths import BUILD
 
     if write and kinds != Which.all:
-        raise UserError("--write: the page has all groups; leave out --kinds")
+        raise UserError("--write: the page needs all groups; leave out --kinds")
     out, workers, scheduler, fresh = where
     how = RunOptions(
         out or BUILD / "faults" / (str(runs) if runs else "all"), workers, scheduler, fresh

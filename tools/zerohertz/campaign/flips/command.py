@@ -75,7 +75,7 @@ def _many(
     from zerohertz.paths import BUILD
 
     if write and asked.member:
-        raise UserError("--write: the page is of all members; leave out --member")
+        raise UserError("--write: the page needs all members; leave out --member")
     out, workers, scheduler, fresh = where
     folder = BUILD / "flips" / (asked.member or "all") / str(asked.runs)
     how = RunOptions(out or folder, workers, scheduler, fresh)
