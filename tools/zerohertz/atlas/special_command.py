@@ -26,6 +26,16 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object 
 WorkersOption = Annotated[
     int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
 ]
+RunsOption = Annotated[
+    int, typer.Option(min=1, help="zero_hertz, hot_motor, torque: runs of each kind.")
+]
+SeedOption = Annotated[
+    int, typer.Option(min=0, help="zero_hertz, hot_motor, torque: seed of the random runs.")
+]
+SpeedUpOption = Annotated[
+    float,
+    typer.Option(min=1.0, max=60.0, help="hot_motor: factor by which heating is accelerated."),
+]
 ArrivalOption = Annotated[
     float,
     typer.Option(
@@ -40,17 +50,15 @@ LoadStepOption = Annotated[
 
 def special(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Tests to run; default: all but zero_hertz.")
+        list[str] | None, typer.Argument(help="Tests to run; default: all but the random ones.")
     ] = None,
     config: Annotated[
         str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
     ] = "recommended",
     workers: WorkersOption = 2,
     as_json: JsonOption = False,
-    runs: Annotated[
-        int, typer.Option(min=1, help="zero_hertz, hot_motor, torque: runs of each kind.")
-    ] = 40,
-    seed: Annotated[int, typer.Option(min=0, help="These three: seed of the random runs.")] = 1,
+    runs: RunsOption = 40,
+    seed: SeedOption = 1,
     seconds: Annotated[
         float, typer.Option(min=30.0, help="zero_hertz: length of each dwell, s.")
     ] = 600.0,
@@ -60,9 +68,7 @@ def special(
         Path | None,
         typer.Option(metavar="FILE.png", help="zero_hertz: only draw run 2 of the slow dwells."),
     ] = None,
-    speed_up: Annotated[
-        float, typer.Option(min=1.0, max=60.0, help="Of hot_motor: heat goes so much faster.")
-    ] = 60.0,
+    speed_up: SpeedUpOption = 60.0,
     modulation: Annotated[
         str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
     ] = "configured",
