@@ -27,28 +27,32 @@ constexpr int patience_ms = 20000;
 constexpr auto slot_signal = PIL_SIGNAL_slot;
 
 constexpr const char *signal_names[] = {
-#define SIGNAL_F(name, path, text)   #name,
-#define SIGNAL_U(name, path, text)   #name,
-#define SIGNAL_XF(name, value, text) #name,
-#define SIGNAL_X(name, value, text)  #name,
+#define SIGNAL_F(name, path, text)  #name,
+#define SIGNAL_U(name, path, text)  #name,
+#define SIGNAL_OF(name, path, text) #name,
+#define SIGNAL_OU(name, path, text) #name,
+#define SIGNAL_X(name, value, text) #name,
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
 };
 static_assert(std::size(signal_names) == PIL_SIGNALS);
 
 void gather(const unit_t *a, const hal_output_t *o, std::uint32_t (&words)[PIL_SIGNALS])
 {
-#define SIGNAL_F(name, path, text)   words[PIL_SIGNAL_##name] = float_bits(a->path);
-#define SIGNAL_U(name, path, text)   words[PIL_SIGNAL_##name] = a->path;
-#define SIGNAL_XF(name, value, text) words[PIL_SIGNAL_##name] = float_bits(value);
-#define SIGNAL_X(name, value, text)  words[PIL_SIGNAL_##name] = (value);
+#define SIGNAL_F(name, path, text)  words[PIL_SIGNAL_##name] = float_bits(a->path);
+#define SIGNAL_U(name, path, text)  words[PIL_SIGNAL_##name] = a->path;
+#define SIGNAL_OF(name, path, text) words[PIL_SIGNAL_##name] = float_bits(o->path);
+#define SIGNAL_OU(name, path, text) words[PIL_SIGNAL_##name] = o->path ? 1u : 0u;
+#define SIGNAL_X(name, value, text) words[PIL_SIGNAL_##name] = (value);
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
 }
 

@@ -32,7 +32,7 @@ public:
     explicit NamedSignal(std::string_view name);
     float value(const unit_t &unit) const
     {
-        return std::bit_cast<float>(unit_signal(&unit, &unit.output, number_));
+        return std::bit_cast<float>(unit_signal(&unit, number_));
     }
 
 private:

@@ -28,14 +28,16 @@ void fold_signals(const unit_t &unit, const hal_output_t &output, SignalHashes &
     const unit_t *const a = &unit;
     const hal_output_t *const o = &output;
     const std::array<std::uint32_t, signal_count> words{
-#define SIGNAL_F(name, path, text)   word_of(a->path),
-#define SIGNAL_U(name, path, text)   a->path,
-#define SIGNAL_XF(name, value, text) word_of(value),
-#define SIGNAL_X(name, value, text)  (value),
+#define SIGNAL_F(name, path, text)  word_of(a->path),
+#define SIGNAL_U(name, path, text)  a->path,
+#define SIGNAL_OF(name, path, text) word_of(o->path),
+#define SIGNAL_OU(name, path, text) (o->path ? 1u : 0u),
+#define SIGNAL_X(name, value, text) (value),
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
     };
     for (std::size_t k = 0; k < signal_count; ++k) {

@@ -105,7 +105,7 @@ unit_link_status_t unit_link_sample(const unit_t *unit, command_reader_t *body, 
         period = unit->period_count;
         handover();
         for (uint32_t k = 0u; k < n; k++) {
-            value[k] = unit_signal(unit, &unit->output, number[k]);
+            value[k] = unit_signal(unit, number[k]);
         }
         handover();
         if (period == unit->period_count) { /* GCOVR_EXCL_BR_LINE */

@@ -36,21 +36,21 @@ static inline void write_fault_row(const unit_t *unit, uint32_t *row)
     FAULT_SIGNALS(STORE)
 }
 
-COLD static void write_row(const unit_t *unit, const hal_output_t *output, trace_t *trace)
+COLD static void write_row(const unit_t *unit, trace_t *trace)
 {
     uint32_t *row = trace_row(trace);
     for (uint32_t k = 0u; k < trace->setup.signals; k++) {
-        row[k] = unit_signal(unit, output, trace->setup.signal[k]);
+        row[k] = unit_signal(unit, trace->setup.signal[k]);
     }
     trace_row_done(trace);
 }
 
-COLD static void watch_trace(unit_t *unit, const hal_output_t *output)
+COLD static void watch_trace(unit_t *unit)
 {
     trace_t *trace = &unit->trace;
-    const uint32_t word = unit_signal(unit, output, trace->setup.trigger);
+    const uint32_t word = unit_signal(unit, trace->setup.trigger);
     if (trace_watch(trace, word, unit->period_count)) {
-        write_row(unit, output, trace);
+        write_row(unit, trace);
     }
 }
 
@@ -68,7 +68,7 @@ void unit_record_period(unit_t *unit, const hal_output_t *output)
         fault_record_next(fault);
     }
     if (trace_running(&unit->trace)) {
-        watch_trace(unit, output);
+        watch_trace(unit);
     }
 }
 

@@ -6,7 +6,8 @@
 typedef enum {
     SIGNAL_FLOAT,
     SIGNAL_WORD,
-    SIGNAL_BYTE /* a bool, or an enumeration where the compiler packs them */
+    SIGNAL_BYTE, /* a bool, or an enumeration where the compiler packs them */
+    SIGNAL_EXPRESSION
 } kind_t;
 
 /* And where it lies in unit_t. */
@@ -19,21 +20,46 @@ typedef struct {
     ((sizeof(((const unit_t *)NULL)->path) == sizeof(uint32_t)) ? SIGNAL_WORD : SIGNAL_BYTE)
 
 static const place_t places[] = {
-#define SIGNAL_F(name, path, text)   {offsetof(unit_t, path), SIGNAL_FLOAT},
-#define SIGNAL_U(name, path, text)   {offsetof(unit_t, path), KIND(path)},
-#define SIGNAL_XF(name, value, text) {0u, SIGNAL_FLOAT},
-#define SIGNAL_X(name, value, text)  {0u, SIGNAL_WORD},
+#define SIGNAL_F(name, path, text)  {offsetof(unit_t, path), SIGNAL_FLOAT},
+#define SIGNAL_U(name, path, text)  {offsetof(unit_t, path), KIND(path)},
+#define SIGNAL_OF(name, path, text) {offsetof(unit_t, output.path), SIGNAL_FLOAT},
+#define SIGNAL_OU(name, path, text) {offsetof(unit_t, output.path), SIGNAL_BYTE},
+#define SIGNAL_X(name, value, text) {0u, SIGNAL_EXPRESSION},
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
 };
 
 _Static_assert(sizeof(unit_t) <= (1u << 14u), "an offset has 14 bits");
 
-static uint32_t member(const unit_t *a, place_t place)
+COLD static uint32_t expression(const unit_t *a, uint32_t number)
 {
+    switch (number) {
+#define SIGNAL_F(name, path, text)
+#define SIGNAL_U(name, path, text)
+#define SIGNAL_OF(name, path, text)
+#define SIGNAL_OU(name, path, text)
+#define SIGNAL_X(name, value, text)                                                                \
+    case UNIT_SIGNAL_##name:                                                                       \
+        return (value);
+#include "signal_list.def"
+#undef SIGNAL_F
+#undef SIGNAL_U
+#undef SIGNAL_OF
+#undef SIGNAL_OU
+#undef SIGNAL_X
+    default:
+        return 0u;
+    }
+}
+
+uint32_t unit_signal(const unit_t *a, uint32_t number)
+{
+    const place_t place =
+        (number < (uint32_t)UNIT_SIGNALS) ? places[number] : (place_t){0u, SIGNAL_EXPRESSION};
     const unsigned char *at = (const unsigned char *)a + place.at;
     switch ((kind_t)place.kind) {
     case SIGNAL_FLOAT:
@@ -41,29 +67,10 @@ static uint32_t member(const unit_t *a, place_t place)
     case SIGNAL_WORD:
         return *(const uint32_t *)(const void *)at;
     case SIGNAL_BYTE:
-    default:
         return *at;
-    }
-}
-
-uint32_t unit_signal(const unit_t *a, const hal_output_t *o, uint32_t number)
-{
-    switch (number) {
-#define SIGNAL_F(name, path, text)
-#define SIGNAL_U(name, path, text)
-#define SIGNAL_XF(name, value, text)                                                               \
-    case UNIT_SIGNAL_##name:                                                                       \
-        return float_bits(value);
-#define SIGNAL_X(name, value, text)                                                                \
-    case UNIT_SIGNAL_##name:                                                                       \
-        return (value);
-#include "signal_list.def"
-#undef SIGNAL_F
-#undef SIGNAL_U
-#undef SIGNAL_XF
-#undef SIGNAL_X
+    case SIGNAL_EXPRESSION:
     default:
-        return (number < (uint32_t)UNIT_SIGNALS) ? member(a, places[number]) : 0u;
+        return expression(a, number);
     }
 }
 
@@ -76,14 +83,16 @@ bool unit_signal_is_float(uint32_t number)
 const char *unit_signal_name(uint32_t number)
 {
     static const char names[] = {
-#define SIGNAL_F(name, path, text)   #name "\0"
-#define SIGNAL_U(name, path, text)   #name "\0"
-#define SIGNAL_XF(name, value, text) #name "\0"
-#define SIGNAL_X(name, value, text)  #name "\0"
+#define SIGNAL_F(name, path, text)  #name "\0"
+#define SIGNAL_U(name, path, text)  #name "\0"
+#define SIGNAL_OF(name, path, text) #name "\0"
+#define SIGNAL_OU(name, path, text) #name "\0"
+#define SIGNAL_X(name, value, text) #name "\0"
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
     };
     const char *at = names;

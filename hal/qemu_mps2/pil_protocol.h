@@ -22,14 +22,16 @@
 #define PIL_LINK_FILE "link_frames"
 
 enum {
-#define SIGNAL_F(name, path, text)   PIL_SIGNAL_##name,
-#define SIGNAL_U(name, path, text)   PIL_SIGNAL_##name,
-#define SIGNAL_XF(name, value, text) PIL_SIGNAL_##name,
-#define SIGNAL_X(name, value, text)  PIL_SIGNAL_##name,
+#define SIGNAL_F(name, path, text)  PIL_SIGNAL_##name,
+#define SIGNAL_U(name, path, text)  PIL_SIGNAL_##name,
+#define SIGNAL_OF(name, path, text) PIL_SIGNAL_##name,
+#define SIGNAL_OU(name, path, text) PIL_SIGNAL_##name,
+#define SIGNAL_X(name, value, text) PIL_SIGNAL_##name,
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
     PIL_SIGNALS
 };

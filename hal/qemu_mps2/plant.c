@@ -35,14 +35,16 @@ bool plant_ask(const plant_t *plant, pil_in_t *in)
 /* Not by number: that took the background two thirds of its time. */
 static void gather(const unit_t *a, const hal_output_t *o, uint32_t *signal)
 {
-#define SIGNAL_F(name, path, text)   signal[PIL_SIGNAL_##name] = float_bits(a->path);
-#define SIGNAL_U(name, path, text)   signal[PIL_SIGNAL_##name] = a->path;
-#define SIGNAL_XF(name, value, text) signal[PIL_SIGNAL_##name] = float_bits(value);
-#define SIGNAL_X(name, value, text)  signal[PIL_SIGNAL_##name] = (value);
+#define SIGNAL_F(name, path, text)  signal[PIL_SIGNAL_##name] = float_bits(a->path);
+#define SIGNAL_U(name, path, text)  signal[PIL_SIGNAL_##name] = a->path;
+#define SIGNAL_OF(name, path, text) signal[PIL_SIGNAL_##name] = float_bits(o->path);
+#define SIGNAL_OU(name, path, text) signal[PIL_SIGNAL_##name] = o->path ? 1u : 0u;
+#define SIGNAL_X(name, value, text) signal[PIL_SIGNAL_##name] = (value);
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
 }
 

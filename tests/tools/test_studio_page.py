@@ -26,7 +26,7 @@ def test_every_parameter_fault_state_signal_and_reason_has_its_text() -> None:
     assert all(fault["remedy"] and fault["cause"] for fault in told["faults"].values())
     assert set(told["states"]) == {int(state) for state in State}
     source = (ROOT / "firmware" / "unit" / "signal_list.def").read_text()
-    assert len(told["signals"]) == len(re.findall(r"^SIGNAL_X?[FU]?\(", source, re.MULTILINE))
+    assert len(told["signals"]) == len(re.findall(r"^SIGNAL_[FUOX]+\(", source, re.MULTILINE))
     header = (ROOT / "firmware" / "law" / "confidence" / "supervisor.h").read_text()
     assert len(told["reasons"]) == len(re.findall(r"define SUPERVISOR_\w+\s+\(1u <<", header))
 

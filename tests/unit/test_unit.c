@@ -780,33 +780,31 @@ static void test_a_flipped_bit_of_the_configuration_opens_the_gates_within_50_ms
 static void test_signals_of_a_dwell_show_its_state(void)
 {
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-    const hal_output_t out = {0};
     for (uint32_t yes = 0u; yes < 2u; yes++) {
         dwell_state_t *dwell = &unit.drive.dwell;
         dwell->standing = yes == 1u;
         dwell->active = yes == 1u;
         dwell->flux = yes == 1u;
-        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, &out, UNIT_SIGNAL_dwell_standing));
-        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, &out, UNIT_SIGNAL_dwelling));
-        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, &out, UNIT_SIGNAL_dwell_flux));
+        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, UNIT_SIGNAL_dwell_standing));
+        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, UNIT_SIGNAL_dwelling));
+        TEST_ASSERT_EQUAL_UINT32(yes, unit_signal(&unit, UNIT_SIGNAL_dwell_flux));
     }
     unit.drive.estimator.residual_slow_A = (ab_t){2.0f, -5.0f};
     TEST_ASSERT_EQUAL_HEX32(float_bits(2.0f),
-                            unit_signal(&unit, &out, UNIT_SIGNAL_residual_slow_alpha_A));
+                            unit_signal(&unit, UNIT_SIGNAL_residual_slow_alpha_A));
     TEST_ASSERT_EQUAL_HEX32(float_bits(-5.0f),
-                            unit_signal(&unit, &out, UNIT_SIGNAL_residual_slow_beta_A));
+                            unit_signal(&unit, UNIT_SIGNAL_residual_slow_beta_A));
 }
 
 /* What the estimator shows beside its estimate is read from its state. */
 static void test_signals_of_the_estimator_show_its_state(void)
 {
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
-    const hal_output_t out = {0};
-    TEST_ASSERT_EQUAL_UINT32(0u, unit_signal(&unit, &out, UNIT_SIGNAL_near_zero));
+    TEST_ASSERT_EQUAL_UINT32(0u, unit_signal(&unit, UNIT_SIGNAL_near_zero));
     unit.drive.estimator.adaptation.near_zero = true;
     unit.drive.estimator.adaptation.x_rad_s = 3.0f;
-    TEST_ASSERT_EQUAL_UINT32(1u, unit_signal(&unit, &out, UNIT_SIGNAL_near_zero));
-    TEST_ASSERT_EQUAL_HEX32(float_bits(3.0f), unit_signal(&unit, &out, UNIT_SIGNAL_x_rad_s));
+    TEST_ASSERT_EQUAL_UINT32(1u, unit_signal(&unit, UNIT_SIGNAL_near_zero));
+    TEST_ASSERT_EQUAL_HEX32(float_bits(3.0f), unit_signal(&unit, UNIT_SIGNAL_x_rad_s));
 }
 
 static void test_every_flag_is_a_signal_of_0_and_1(void)
@@ -830,7 +828,7 @@ static void test_every_flag_is_a_signal_of_0_and_1(void)
     for (size_t n = 0u; n < sizeof cases / sizeof cases[0]; n++) {
         for (uint32_t value = 0u; value < 2u; value++) {
             *cases[n].flag = value != 0u;
-            TEST_ASSERT_EQUAL_UINT32(value, unit_signal(&unit, &unit.output, cases[n].number));
+            TEST_ASSERT_EQUAL_UINT32(value, unit_signal(&unit, cases[n].number));
         }
     }
     TEST_ASSERT_EQUAL_UINT32(UNIT_SIGNALS, unit_record_fault_signal(FAULT_RECORD_SIGNALS));
@@ -839,31 +837,32 @@ static void test_every_flag_is_a_signal_of_0_and_1(void)
 static void test_a_signal_is_the_member_that_the_list_names(void)
 {
     uint32_t n = 0u;
-#define SIGNAL_F(name, path, text)                                                                 \
+#define FLOAT(path)                                                                                \
     unit.path = 0.5f + (float)n;                                                                   \
-    TEST_ASSERT_EQUAL_HEX32(float_bits(unit.path), unit_signal(&unit, &unit.output, n));           \
+    TEST_ASSERT_EQUAL_HEX32(float_bits(unit.path), unit_signal(&unit, n));                         \
     TEST_ASSERT_TRUE(unit_signal_is_float(n));                                                     \
     n++;
-#define SIGNAL_U(name, path, text)                                                                 \
+#define WHOLE(path)                                                                                \
     unit.path = 1u;                                                                                \
-    TEST_ASSERT_EQUAL_HEX32(1u, unit_signal(&unit, &unit.output, n));                              \
+    TEST_ASSERT_EQUAL_HEX32(1u, unit_signal(&unit, n));                                            \
+    unit.path = 0u;                                                                                \
+    TEST_ASSERT_EQUAL_HEX32(0u, unit_signal(&unit, n));                                            \
     TEST_ASSERT_FALSE(unit_signal_is_float(n));                                                    \
     n++;
-#define SIGNAL_XF(name, value, text)                                                               \
-    TEST_ASSERT_TRUE(unit_signal_is_float(n));                                                     \
-    n++;
+#define SIGNAL_F(name, path, text)  FLOAT(path)
+#define SIGNAL_U(name, path, text)  WHOLE(path)
+#define SIGNAL_OF(name, path, text) FLOAT(output.path)
+#define SIGNAL_OU(name, path, text) WHOLE(output.path)
 #define SIGNAL_X(name, value, text)                                                                \
     TEST_ASSERT_FALSE(unit_signal_is_float(n));                                                    \
     n++;
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
-#undef SIGNAL_XF
+#undef SIGNAL_OF
+#undef SIGNAL_OU
 #undef SIGNAL_X
     TEST_ASSERT_EQUAL_UINT32(UNIT_SIGNALS, n);
-    unit.output.duty_w = 0.25f;
-    TEST_ASSERT_EQUAL_HEX32(float_bits(0.25f),
-                            unit_signal(&unit, &unit.output, UNIT_SIGNAL_duty_w));
 }
 
 static void test_a_decimated_trace_leaves_periods_out(void)

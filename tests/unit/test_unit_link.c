@@ -312,7 +312,7 @@ static void test_lists_every_parameter_and_signal(void)
     TEST_ASSERT_FALSE(unit_signal_is_float(UNIT_SIGNAL_faults));
     TEST_ASSERT_EQUAL_STRING("duty_u", unit_signal_name(0u));
     TEST_ASSERT_EQUAL_STRING("", unit_signal_name(UNIT_SIGNALS));
-    TEST_ASSERT_EQUAL_HEX32(0u, unit_signal(unit(), &unit()->output, UNIT_SIGNALS));
+    TEST_ASSERT_EQUAL_HEX32(0u, unit_signal(unit(), UNIT_SIGNALS));
     TEST_ASSERT_FALSE(unit_signal_is_float(UNIT_SIGNALS));
 }
 

@@ -16,7 +16,7 @@ _SIGNALS = ROOT / "firmware" / "unit" / "signal_list.def"
 _SUPERVISOR = ROOT / "firmware" / "law" / "confidence" / "supervisor.h"
 _FILES = (*param_list.FILES, _SIGNALS, _SUPERVISOR, fault_page.LIST)
 
-_SIGNAL = re.compile(r'^SIGNAL_X?[FU]?\(\s*(\w+),(?:[^"]|\n)*?"([^"]*)"\)', re.MULTILINE)
+_SIGNAL = re.compile(r'^SIGNAL_[FUOX]+\(\s*(\w+),(?:[^"]|\n)*?"([^"]*)"\)', re.MULTILINE)
 _REASON = re.compile(r"^#define SUPERVISOR_(\w+)\s+\(1u << (\d+)\)\s*/\* (.*?) \*/", re.MULTILINE)
 
 
