@@ -20,24 +20,25 @@ typedef enum {
     LIMIT_EMF         /* factor times second over nominal flux; none with field weakening */
 } limit_t;
 
-/* Indices: all members of params_t are 32 bits wide, in the order of the list. */
+/* Indices: all members of params_t are 32 bits wide, in the order of the list. Packed into 8 bytes:
+ * there are half a hundred. */
 typedef struct {
-    uint8_t first;
-    uint8_t second;
-    uint8_t relation; /* params_relation_t */
-    uint8_t limit;    /* limit_t */
+    uint32_t first : 7;
+    uint32_t second : 7;
+    uint32_t when : 7;     /* the rule holds when this parameter ... */
+    uint32_t least : 3;    /* ... is positive, or with a choice at least that */
+    uint32_t relation : 3; /* params_relation_t */
+    uint32_t limit : 4;    /* limit_t */
     float factor;
-    uint8_t when;  /* the rule holds when this parameter ... */
-    uint8_t least; /* ... is positive, or with a choice at least that */
 } rule_t;
 
-_Static_assert(sizeof(params_t) <= 255u * sizeof(uint32_t), "an index is a byte");
+_Static_assert(sizeof(params_t) <= 128u * sizeof(uint32_t), "an index has 7 bits");
 
-#define INDEX(name) ((uint8_t)(offsetof(params_t, name) / sizeof(uint32_t)))
+#define INDEX(name) (offsetof(params_t, name) / sizeof(uint32_t))
 
 static const rule_t rules[] = {
 #define PARAM_RULE(first, relation, limit, factor, second, when, least)                            \
-    {INDEX(first), INDEX(second), PARAMS_##relation, LIMIT_##limit, factor, INDEX(when), least},
+    {INDEX(first), INDEX(second), INDEX(when), least, PARAMS_##relation, LIMIT_##limit, factor},
 #include "param_rules.def"
 };
 
