@@ -48,7 +48,7 @@ COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
 
 /* Electrical and within the largest; none against the direction that is allowed, none in a stop.
  */
-static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
+COLD static float speed_reference(const unit_config_t *cfg, const unit_t *unit)
 {
     const float omega_m_ref_rad_s = unit->command.omega_m_ref_rad_s;
     const bool against = cfg->one_way && (cfg->direction * omega_m_ref_rad_s < 0.0f);
@@ -69,21 +69,24 @@ COLD static void ask(unit_t *unit, const unit_config_t *cfg)
     }
     unit->asked.omega_e_ref_rad_s = speed_reference(cfg, unit);
     unit->asked.torque_ref_Nm = unit->command.torque_ref_Nm;
+    unit->decided = unit_decisions(unit);
 }
 
 /* The state machine, and what follows from it for the next period. */
-COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
-                            uint32_t faults)
+HOT static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
+                           uint32_t faults)
 {
-    const measured_t *meas = &unit->last.meas;
-    const sequence_in_t in = {.command = command,
-                              .faults = faults,
-                              .i_raw_A = measurement_raw_A(&unit->drive.measurement, meas->i_A),
-                              .u_raw_V = ab_add(meas->u_line_V, unit->drive.measurement.offset_V),
-                              .premagnetising = unit->last.premagnetising,
-                              .standing = (unit->machine.id == SEQUENCE_RAMP_DOWN) &&
-                                          drive_standing(&unit->drive, cfg->stop_speed_rad_s),
-                              .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
+    sequence_in_t in = {.command = command,
+                        .faults = faults,
+                        .premagnetising = unit->last.premagnetising,
+                        .standing = (unit->machine.id == SEQUENCE_RAMP_DOWN) &&
+                                    drive_standing(&unit->drive, cfg->stop_speed_rad_s),
+                        .commissioned = unit->commissioned.status == COMMISSIONING_DONE};
+    if (unit->asked.mode == DRIVE_OFF) { /* else nobody asks for what the sensors show at zero */
+        const measured_t *meas = &unit->last.meas;
+        in.i_raw_A = measurement_raw_A(&unit->drive.measurement, meas->i_A);
+        in.u_raw_V = ab_add(meas->u_line_V, unit->drive.measurement.offset_V);
+    }
     const sequence_out_t out = sequence_step(&cfg->state, &unit->machine, &in);
     if (out.offsets_ready) {
         measurement_set_offsets(&unit->drive.measurement, unit->machine.offset_A,
@@ -100,6 +103,7 @@ COLD static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t com
     if (new_aim) {
         ask(unit, cfg);
     }
+    unit->decided = unit_decisions(unit);
 }
 
 /* After the drive's step: current of this sample, and the voltage that acts from it on. */
@@ -145,6 +149,7 @@ static inline const unit_config_t *take_news(unit_t *unit)
         unit->in_force = 1u - unit->in_force;
         unit->change_ready = false;
         unit->asked.omega_e_ref_rad_s = speed_reference(unit_config(unit), unit);
+        unit->decided = unit_decisions(unit);
     }
     const unit_config_t *cfg = unit_config(unit);
     if (unit->mailbox.published != unit->taken) {
@@ -157,6 +162,7 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
 {
     const bool changed = unit->decided != unit_decisions(unit);
     const unit_config_t *cfg = take_news(unit);
+    const mode_id_t mode = unit->drive.mode;
     uint32_t faults = unit->mailbox.faults | late_faults(unit, sample->late_periods);
     if ((sample->inputs & HAL_INPUT_BREAK) != 0u) {
         faults |= FAULT_BRAKE_INPUT;
@@ -175,8 +181,11 @@ void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t 
         auto_restart_on(&cfg->restart) ? substituted(unit, cfg, faults) : unit->command.command;
     if (!sequence_goes_on(&unit->machine, command, faults)) {
         step_state(unit, cfg, command, faults);
+    } else if (unit->drive.mode != mode) {
+        unit->decided = unit_decisions(unit);
+    } else {
+        /* as it was, or as news has it */
     }
-    unit->decided = unit_decisions(unit);
     write_output(unit, valid, output);
     unit->period_count++;
 }

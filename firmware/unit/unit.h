@@ -69,7 +69,7 @@ typedef struct {
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
     drive_in_t asked;           /* of the law, by command, mode and aim */
-    uint32_t decided;           /* unit_decisions at the end of the last period */
+    uint32_t decided;           /* unit_decisions when they changed last */
     unit_command_t command;     /* as it came last */
     uint32_t taken;             /* mailbox.published then */
     uint32_t command_faults;    /* a number of it is none */
