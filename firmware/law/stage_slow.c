@@ -20,7 +20,7 @@ static void track_rs(const drive_config_t *cfg, drive_state_t *st, const mode_in
 }
 
 /* Modulates what the vector control is asked for. */
-static void dwell(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+COLD static void dwell(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
     const vector_config_t *vector = &cfg->modes.vector;
     const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(vector, mode_running(in)));
@@ -39,7 +39,7 @@ static void dwell(const drive_config_t *cfg, drive_state_t *st, const mode_in_t 
 }
 
 /* Rs of a field that stands. */
-static void track_standing(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+COLD static void track_standing(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
 {
     const rs_tracking_dwell_in_t tracking_in = {.Rs_start_ohm = cfg->motor.Rs_ohm +
                                                                 st->modes.premagnetise.Rs_delta_ohm,

@@ -53,4 +53,12 @@ static inline bool slot_is_quarter(uint32_t slot, uint32_t quarter)
     return (slot % SLOT_QUARTERS) == quarter;
 }
 
+/* Slots as bits of a word: one test for several. */
+#define SLOTS_OF_QUARTER(quarter) (0x1111u << (quarter))
+
+static inline bool slot_is_among(uint32_t slot, uint32_t slots)
+{
+    return ((slots >> slot) & 1u) != 0u;
+}
+
 #endif

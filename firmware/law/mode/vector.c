@@ -91,7 +91,8 @@ COLD static float torque_for_flux_Nm(const vector_config_t *cfg, const vector_st
  * somebody else sets, nor with the flux weakened: the load is not known then. */
 static void expect(const vector_config_t *cfg, vector_state_t *st)
 {
-    const bool known = !st->mains.active && !(st->reference.reduction_Wb > 0.0f);
+    const bool known = speed_control_expects(&cfg->speed) && !st->mains.active &&
+                       !(st->reference.reduction_Wb > 0.0f);
     st->speed.expected_step_rad_s =
         known ? speed_control_expected_rad_s(&cfg->speed, &st->speed, st->speed.i_q_A) : 0.0f;
 }

@@ -72,11 +72,12 @@ static inline float vector_lambda_min_Wb(const vector_config_t *cfg, bool runnin
 void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limits,
                  vector_state_t *st, const mode_in_t *in);
 
+#define VECTOR_SLOW_SLOTS                                                                          \
+    (SLOTS_OF_QUARTER(SLOT_QUARTER_REFERENCES) | (1u << SLOT_FLUX_REFERENCE) |                     \
+     (1u << SLOT_FLUX_STEERING) | (1u << SLOT_SPEED_SCHEDULE))
 static inline bool vector_slow_is_due(const vector_state_t *st, uint32_t slot)
 {
-    return !st->planned || slot_is_quarter(slot, SLOT_QUARTER_REFERENCES) ||
-           (slot == SLOT_FLUX_REFERENCE) || (slot == SLOT_FLUX_STEERING) ||
-           (slot == SLOT_SPEED_SCHEDULE);
+    return !st->planned || slot_is_among(slot, VECTOR_SLOW_SLOTS);
 }
 
 /* Mains loss: replaces i_q_A, the current of the speed controller. FAULT_MAINS_LOST once it can no

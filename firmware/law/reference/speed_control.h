@@ -117,6 +117,12 @@ static inline bool speed_control_at_limit(const speed_control_state_t *st)
            (st->i_q_A <= SPEED_CONTROL_AT_LIMIT_PU * st->low_A);
 }
 
+/* With one bandwidth for every speed nothing is expected. */
+static inline bool speed_control_expects(const speed_control_config_t *cfg)
+{
+    return float_bits(cfg->step_rad_s_per_A) != 0u;
+}
+
 /* Change of speed in a period with the torque current i_q_A (at nominal flux). The flowing current
  * may be less than the reference, for example at the voltage limit. */
 static inline float speed_control_expected_rad_s(const speed_control_config_t *cfg,
