@@ -14,10 +14,16 @@ static params_t params;
 static drive_params_t drive;
 
 /* Came later, each between others: the numbers of the rest stay. */
-static const char *const later[] = {
-    "speed_max_rad_s",  "speed_deviation_rad_s", "speed_deviation_s", "speed_unknown_s",
-    "voltage_blend_Hz", "adapt_accel_share",     "mains_V",           "heat_rise",
-    "heat_s",           "m_track"};
+static const char *const later[] = {"speed_max_rad_s",
+                                    "speed_deviation_rad_s",
+                                    "speed_deviation_s",
+                                    "speed_unknown_s",
+                                    "voltage_blend_Hz",
+                                    "adapt_accel_share",
+                                    "mains_V",
+                                    "heat_rise",
+                                    "heat_s",
+                                    "m_track"};
 
 static float number_of(size_t k)
 {
