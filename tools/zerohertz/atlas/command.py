@@ -125,8 +125,8 @@ def atlas(
 ) -> None:
     """Run the firmware over a map of speed, load and parameter errors, and classify each point.
 
-    Without --standard, --map or --random it runs map i. It writes the rows as Parquet and the
-        maps as PNG and HTML. What the maps show: tools/zerohertz/atlas/README.md.
+    Without --standard, --map or --random it runs map i. It writes the rows as Parquet and the maps
+    as PNG and HTML. What the maps show: tools/zerohertz/atlas/README.md.
     """
     # Here and not above: other commands need not wait for numpy and pyarrow.
     from zerohertz.atlas import output

@@ -111,12 +111,12 @@ def picture(
 def animate(
     gif: Annotated[Path, typer.Option(metavar="FILE.gif", help="Animation to write.")],
     load: Annotated[float, typer.Option(min=-1.2, max=1.2, help="Load over rated torque.")] = 1.0,
-    rs: Annotated[float, typer.Option(min=0.3, max=3.0, help="True Rs over nameplate.")] = 1.0,
+    rs: Annotated[float, typer.Option(min=0.3, max=3.0, help="True Rs over nameplate Rs.")] = 1.0,
     config: Annotated[
-        str, typer.Option(help="A configuration of host_sim/configs, or a TOML file.")
+        str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
     ] = "recommended",
 ) -> None:
-    """The slow passage through zero stator frequency as an animation, five times real time.
+    """Animate the slow passage through zero stator frequency, five times real time.
 
     The README's picture: --gif tools/docs/zero_crossing.gif
     """
