@@ -113,6 +113,7 @@ def test_a_dwell_is_held_with_modulation_and_lost_without(open_page: Callable[..
     end_s = float(page.evaluate("document.getElementById('time').max"))
     assert end_s < 100.0  # the picture ends where the shaft is gone
     page.select_option("#dwell-modulation", "1")
+    assert newest_run(page, 3)["simulated_s"] > 130.0
     move(page, "#dwell-rs", 0.85)
     assert newest_run(page, 4)["simulated_s"] > 130.0
     assert page.inner_text("#dwell-rs-out").startswith("0.85")
