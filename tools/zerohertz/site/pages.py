@@ -21,7 +21,7 @@ from zerohertz.paths import ROOT
 START = "tools/docs/start.md"
 MOVED = {START: "index.md", "README.md": "overview.md"}
 LANGUAGES = {".h": "c", ".py": "python"}
-PICTURES = (".png", ".svg")
+PICTURES = (".gif", ".png", ".svg")
 # What the site makes itself.
 GENERATED = ("signals.md", "python.md", "twin.html", "studio.html")
 PAGE_FOLDERS = ("firmware", "gain_tables", "hal", "host_sim", "tools")
