@@ -52,6 +52,13 @@
 #define CONFIG_TRACK_SLEW_RAD_S2     20.0f
 #define CONFIG_TRACK_DWELL_OHM_PER_S 1.0f /* while dwelling: an error of Rs dies in a second */
 
+/* Without flux steering the field may come to rest under load, and then Rs has to be right: tracked
+ * this many times as fast, at less torque, sooner after a disturbance, and further down. */
+#define CONFIG_TRACK_UNSTEERED_GAIN    3.3333333f
+#define CONFIG_TRACK_UNSTEERED_I_0_PU  0.4f
+#define CONFIG_TRACK_UNSTEERED_LOW_PU  0.75f
+#define CONFIG_TRACK_UNSTEERED_QUIET_S 0.2f
+
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
  * nominal flux. */
 #define CONFIG_STEER_HYSTERESIS_PU 0.28231797f
@@ -193,6 +200,12 @@ static void config_resistance(drive_params_t *d, const params_t *p)
                                             .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
                                             .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2,
                                             .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
+    if (!(p->steer_min_Hz > 0.0f)) {
+        d->rs_tracking.gain_ohm_per_rad *= CONFIG_TRACK_UNSTEERED_GAIN;
+        d->rs_tracking.i_0_A = CONFIG_TRACK_UNSTEERED_I_0_PU * p->i_d_A;
+        d->rs_tracking.low_pu = CONFIG_TRACK_UNSTEERED_LOW_PU;
+        d->rs_tracking.quiet_s = CONFIG_TRACK_UNSTEERED_QUIET_S;
+    }
 }
 
 static void config_heating(drive_params_t *d, const params_t *p)

@@ -168,6 +168,21 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(steering.i_q_max_A, 16.5f);
 }
 
+/* Nothing keeps the field away from zero frequency under load: Rs is tracked faster and further. */
+static void test_without_steering_rs_is_tracked_faster_and_further(void)
+{
+    params.steer_min_Hz = 0.0f;
+    params.rs_track_gain = 0.3f;
+    params.i_d_A = 5.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_tracking.gain_ohm_per_rad, 1.0f);
+    EXPECT(rs_tracking.i_0_A, 2.0f);
+    EXPECT(rs_tracking.low_pu, 0.75f);
+    EXPECT(rs_tracking.quiet_s, 0.2f);
+    EXPECT(rs_tracking.min_rad_s, 1.88495576f);
+    EXPECT(rs_tracking.high_pu, 1.5f);
+}
+
 /* A fifth of the level, and no more periods than a float adds up. */
 static void test_a_long_level_is_averaged_over_what_floats_can_add(void)
 {
@@ -281,6 +296,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_board_inverter_and_loops_get_their_numbers);
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
+    RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
     RUN_TEST(test_modes_get_their_numbers);
