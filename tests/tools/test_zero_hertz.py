@@ -11,7 +11,7 @@ import pytest
 from test_special import record
 from typer.testing import CliRunner
 
-from zerohertz.atlas import zero_hertz, zero_hertz_picture
+from zerohertz.atlas import zero_hertz, zero_hertz_animation, zero_hertz_picture
 from zerohertz.atlas.zero_hertz import Dwell
 from zerohertz.cli import make_app
 from zerohertz.scenario.setup import load_setup
@@ -131,6 +131,17 @@ def test_the_picture_shows_the_run(setup, tmp_path):
     row, run = zero_hertz.one(setup, dataclasses.replace(SHORT, seconds=30.0), SEED, 0)
     zero_hertz_picture.write_png(path, row, run)
     assert path.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_animation_grows_to_the_whole_run(setup, tmp_path):
+    from PIL import Image
+
+    path = tmp_path / "dwell.gif"
+    row, run = zero_hertz.one(setup, dataclasses.replace(SHORT, seconds=30.0), SEED, 0)
+    zero_hertz_animation.write_gif(path, row, run)
+    with Image.open(path) as image:
+        assert image.n_frames == zero_hertz_animation.FRAMES
+    assert path.stat().st_size < 1_500_000
 
 
 @pytest.mark.parametrize(("kind", "amplitude"), [("speed", 1.0), ("flux", 0.1)])

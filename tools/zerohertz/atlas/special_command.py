@@ -42,6 +42,13 @@ ArrivalOption = Annotated[
         min=0.0, max=0.5, help="zero_hertz: largest relative Rs error when the load comes."
     ),
 ]
+PictureOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.png|FILE.gif",
+        help="zero_hertz: only draw run 2 of the slow dwells; a .gif is animated.",
+    ),
+]
 LoadStepOption = Annotated[
     float,
     typer.Option(min=-1.0, max=1.0, help="zero_hertz: share of the load switched every minute."),
@@ -64,10 +71,7 @@ def special(
     ] = 600.0,
     arrival: ArrivalOption = 0.2,
     load_step: LoadStepOption = 0.0,
-    picture: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.png", help="zero_hertz: only draw run 2 of the slow dwells."),
-    ] = None,
+    picture: PictureOption = None,
     speed_up: SpeedUpOption = 60.0,
     modulation: Annotated[
         str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
@@ -172,12 +176,15 @@ def _zero_hertz(
 
 
 def _draw_dwell(config: str, seed: int, seconds: float, arrival: float, path: Path) -> None:
-    from zerohertz.atlas import zero_hertz, zero_hertz_picture
+    from zerohertz.atlas import zero_hertz, zero_hertz_animation, zero_hertz_picture
     from zerohertz.scenario.setup import load_setup
 
     ask = zero_hertz.Dwell(seconds=seconds, arrival_pu=arrival)
     row, record = zero_hertz.one(load_setup(config), ask, seed, 2)
-    zero_hertz_picture.write_png(path, row, record)
+    if path.suffix == ".gif":
+        zero_hertz_animation.write_gif(path, row, record)
+    else:
+        zero_hertz_picture.write_png(path, row, record)
     print(f"written: {path}")
 
 
