@@ -179,6 +179,32 @@ static void test_torque_that_is_short_only_at_times_is_not_told(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.approach_s);
 }
 
+/* 18 rad/s are allowed: a little more is on the way, a little less is there. */
+static void test_on_the_way_is_beyond_what_is_allowed(void)
+{
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        (void)told_on_the_way(0.1f, false);
+        (void)told_on_the_way(0.5f, true);
+        const float before_s = st.approach_s;
+        in.omega_rad_s += 12.0f * SCHEDULE_S;
+        in.omega_ref_rad_s = in.omega_rad_s + ((n == 0) ? 18.5f : 17.5f);
+        (void)speed_guard_look(&cfg, &st, &in);
+        TEST_ASSERT_EQUAL(n == 0, st.approach_s > before_s);
+    }
+}
+
+/* What was lost and follows again heals at a twentieth of the time. */
+static void test_a_rotor_that_was_lost_heals_slowly(void)
+{
+    st.basis = SPEED_BASIS_ESTIMATE;
+    st.lost_s = 0.4f;
+    for (int k = 0; k < 625; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.3f, st.lost_s);
+}
+
 /* Of a large reference 6 % are allowed. */
 static void test_the_deviation_grows_with_the_reference(void)
 {
@@ -330,6 +356,8 @@ int main(void)
     RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
     RUN_TEST(test_all_the_torque_on_a_long_way_is_told);
     RUN_TEST(test_torque_that_is_short_only_at_times_is_not_told);
+    RUN_TEST(test_on_the_way_is_beyond_what_is_allowed);
+    RUN_TEST(test_a_rotor_that_was_lost_heals_slowly);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);
     RUN_TEST(test_no_number_is_a_deviation_and_none_is_remembered);

@@ -8,6 +8,7 @@ from typing import Any
 
 from zerohertz.campaign.faults import excepted, judge
 from zerohertz.campaign.faults.campaign import Result, Row, by_kind, summary
+from zerohertz.campaign.faults.cases import cases
 from zerohertz.campaign.faults.conditions import COVERING, covering, every_condition, names
 from zerohertz.campaign.faults.kinds import every_kind
 from zerohertz.campaign.rig import OVER_PU, bit_names
@@ -30,7 +31,8 @@ def page_text(result: Result, command: str) -> str:
     """The committed result."""
     total = summary(result.every)
     tables = "\n\n".join(
-        f"## {TITLES[group]}\n\n{_HEAD}\n" + "\n".join(_lines(rows))
+        f"## {TITLES[group]}\n\n{len(rows)} of {len(cases(group, 0, result.seed))} cases.\n\n"
+        f"{_HEAD}\n" + "\n".join(_lines(rows))
         for group, rows in result.rows.items()
     )
     healthy = "\n".join(_healthy(result.healthy)) or "None."
