@@ -118,7 +118,7 @@ def test_configuring_anew_leaves_the_tests_as_they_are(monkeypatch, tmp_path, te
     (folder / "CMakeCache.txt").write_text(f"ZH_BUILD_TESTS:BOOL={tests}\n")
     commands = []
     monkeypatch.setattr(build, "BUILD", tmp_path)
-    monkeypatch.setattr(build, "_run", lambda *words: commands.append(words))
+    monkeypatch.setattr(build, "_run", lambda *words, **_: commands.append(words))
     monkeypatch.delenv("ZEROHERTZ_SIL", raising=False)
     build.ensure_built()
     assert commands[0] == ("cmake", "--preset", "host", f"-DZH_BUILD_TESTS={tests}")

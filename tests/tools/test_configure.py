@@ -56,7 +56,10 @@ def test_each_refusal_names_the_remedy_and_spoils_no_later_build(bare: Path) -> 
     assert "Run tools/zh setup" in said
     assert "-DUNITY_DIR=" in said
 
-    build.ensure_built(TARGET)
+    steps: list[tuple[int, int]] = []
+    build.ensure_built(TARGET, progress=lambda done, total: steps.append((done, total)))
+    assert steps
+    assert steps[-1][0] == steps[-1][1]
     assert "no unity.c in /nowhere" in refused(bare, "-DUNITY_DIR=/nowhere")
     build.ensure_built(TARGET)
 

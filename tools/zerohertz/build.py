@@ -5,8 +5,10 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +19,8 @@ PRESETS = ROOT / "CMakePresets.json"
 PRESET = "host"
 STAMP = "configured.stamp"
 SIL_TARGET = "zerohertz_sil"
+_NINJA_STEP = re.compile(r"\[(\d+)/(\d+)\]")
+Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -27,11 +31,11 @@ class Built:
     sil_library: Path
 
 
-def ensure_built(*targets: str) -> Built:
+def ensure_built(*targets: str, progress: Progress | None = None) -> Built:
     """Configure and build preset `host` (by default the SIL library alone); do nothing when fresh.
 
     ZEROHERTZ_SIL names a library built elsewhere: then nothing is built. A failing build raises
-    UserError after the compiler's output went to stderr.
+    UserError after the compiler's output went to stderr. progress: build steps, done and in all.
     """
     folder = BUILD / PRESET
     foreign = os.environ.get("ZEROHERTZ_SIL")
@@ -48,7 +52,8 @@ def ensure_built(*targets: str) -> Built:
         if not _configured(folder):
             print("zh: configuring the build", file=sys.stderr)
             _configure(folder, "--preset", PRESET, f"-DZH_BUILD_TESTS={_tests(folder)}")
-        _run("cmake", "--build", "--preset", PRESET, "--target", *(targets or (SIL_TARGET,)))
+        wanted = targets or (SIL_TARGET,)
+        _run("cmake", "--build", "--preset", PRESET, "--target", *wanted, progress=progress)
     return Built(folder, folder / "host_sim" / f"lib{SIL_TARGET}.so")
 
 
@@ -114,9 +119,10 @@ def configure_tests() -> None:
     _run("cmake", "--preset", PRESET, "-DZH_BUILD_TESTS=ON")
 
 
-def _run(*command: str) -> None:
+def _run(*command: str, progress: Progress | None = None) -> None:
+    said: list[str] = []
     try:
-        done = subprocess.run(
+        with subprocess.Popen(
             command,
             cwd=ROOT,
             stdin=subprocess.DEVNULL,
@@ -124,9 +130,14 @@ def _run(*command: str) -> None:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
-        )
+        ) as process:
+            assert process.stdout is not None
+            for line in process.stdout:
+                said.append(line)
+                if progress and (step := _NINJA_STEP.match(line)):
+                    progress(int(step[1]), int(step[2]))
     except FileNotFoundError:
         raise UserError(f"{command[0]}: not installed; run tools/zh setup") from None
-    if done.returncode != 0:
-        print(done.stdout, file=sys.stderr)
+    if process.returncode != 0:
+        print("".join(said), file=sys.stderr)
         raise UserError(f"'{' '.join(command)}' failed; the compiler's output is above")

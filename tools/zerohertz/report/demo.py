@@ -42,7 +42,7 @@ class Steps:
         self.number = 0
 
     @contextmanager
-    def step(self, text: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
+    def step(self, text: str, total: int | None = None) -> Iterator[Callable[..., None]]:
         """A bar while it runs on a terminal; a line with the seconds when it is done."""
         self.number += 1
         label = f"[{self.number}/{STEPS}] {text}"
@@ -54,7 +54,7 @@ class Steps:
         columns = (text_column, BarColumn(), MofNCompleteColumn())
         with Progress(*columns, console=self.console, transient=True, disable=not live) as bar:
             task = bar.add_task(label, total=total)
-            yield lambda done: bar.update(task, completed=done)
+            yield lambda done, total=None: bar.update(task, completed=done, total=total)
         seconds = time.monotonic() - start_s
         self.console.print(f"{label}: {seconds:.1f} s", markup=False, highlight=False)
 
@@ -72,8 +72,8 @@ def make_report(
     """Runs everything and writes out/index.html and out/figures.json."""
     steps = Steps(console)
     out.mkdir(parents=True, exist_ok=True)
-    with steps.step("building the firmware and the simulated rig"):
-        ensure_built()
+    with steps.step("building the firmware and the simulated rig") as progress:
+        ensure_built(progress=progress)
     folders = motor_folders()
     what = "designing and proving" if design else "proving"
     with steps.step(f"{what} the gain tables", len(folders)) as progress:
