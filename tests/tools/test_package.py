@@ -24,6 +24,7 @@ def test_every_module_is_packed_and_the_dependencies_are_named(tmp_path: Path) -
 
     packed = {p.relative_to(copy / "out") for p in (copy / "out").rglob("*") if p.is_file()}
     modules = {p.relative_to(TOOLS) for p in TOOLS.rglob("zerohertz/**/*.py")}
-    assert packed == modules | {Path("zerohertz", "report", "report.css")}
+    report = Path("zerohertz", "report")
+    assert packed == modules | {report / "report.css", report / "chart.js"}
     requires = (copy / "zerohertz.egg-info" / "requires.txt").read_text()
     assert "numpy==" in requires
