@@ -16,6 +16,7 @@
 #include "drive.h"
 #include "sequence.h"
 #include "fault_record.h"
+#include "flight.h"
 #include "gain_table.h"
 #include "hal_devices.h"
 #include "hal_drive_io.h"
@@ -58,6 +59,8 @@ typedef struct {
     uint32_t *trace_word;
     uint32_t trace_words;  /* 0: no trace */
     fault_memory_t *fault; /* NULL: no record */
+    uint32_t *flight_word;
+    uint32_t flight_words; /* 0: no flight recorder */
 } unit_memory_t;
 
 typedef struct {
@@ -87,6 +90,7 @@ typedef struct {
     hal_output_t output;     /* of the last period, when it is recorded */
     fault_recorder_t fault_recorder;
     trace_t trace;
+    flight_t flight;
     commissioning_state_t commissioning;
 
     /* The background's. */

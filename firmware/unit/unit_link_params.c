@@ -1,5 +1,6 @@
 #include "unit_link_params.h"
 
+#include "handover.h"
 #include "unit_store_background.h"
 
 #include <stddef.h>
@@ -73,6 +74,9 @@ unit_link_status_t unit_link_set(unit_t *unit, command_reader_t *body)
             (params_conflict_t){index, params_count(), PARAMS_FIXED, unit->params.period_s};
         return UNIT_LINK_REFUSED;
     }
+    unit->flight.changed = index;
+    unit->flight.changes++;
+    handover();
     return unit_reconfigure(unit, &changed) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
 }
 

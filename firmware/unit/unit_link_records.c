@@ -1,5 +1,6 @@
 #include "unit_link_records.h"
 
+#include "unit_flight.h"
 #include "unit_record.h"
 #include "unit_signal.h"
 #include "handover.h"
@@ -69,6 +70,48 @@ static unit_link_status_t trace_read(const unit_t *unit, command_reader_t *body,
     while ((row < trace_rows(t)) && (command_room(w) >= 4u * t->setup.signals)) {
         for (uint32_t k = 0u; k < t->setup.signals; k++) {
             command_put_u32(w, trace_word(t, row, k));
+        }
+        row++;
+    }
+    return UNIT_LINK_OK;
+}
+
+unit_link_status_t unit_link_flight_arm(unit_t *unit, command_reader_t *body)
+{
+    if (command_take_u8(body) == 0u) {
+        flight_stop(&unit->flight);
+        return UNIT_LINK_OK;
+    }
+    if (!unit_flight_allowed(unit)) {
+        return UNIT_LINK_NOT_NOW;
+    }
+    return flight_arm(&unit->flight) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
+}
+
+static unit_link_status_t flight_state(const unit_t *unit, command_writer_t *w)
+{
+    const flight_t *f = &unit->flight;
+    const uint32_t words[] = {f->state, f->rows, f->written, f->taken, f->changes, f->lost};
+    for (size_t k = 0u; k < sizeof words / sizeof words[0]; k++) {
+        command_put_u32(w, words[k]);
+    }
+    return UNIT_LINK_OK;
+}
+
+unit_link_status_t unit_link_flight_read(unit_t *unit, command_reader_t *body, command_writer_t *w)
+{
+    flight_t *f = &unit->flight;
+    uint32_t row = command_take_u32(body);
+    if (!flight_take(f, row)) {
+        return UNIT_LINK_NO_SUCH;
+    }
+    command_put_u8(w, (uint8_t)f->state);
+    const uint32_t end = f->written;
+    handover();
+    while ((row != end) && (command_room(w) >= 4u * FLIGHT_ROW_WORDS)) {
+        const uint32_t *words = flight_row(f, row);
+        for (uint32_t k = 0u; k < FLIGHT_ROW_WORDS; k++) {
+            command_put_u32(w, words[k]);
         }
         row++;
     }
@@ -160,6 +203,8 @@ unit_link_status_t unit_link_records(const unit_t *unit, uint8_t op, command_rea
         return trace_status(unit, w);
     case UNIT_LINK_TRACE_READ:
         return trace_read(unit, body, w);
+    case UNIT_LINK_FLIGHT_STATE:
+        return flight_state(unit, w);
     case UNIT_LINK_FAULT_LOG:
         return fault_log(unit, w);
     case UNIT_LINK_FAULT_RECORD:

@@ -129,6 +129,8 @@ static const link_request_t requests[] = {
     {ACTS, UNIT_LINK_TRACE_ARM, 4u, COMMAND_BODY_MAX, 1u},
     {TELLS, UNIT_LINK_TRACE_READ, 4u, 4u, 1u},
     {ACTS, UNIT_LINK_TRACE_STOP, 4u, 4u, 1u},
+    {SEALED, UNIT_LINK_FLIGHT_ARM, 5u, 5u, 1u},
+    {ACTS, UNIT_LINK_FLIGHT_READ, 8u, 8u, 1u},
     {TELLS, UNIT_LINK_FAULT_READ, 4u, 4u, 1u},
     {SEALED, UNIT_LINK_FAULT_CLEAR, 4u, 4u, 1u},
 };
@@ -175,6 +177,10 @@ static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_
     case UNIT_LINK_TRACE_STOP:
         trace_stop(&unit->trace);
         return UNIT_LINK_OK;
+    case UNIT_LINK_FLIGHT_ARM:
+        return unit_link_flight_arm(unit, body);
+    case UNIT_LINK_FLIGHT_READ:
+        return unit_link_flight_read(unit, body, w);
     default: /* UNIT_LINK_FAULT_CLEAR */
         fault_record_clear(&unit->fault_recorder);
         return UNIT_LINK_OK;

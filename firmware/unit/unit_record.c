@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "fault_reaction.h"
+#include "unit_flight.h"
 #include "unit_signal.h"
 
 /* Columns of the fault record; floats of the unit, as the list has them. */
@@ -27,6 +28,7 @@ void unit_record_init(unit_t *unit, const unit_memory_t *memory)
     unit_memory_t given = *memory;
     trace_init(&unit->trace, given.trace_word, given.trace_words);
     fault_record_init(&unit->fault_recorder, given.fault);
+    flight_init(&unit->flight, given.flight_word, given.flight_words);
 }
 
 /* In every period: six loads and stores. */
@@ -54,7 +56,7 @@ COLD static void watch_trace(unit_t *unit)
     }
 }
 
-void unit_record_period(unit_t *unit, const hal_output_t *output)
+void unit_record_period(unit_t *unit, const hal_sample_t *sample, const hal_output_t *output)
 {
     unit->output = *output;
     fault_recorder_t *fault = &unit->fault_recorder;
@@ -69,6 +71,9 @@ void unit_record_period(unit_t *unit, const hal_output_t *output)
     }
     if (trace_running(&unit->trace)) {
         watch_trace(unit);
+    }
+    if (unit->flight.state != (uint32_t)FLIGHT_OFF) {
+        unit_flight_period(unit, sample, output);
     }
 }
 

@@ -74,7 +74,7 @@ void host_port_period(host_port_t *port, const unit_command_t *command, const ha
     unit_post_command(&port->unit, command);
     unit_control_period(&port->unit, sample, output);
     if (port->recording) {
-        unit_record_period(&port->unit, output);
+        unit_record_period(&port->unit, sample, output);
     }
     port->clock_us += port->period_us;
     port->until_background--;

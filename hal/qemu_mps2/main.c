@@ -48,6 +48,7 @@ static struct {
 static volatile uint32_t control_entry; /* of the last control interrupt, MPS2_TIMER1 */
 static volatile uint32_t hung_ticks;
 static uint32_t trace_memory[TRACE_WORDS];
+static uint32_t flight_memory[32768u * FLIGHT_ROW_WORDS]; /* 6.5 s */
 static char identity[CM_IMAGE_BANNER_BYTES];
 static inject_patch_t patch;
 __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
@@ -151,8 +152,7 @@ void hang_interrupt(void)
     control.hung = true;
 }
 
-/* After a hang the gates stay off until the drive has opened them as well: a late period is a fault
- * in the next one. */
+/* After a hang the gates stay off until the drive, told of a late period, has opened them too. */
 static inline void write_gates(bool on)
 {
     if (control.hung) {
@@ -181,7 +181,7 @@ __attribute__((noinline, used)) static void counted_interrupt(const hal_sample_t
     MPS2_HANG_LOAD = HANG_TICKS;
     unit_control_period(&unit, sample, output);
     write_gates(output->gates_on);
-    unit_record_period(&unit, output);
+    unit_record_period(&unit, sample, output);
     if (asked.inject != PIL_INJECT_NONE) {
         inject_delay(asked.inject, control.periods - asked.inject_at, entry, CONTROL_TICKS);
     }
@@ -247,8 +247,8 @@ static bool connect(void)
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);
-    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
-    unit_record_init(&unit, &memory);
+    unit_record_init(&unit, &(unit_memory_t){trace_memory, TRACE_WORDS, &fault_memory,
+                                             flight_memory, sizeof flight_memory / 4u});
     return plant_ready(&plant, !taken);
 }
 

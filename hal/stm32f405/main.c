@@ -49,6 +49,7 @@ static cm_image_check_t image_check;
 static char identity[CM_IMAGE_BANNER_BYTES];
 static stm32_inbox_t inbox;
 static uint32_t trace_memory[TRACE_WORDS];
+static uint32_t flight_memory[8192u * FLIGHT_ROW_WORDS]; /* 1.6 s */
 static uint16_t late_periods;
 static bool behind_late; /* the last period missed a crest */
 
@@ -121,15 +122,14 @@ void control_interrupt(void)
     hal_output_t output;
     unit_control_period(&unit, &sample, &output);
     stm32_pwm_write(tim1, &output);
-    unit_record_period(&unit, &output);
+    unit_record_period(&unit, &sample, &output);
     const uint32_t spent_us = stm32_timebase_us(tim5) - entry_us;
     const uint16_t missed = stm32_pwm_missed_crests(tim1, spent_us, PERIOD_US);
     late_periods = (uint16_t)(late_periods + missed);
     behind_late = missed > 0u;
 }
 
-/* As urgent as the control interrupt, which therefore waits a byte's handling at most: the samples
- * are taken by then. */
+/* As urgent as the control interrupt, which waits a byte's handling at most, its samples taken. */
 void usart_interrupt(void)
 {
     uint8_t byte;
@@ -233,8 +233,8 @@ COLD static bool start_drive(stm32_clock_t clock)
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
             (void)stm32_usart_send(usart, "parameters or gain table refused; gates stay off\r\n");
         }
-        const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
-        unit_record_init(&unit, &memory);
+        unit_record_init(&unit, &(unit_memory_t){trace_memory, TRACE_WORDS, &fault_memory,
+                                                 flight_memory, sizeof flight_memory / 4u});
         stm32_usart_interrupt(usart);
         cm_nvic_level(STM32_IRQ_USART3, CM_LEVEL_CONTROL);
         cm_nvic_enable(STM32_IRQ_USART3);

@@ -19,12 +19,14 @@
 #include "ram_flash.h"
 
 #define TRACE_WORDS  64u
+#define FLIGHT_WORDS (64u * FLIGHT_ROW_WORDS)
 #define ANSWER_BYTES 8192u
 #define LINE_BYTES   8192u
 
 static host_port_t port;
 static host_port_t fresh; /* port before any input */
 static uint32_t trace_memory[TRACE_WORDS];
+static uint32_t flight_memory[FLIGHT_WORDS];
 static fault_memory_t fault_memory;
 static uint8_t answers[ANSWER_BYTES];
 static uint8_t line[LINE_BYTES];
@@ -61,7 +63,8 @@ static void start(void)
         port.unit.store.access_cfg.lockout_ticks; /* challenges from now */
     port.background_every = 1u;
     port.until_background = 1u;
-    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory, flight_memory,
+                                  FLIGHT_WORDS};
     host_port_record(&port, &memory);
     port.unit.link.session = 0x5A5A1234u;
     fresh = port;

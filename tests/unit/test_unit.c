@@ -878,10 +878,11 @@ static void test_a_decimated_trace_leaves_periods_out(void)
                                  .level = 1u << 30,
                                  .edge = TRACE_RISING};
     TEST_ASSERT_TRUE(trace_arm(&unit.trace, &setup));
+    const hal_sample_t nothing = {0};
     const hal_output_t output = {0};
     for (int k = 0; k < 10; k++) {
         unit.period_count++;
-        unit_record_period(&unit, &output);
+        unit_record_period(&unit, &nothing, &output);
     }
     TEST_ASSERT_TRUE(trace_running(&unit.trace));
 }

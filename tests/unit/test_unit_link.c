@@ -16,11 +16,13 @@
 #include "ram_flash.h"
 #include "unity.h"
 
-#define TRACE_WORDS 256u
+#define TRACE_WORDS  256u
+#define FLIGHT_WORDS (64u * FLIGHT_ROW_WORDS)
 
 static host_port_t port;
 static params_t params;
 static uint32_t trace_memory[TRACE_WORDS];
+static uint32_t flight_memory[FLIGHT_WORDS];
 static fault_memory_t fault_memory;
 static uint8_t sequence;
 static int flicker;
@@ -123,7 +125,7 @@ static command_writer_t sealed(const command_writer_t *w)
 static bool needs_seal(uint8_t op)
 {
     return (op == UNIT_LINK_SET) || (op == UNIT_LINK_SAVE) || (op == UNIT_LINK_COMMAND) ||
-           (op == UNIT_LINK_FAULT_CLEAR);
+           (op == UNIT_LINK_FAULT_CLEAR) || (op == UNIT_LINK_FLIGHT_ARM);
 }
 
 /* Sends; the answer's status, and a reader behind it. */
@@ -229,7 +231,8 @@ void setUp(void)
     port.background_every = 1u;
     port.until_background = 1u;
     memset(&fault_memory, 0, sizeof fault_memory);
-    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory, flight_memory,
+                                  FLIGHT_WORDS};
     host_port_record(&port, &memory);
     answer_parser = (command_parser_t){0};
     session = 0u;
@@ -816,6 +819,120 @@ static void test_a_fault_is_listed_recorded_read_and_cleared(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, send_only(&gone));
 }
 
+static uint8_t arm_flight(uint8_t on)
+{
+    command_writer_t w = ask(UNIT_LINK_FLIGHT_ARM);
+    command_put_u32(&w, session);
+    command_put_u8(&w, on);
+    return send_only(&w);
+}
+
+static uint8_t read_flight(uint32_t row, command_reader_t *body)
+{
+    command_writer_t w = ask(UNIT_LINK_FLIGHT_READ);
+    command_put_u32(&w, session);
+    command_put_u32(&w, row);
+    return send(&w, body);
+}
+
+/* State, rows, written, taken, changes, lost. */
+static void flight_state(uint32_t word[6])
+{
+    command_writer_t w = ask(UNIT_LINK_FLIGHT_STATE);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
+    for (size_t k = 0u; k < 6u; k++) {
+        word[k] = command_take_u32(&body);
+    }
+    TEST_ASSERT_TRUE(command_all_taken(&body));
+}
+
+static void test_a_flight_is_read_row_by_row_as_it_goes_on(void)
+{
+    uint32_t word[6];
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, arm_flight(1u));
+    uint32_t row = 0u;
+    uint32_t most = 0u;
+    while (row < 200u) {
+        command_reader_t body;
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, read_flight(row, &body));
+        TEST_ASSERT_EQUAL_UINT8(FLIGHT_ON, command_take_u8(&body));
+        TEST_ASSERT_EQUAL_UINT32(0u, body.left % (4u * FLIGHT_ROW_WORDS));
+        most = (body.left > most) ? body.left : most;
+        while (body.left > 0u) {
+            for (uint32_t k = 0u; k < FLIGHT_ROW_WORDS; k++) {
+                TEST_ASSERT_EQUAL_HEX32(flight_row(&unit()->flight, row)[k],
+                                        command_take_u32(&body));
+            }
+            row++;
+        }
+    }
+    /* As many whole rows as an answer holds beside its status and the state. */
+    TEST_ASSERT_TRUE(most <= (COMMAND_BODY_MAX - 2u) / 12u * 12u);
+    flight_state(word);
+    TEST_ASSERT_EQUAL_UINT32(FLIGHT_ON, word[0]);
+    TEST_ASSERT_EQUAL_UINT32(64u, word[1]);
+    TEST_ASSERT_TRUE(word[2] >= row);
+    TEST_ASSERT_TRUE(word[3] <= row);
+    TEST_ASSERT_EQUAL_UINT32(0u, word[5]);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, read_flight(0u, &body)); /* freed */
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, read_flight(row + 1000u, &body));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, arm_flight(0u));
+    flight_state(word);
+    TEST_ASSERT_EQUAL_UINT32(FLIGHT_OFF, word[0]);
+}
+
+static void test_an_answer_is_full_of_rows_when_there_are_enough(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, arm_flight(1u));
+    rounds(60u);
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, read_flight(0u, &body));
+    (void)command_take_u8(&body);
+    TEST_ASSERT_EQUAL_UINT32(20u * 12u, body.left);
+    rounds(60u);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, read_flight(20u, &body));
+    TEST_ASSERT_EQUAL_UINT8(FLIGHT_LOST, command_take_u8(&body));
+    uint32_t word[6];
+    flight_state(word);
+    TEST_ASSERT_EQUAL_UINT32(FLIGHT_LOST, word[0]);
+    TEST_ASSERT_EQUAL_UINT32(20u, word[3]);
+    TEST_ASSERT_TRUE(word[5] > 30u);
+}
+
+static void test_a_flight_waits_for_the_drive_to_stand(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 0.0f, 0u));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, arm_flight(1u));
+    TEST_ASSERT_EQUAL_UINT32(FLIGHT_OFF, unit()->flight.state);
+}
+
+static void test_a_flight_without_memory_is_refused(void)
+{
+    unit()->flight.rows = 0u;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_REFUSED, arm_flight(1u));
+}
+
+static void test_a_flight_is_started_with_the_key_and_read_in_session(void)
+{
+    sealing = false;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, arm_flight(1u));
+    session++;
+    command_reader_t body;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SESSION, read_flight(0u, &body));
+    TEST_ASSERT_EQUAL_UINT32(FLIGHT_OFF, unit()->flight.state);
+}
+
+static void test_a_parameter_that_is_set_is_counted_for_the_flight(void)
+{
+    uint32_t word[6];
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("i_d_A", 3.25f));
+    flight_state(word);
+    TEST_ASSERT_EQUAL_UINT32(1u, word[4]);
+    TEST_ASSERT_EQUAL_UINT32(params_find("i_d_A"), unit()->flight.changed);
+}
+
 static void test_a_port_without_recording_says_so(void)
 {
     TEST_ASSERT_TRUE(host_port_init(&port, &params, NULL));
@@ -838,7 +955,8 @@ static bool power_up(void)
     const host_port_store_t store = {&flash, key, entropy};
     TEST_ASSERT_TRUE(host_port_init(&port, &params, &table));
     const bool good = host_port_start(&port, &params, &table, &store);
-    const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory};
+    const unit_memory_t memory = {
+        .trace_word = trace_memory, .trace_words = TRACE_WORDS, .fault = &fault_memory};
     host_port_record(&port, &memory);
     port.background_every = 1u;
     port.until_background = 1u;
@@ -1432,6 +1550,12 @@ int main(void)
     RUN_TEST(test_a_trace_round_the_start_is_read_back);
     RUN_TEST(test_a_trace_set_up_wrongly_is_refused);
     RUN_TEST(test_a_fault_is_listed_recorded_read_and_cleared);
+    RUN_TEST(test_a_flight_is_read_row_by_row_as_it_goes_on);
+    RUN_TEST(test_an_answer_is_full_of_rows_when_there_are_enough);
+    RUN_TEST(test_a_flight_waits_for_the_drive_to_stand);
+    RUN_TEST(test_a_flight_without_memory_is_refused);
+    RUN_TEST(test_a_flight_is_started_with_the_key_and_read_in_session);
+    RUN_TEST(test_a_parameter_that_is_set_is_counted_for_the_flight);
     RUN_TEST(test_a_port_without_recording_says_so);
     RUN_TEST(test_a_refused_set_tells_which_two_exclude_each_other);
     RUN_TEST(test_the_entries_of_a_saved_record_are_told_one_by_one);
