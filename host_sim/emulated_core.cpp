@@ -80,6 +80,9 @@ EmulatedCore::EmulatedCore(const zh_pil_job &job, const params_t &params, const 
                            zh_pil_result &result)
     : result_(result)
 {
+    if (job.words != nullptr) {
+        words_.open(job.words, std::ios::binary);
+    }
     const std::string folder = job.folder != nullptr ? job.folder : ".";
     to_image_ = open_for_writing(folder + "/" PIL_FIFO_TO_IMAGE);
     // Not blocking here: an emulator that dies between its two opens would leave us waiting.
@@ -187,6 +190,7 @@ bool EmulatedCore::answer(const unit_t &unit, hal_output_t &output)
         return false;
     }
     late_periods_ = static_cast<std::uint16_t>(out.late_periods);
+    words_.write(reinterpret_cast<const char *>(out.signal), sizeof out.signal);
     std::uint32_t host[PIL_SIGNALS];
     gather(&unit, &output, host);
     output = {std::bit_cast<float>(out.signal[PIL_SIGNAL_duty_u]),

@@ -3,6 +3,7 @@
 #define ZH_EMULATED_CORE_HPP
 
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,7 @@ private:
 
     zh_pil_result &result_;
     std::vector<zh_pil_period> periods_;
+    std::ofstream words_;
     std::uint16_t late_periods_ = 0;
     bool injecting_ = false; // an image with a defect may go its own way: see how it ends
     int to_image_ = -1;

@@ -13,6 +13,7 @@ extern "C" {
 #include "host_port.h"
 #include "ram_flash.h"
 #include "unit_config.h"
+#include "unit_flight.h"
 #include "unit_signal.h"
 }
 #pragma GCC diagnostic pop

@@ -20,7 +20,8 @@ namespace {
 using zh::fail;
 
 constexpr double rpm_per_rad_s = 30.0 / std::numbers::pi;
-constexpr std::size_t trace_words = 32768; // 4096 rows of 8 signals, .8 s
+constexpr std::size_t trace_words = 32768;  // 4096 rows of 8 signals, .8 s
+constexpr std::size_t flight_words = 49152; // 16384 rows, 3.2 s
 
 // FNV-1a, word by word.
 class Digest {
@@ -96,8 +97,9 @@ struct zh_link {
           firmware(run.params, run.gain),
           plant(run.rig, run.board, run.scenario.disturbances, run.seed)
     {
-        firmware.serve_link({trace.data(), trace_words, &file.kept.faults},
-                            {&flash, access_key, entropy});
+        firmware.serve_link(
+            {trace.data(), trace_words, &file.kept.faults, flight.data(), flight_words},
+            {&flash, access_key, entropy});
     }
 
     void period()
@@ -127,6 +129,7 @@ struct zh_link {
     zh::Run run;
     bool from_link;
     std::array<std::uint32_t, trace_words> trace{};
+    std::array<std::uint32_t, flight_words> flight{};
     zh::Firmware firmware;
     zh::Plant plant;
     zh::PreloadedTimer timer;

@@ -31,6 +31,8 @@ typedef struct {
     uint32_t inject_address; /* address of the instruction that PIL_INJECT_SKIP skips */
     zh_sim_result *record;   /* NULL, or where to leave the record (zh_sim_free): what the plant did
                               * and gates_on are the image's, all else is the SIL's */
+    const char *words; /* NULL, or a file for every signal of every period as the image said it:
+                        * 32-bit words in the order of signal_list.def */
 } zh_pil_job;
 
 /* One control period: end minus begin is the time in the interrupt, entry to exit. */
