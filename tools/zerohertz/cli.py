@@ -29,6 +29,7 @@ COMMAND_MODULES = (
     "zerohertz.site.command",
     "zerohertz.link.command",
     "zerohertz.link.run_command",
+    "zerohertz.flight.command",
     "zerohertz.studio.command",
     "zerohertz.image.command",
     "zerohertz.image.params",

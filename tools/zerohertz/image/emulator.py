@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from zerohertz.errors import UserError
+from zerohertz.link.line import UnixLine
 
 LINK = "link"  # socket of the image's host link, in its folder
 MONITOR = "monitor"  # and the emulator's own
@@ -60,24 +61,50 @@ def save_memory(folder: Path, address: int, size: int) -> bytes:
     return (folder / "saved").read_bytes()
 
 
+class StepLine:
+    """The host's end of an image that was given no `link_frames`: each time something is sent the
+    image lives on for some slices of its background, and no longer. Closed, it runs free."""
+
+    _SLICES = 3
+    _SLICE_BYTES = 64  # that the firmware takes of the line at a time; zeros are no frame
+
+    def __init__(self, folder: Path) -> None:
+        # The image opens its end first, and its serial port is there before that.
+        self._said = (folder / LINK_FILE).open("wb", buffering=0)
+        self._heard = UnixLine(folder / LINK)
+
+    def send(self, data: bytes) -> None:
+        self._said.write(data + bytes(self._SLICES * self._SLICE_BYTES))
+
+    def receive(self, timeout_s: float) -> bytes:
+        return self._heard.receive(timeout_s)
+
+    def close(self) -> None:
+        self._said.close()
+        self._heard.close()
+
+
 @contextlib.contextmanager
 def emulator(
     elf: Path,
     machine: str = "mps2-an386",
-    link_frames: bytes = b"",
+    link_frames: bytes | None = b"",
     kept: tuple[int, bytes] | None = None,
     plugin: str | None = None,
 ) -> Iterator[Emulator]:
     """The image, started in a folder of its own; killed when the block is left early.
 
-    `link_frames` is what its host link hears first; `kept` an address in RAM and what stands there
-    from before the reset; `plugin` the emulator's argument of that name.
+    `link_frames` is what its host link hears first; None: what somebody writes into LINK_FILE, and
+    it waits for that whenever it has time to listen (StepLine); `kept` an address in RAM and what
+    stands there from before the reset; `plugin` the emulator's argument of that name.
     """
     with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
         folder = Path(name)
         for fifo in (TO_IMAGE, FROM_IMAGE):
             os.mkfifo(folder / fifo)
-        if link_frames:
+        if link_frames is None:
+            os.mkfifo(folder / LINK_FILE)
+        elif link_frames:
             (folder / LINK_FILE).write_bytes(link_frames)
         before: tuple[str, ...] = ()
         kernel = elf

@@ -119,6 +119,7 @@ class _Job(Structure):
         ("folder", c_char_p),
         ("inject_address", c_uint32),
         ("record", POINTER(RawResult)),
+        ("words", c_char_p),
     )
 
 
@@ -153,16 +154,18 @@ def run(
     own_params: bool = False,
     machine: str = "mps2-an386",
     beside: Callable[[Path], None] | None = None,
-    link_frames: bytes = b"",
+    link_frames: bytes | None = b"",
     kept: tuple[int, bytes] | None = None,
     plugin: str | None = None,
+    words: Path | None = None,
 ) -> PilRun:
     """The image against the plant. UserError when it does not start or is of other sources.
 
     `beside` runs in a thread of its own meanwhile, given the socket of the image's host link;
-    `link_frames` is what that link hears first, `kept` what RAM holds from before, `plugin` an
-    argument of the emulator (emulator.py). With `inject_address` (Inject.SKIP) the run also leaves
-    its record; `state` and `faults` in it are the image's as well.
+    `link_frames` is what that link hears first (None: emulator.StepLine), `kept` what RAM
+    holds from before, `plugin` an argument of the emulator (emulator.py). With `inject_address`
+    (Inject.SKIP) the run also leaves its record; `state` and `faults` in it are the image's as
+    well. `words` is a file for every signal of every period as the image said it.
     """
     lib = library()
     lib.zh_pil_run.restype = c_int
@@ -177,6 +180,7 @@ def run(
             own_params=own_params,
             folder=os.fsencode(image.folder),
             inject_address=inject_address or 0,
+            words=os.fsencode(words) if words is not None else None,
         )
         if inject_address is not None:
             pil.record = ctypes.pointer(record)

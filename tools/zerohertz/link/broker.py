@@ -24,6 +24,7 @@ TAKEN, SILENT = 12, 13  # statuses of a broker's own
 _PATIENCE_S = 0.4  # times four tries: an answer to the client before it gives up
 _TRACE_LEASE_S = 2.0  # from a client's last question about its trace
 _TRACE_QUEUE_S = 1.0
+_FLIGHT_LEASE_S = 2.0  # from the last rows that its recorder took
 _CONSTANT = (Op.PARAM_INFO, Op.SIGNAL_INFO)
 _TRACE_DONE = 3
 _FAULT = 8  # state of the drive: what stands of a run command starts nothing
@@ -60,6 +61,8 @@ class Broker:
         self._tracer: Member | None = None
         self._traced_s = 0.0
         self._trace_next: tuple[Member, float] | None = None
+        self._recorder: Member | None = None
+        self._recorded_s = 0.0
         self._constant: dict[tuple[int, bytes], bytes] = {}
         self._hello = b""
         self._closed = False
@@ -79,6 +82,8 @@ class Broker:
             self._members.pop(member.number, None)
             if self._tracer is member:
                 self._tracer = None
+            if self._recorder is member:
+                self.arm_flight(member, b"\0")
             if self._commander is member:
                 self._commander = None
                 self._acting(Op.COMMAND, struct.pack("<IfH", 0, 0.0, 0))
@@ -190,6 +195,29 @@ class Broker:
             self._tracer = None
             return self._acting(Op.TRACE_STOP, b"")
 
+    # --- the one flight recorder -------------------------------------------------------------
+
+    def arm_flight(self, member: Member, body: bytes) -> bytes:
+        """Starts or stops a recording; refused while another client records."""
+        with self._lock:
+            now_s = time.monotonic()
+            lasting = now_s - self._recorded_s < _FLIGHT_LEASE_S
+            if lasting and self._recorder not in (None, member):
+                return refusal(TAKEN, f"{self._recorder.name} records a flight")
+            answer = self._acting(Op.FLIGHT_ARM, body)
+            if answer[0] == OK:
+                self._recorder = member if body != b"\0" else None
+                self._recorded_s = now_s
+            return answer
+
+    def read_flight(self, member: Member, body: bytes) -> bytes:
+        """Rows, and those before are freed: only for who records."""
+        with self._lock:
+            if self._recorder is not member:
+                return refusal(TAKEN, "another client has started a recording of its own")
+            self._recorded_s = time.monotonic()
+            return self._acting(Op.FLIGHT_READ, body)
+
     def _last_row_in(self, body: bytes, answer: bytes) -> bool:
         state = self._ask(Op.TRACE_STATE, b"")
         if state[0] != OK or answer[0] != OK or len(body) != 4:
@@ -211,12 +239,12 @@ class Broker:
         return self._commander
 
     def _acting(self, op: int, body: bytes) -> bytes:
-        """In the drive's session, sealed unless it is a stop or a trace."""
+        """In the drive's session, sealed unless it is a stop, a trace, rows of a flight."""
 
         def ask() -> bytes:
             whole = struct.pack("<I", self._drive.session) + body
             stop = op == Op.COMMAND and not struct.unpack_from("<I", body)[0] & ~TORQUE_OFF
-            if stop or op in (Op.TRACE_ARM, Op.TRACE_STOP):
+            if stop or op in (Op.TRACE_ARM, Op.TRACE_STOP, Op.FLIGHT_READ):
                 return self._drive.request(Op(op), whole)
             return self._drive.sealed(Op(op), whole)
 
@@ -225,7 +253,7 @@ class Broker:
             self._drive.forget_session()
             for member in self._members.values():
                 member.revoke()
-            self._commander = self._tracer = None
+            self._commander = self._tracer = self._recorder = None
         return answer
 
     def _ask(self, op: int, body: bytes) -> bytes:

@@ -54,6 +54,9 @@ class Op(IntEnum):
     TRACE_STATE = 0x31
     TRACE_READ = 0x32
     TRACE_STOP = 0x33
+    FLIGHT_ARM = 0x34
+    FLIGHT_STATE = 0x35
+    FLIGHT_READ = 0x36
     FAULT_LOG = 0x40
     FAULT_RECORD = 0x41
     FAULT_READ = 0x42

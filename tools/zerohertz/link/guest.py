@@ -31,9 +31,10 @@ _READING = frozenset(
     {
         *(Op.HELLO, Op.PARAM_INFO, Op.SIGNAL_INFO, Op.GET, Op.STORE, Op.STORE_ENTRY, Op.STATUS),
         *(Op.SAMPLE, Op.COMMISSIONING, Op.FAULT_LOG, Op.FAULT_RECORD, Op.FAULT_READ),
+        Op.FLIGHT_STATE,
     }
 )
-_SEALED_OPS = frozenset({Op.SET, Op.SAVE, Op.COMMAND, Op.FAULT_CLEAR})
+_SEALED_OPS = frozenset({Op.SET, Op.SAVE, Op.COMMAND, Op.FAULT_CLEAR, Op.FLIGHT_ARM})
 
 
 class Lockout:
@@ -105,6 +106,7 @@ class Guest:
             Op.COMMAND: self._stop,
             Op.TRACE_ARM: lambda rest: self._broker.arm(self, rest),
             Op.TRACE_STOP: lambda _: self._broker.stop_trace(self),
+            Op.FLIGHT_READ: lambda rest: self._broker.read_flight(self, rest),
         }
         if op in own:
             return own[Op(op)](body)
@@ -186,6 +188,8 @@ class Guest:
             return self._broker.command(self, rest)
         if op == Op.SET and not self._may_set(rest):
             return refusal(PROTECTED)
+        if op == Op.FLIGHT_ARM:
+            return self._broker.arm_flight(self, rest)
         return self._broker.act(op, rest)
 
     def _may_set(self, rest: bytes) -> bool:

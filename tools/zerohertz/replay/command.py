@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from zerohertz.errors import UserError
+from zerohertz.flight.command import replay_flight
 from zerohertz.motor import Motor, load_motor
 from zerohertz.replay import plot
 from zerohertz.replay.log import (
@@ -34,9 +35,9 @@ PERIODS_S = (20e-6, 2e-3)  # param_list.def: period_s
 # A log begins in mid run; the start is wrong by this much on purpose, so that convergence is seen.
 INITIAL_PU = 0.8
 
-LogArgument = Annotated[Path, typer.Argument(metavar="LOG.csv", help="Recorded log.")]
+LogArgument = Annotated[Path | None, typer.Argument(metavar="LOG.csv", help="Recorded log.")]
 MotorOption = Annotated[
-    Path, typer.Option("--motor", metavar="DIR", help="Folder with the motor.toml.")
+    Path | None, typer.Option("--motor", metavar="DIR", help="Folder with the motor.toml.")
 ]
 ColumnsOption = Annotated[
     str,
@@ -89,6 +90,17 @@ SetOption = Annotated[
 PlotOption = Annotated[
     Path | None, typer.Option("--plot", metavar="FILE", help="Plot to write, .png or .svg.")
 ]
+FlightOption = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Of `zh record`, instead of a log: the whole firmware."),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE", help="With --flight: write the signals, .csv or .mf4."),
+]
+SignalsOption = Annotated[
+    str, typer.Option(help="With --flight: names with commas; none: every signal.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 
 
@@ -98,8 +110,11 @@ def register(app: typer.Typer) -> None:
 
 
 def replay(
-    log_csv: LogArgument,
-    motor_dir: MotorOption,
+    log_csv: LogArgument = None,
+    motor_dir: MotorOption = None,
+    flight: FlightOption = None,
+    out: OutOption = None,
+    signals: SignalsOption = "",
     columns: ColumnsOption = "",
     scaling: ScalingOption = "",
     period: PeriodOption = None,
@@ -121,20 +136,23 @@ def replay(
 
     A file LOG.toml beside the log may also give columns and scaling; see
     tools/zerohertz/replay/README.md.
+
+    With --flight: run the whole firmware on what a drive was given, as `zh record` wrote it; --set
+    says what would have happened with another parameter. See tools/docs/flight.md.
     """
+    overrides = _overrides(override or [])
+    if flight is not None:
+        replay_flight(flight, overrides, out, signals, motor_dir, as_json)
+    log_csv, motor_dir = _log_and_motor(log_csv, motor_dir)
     if plot_file is not None:
         plot.check_plot_name(plot_file)
-    if scaling:
-        check_scaling(scaling, "--scaling")
-    motor = load_motor(motor_dir)
-    flags = Declaration(scaling or None, parse_columns(columns))
-    log = read_log(log_csv, merge(flags, load_declaration(log_csv)))
+    motor, log = load_motor(motor_dir), _log(log_csv, columns, scaling)
     settings = Settings(
         period_s=_period_s(period, own, log, motor),
         method=_choice(method, "--method", METHODS),
         gain=_choice(gain or ("table" if own_table(motor_dir) else "design"), "--gain", GAINS),
         initial_rad_s=_initial_rad_s(initial, log),
-        overrides=_overrides(override or []),
+        overrides=overrides,
         corner_rad_s=None if corner is None else _corner_rad_s(corner),
     )
     voltage = Voltage(
@@ -150,12 +168,29 @@ def replay(
     if plot_file is not None:
         title = f"{log_csv.name}, motor {motor.name}, {1e6 * settings.period_s:g} µs"
         plot.write_plot(plot_file, title, stream.t_s, speed, stream.omega_e_rad_s, error)
+    _tell(result, as_json, plot_file)
+
+
+def _tell(result: Result, as_json: bool, plot_file: Path | None) -> None:
     if as_json:
         print(json.dumps(as_dict(result)))
     else:
         show(result)
     if plot_file is not None:
         print(f"plot: {plot_file}", file=sys.stderr)
+
+
+def _log_and_motor(log_csv: Path | None, motor_dir: Path | None) -> tuple[Path, Path]:
+    if log_csv is None or motor_dir is None:
+        raise UserError("give LOG.csv and --motor DIR, or --flight FILE")
+    return log_csv, motor_dir
+
+
+def _log(log_csv: Path, columns: str, scaling: str) -> Log:
+    if scaling:
+        check_scaling(scaling, "--scaling")
+    flags = Declaration(scaling or None, parse_columns(columns))
+    return read_log(log_csv, merge(flags, load_declaration(log_csv)))
 
 
 def _period_s(period: float | None, own: bool, log: Log, motor: Motor) -> float:

@@ -1,0 +1,1 @@
+"""Flight recorder: what a drive was given, recorded, and run again."""
