@@ -836,26 +836,22 @@ static void test_every_flag_is_a_signal_of_0_and_1(void)
 
 static void test_a_signal_is_the_member_that_the_list_names(void)
 {
+    uint32_t expected[UNIT_SIGNALS];
+    bool is_float[UNIT_SIGNALS] = {false};
     uint32_t n = 0u;
+    /* No branch in here: it would count for the list. */
 #define FLOAT(path)                                                                                \
     unit.path = 0.5f + (float)n;                                                                   \
-    TEST_ASSERT_EQUAL_HEX32(float_bits(unit.path), unit_signal(&unit, n));                         \
-    TEST_ASSERT_TRUE(unit_signal_is_float(n));                                                     \
-    n++;
+    is_float[n] = true;                                                                            \
+    expected[n++] = float_bits(unit.path);
 #define WHOLE(path)                                                                                \
     unit.path = 1u;                                                                                \
-    TEST_ASSERT_EQUAL_HEX32(1u, unit_signal(&unit, n));                                            \
-    unit.path = 0u;                                                                                \
-    TEST_ASSERT_EQUAL_HEX32(0u, unit_signal(&unit, n));                                            \
-    TEST_ASSERT_FALSE(unit_signal_is_float(n));                                                    \
-    n++;
+    expected[n++] = 1u;
 #define SIGNAL_F(name, path, text)  FLOAT(path)
 #define SIGNAL_U(name, path, text)  WHOLE(path)
 #define SIGNAL_OF(name, path, text) FLOAT(output.path)
 #define SIGNAL_OU(name, path, text) WHOLE(output.path)
-#define SIGNAL_X(name, value, text)                                                                \
-    TEST_ASSERT_FALSE(unit_signal_is_float(n));                                                    \
-    n++;
+#define SIGNAL_X(name, value, text) expected[n++] = 0u;
 #include "signal_list.def"
 #undef SIGNAL_F
 #undef SIGNAL_U
@@ -863,6 +859,12 @@ static void test_a_signal_is_the_member_that_the_list_names(void)
 #undef SIGNAL_OU
 #undef SIGNAL_X
     TEST_ASSERT_EQUAL_UINT32(UNIT_SIGNALS, n);
+    for (uint32_t k = 0u; k < n; k++) {
+        TEST_ASSERT_EQUAL(is_float[k], unit_signal_is_float(k));
+        if (expected[k] != 0u) {
+            TEST_ASSERT_EQUAL_HEX32(expected[k], unit_signal(&unit, k));
+        }
+    }
 }
 
 static void test_a_decimated_trace_leaves_periods_out(void)
