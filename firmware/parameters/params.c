@@ -13,7 +13,6 @@ typedef struct {
 #define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) char name[sizeof #name];
 #define PARAM_E(group, name, choices, initial, access, text)                char name[sizeof #name];
 #include "param_list.def"
-    char end[1];
 } param_names_t;
 
 static const param_names_t param_names = {
@@ -21,7 +20,7 @@ static const param_names_t param_names = {
 #define PARAM_U(group, name, unit, minimum, maximum, initial, access, text) #name,
 #define PARAM_E(group, name, choices, initial, access, text)                #name,
 #include "param_list.def"
-    ""};
+};
 
 #define NUMBER(group, name, symbol, minimum, maximum, type, access)                                \
     {{.unit = (symbol)},    (minimum),          (maximum), offsetof(param_names_t, name), type,    \
@@ -61,9 +60,10 @@ const param_info_t *params_info(size_t index)
 
 const char *params_name(size_t index)
 {
-    const size_t at =
-        (index < PARAMS_COUNT) ? param_table[index].name_at : offsetof(param_names_t, end);
-    return (const char *)&param_names + at;
+    if (index >= PARAMS_COUNT) {
+        return "";
+    }
+    return (const char *)&param_names + param_table[index].name_at;
 }
 
 const char *params_text(size_t index)
