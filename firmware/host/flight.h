@@ -31,13 +31,11 @@
 #define FLIGHT_MARK          0x8000u /* bit 15 of a half-word */
 
 /* First half-word of a row that is no sample. Append-only. */
-enum {
-    FLIGHT_START = 0x8000,
-    FLIGHT_COMMAND = 0x8001,
-    FLIGHT_PARAMETER = 0x8002,
-    FLIGHT_EVENT = 0x8003,
-    FLIGHT_CHECK = 0x8004
-};
+#define FLIGHT_START     0x8000u
+#define FLIGHT_COMMAND   0x8001u
+#define FLIGHT_PARAMETER 0x8002u
+#define FLIGHT_EVENT     0x8003u
+#define FLIGHT_CHECK     0x8004u
 
 typedef enum {
     FLIGHT_OFF = 0,

@@ -28,7 +28,10 @@ uint32_t unit_flight_digest(const unit_t *unit, const hal_output_t *output, uint
 /* As from unit_init, but for the heat; the next period takes the command that stands. */
 static void start_anew(unit_t *unit)
 {
-    const overload_state_t heat = unit->drive.limits.overload;
+    float heat_pu[OVERLOAD_MODELS];
+    for (size_t k = 0u; k < (size_t)OVERLOAD_MODELS; k++) {
+        heat_pu[k] = unit->drive.limits.overload.heat_pu[k];
+    }
     unit->drive = (drive_state_t){0};
     unit->last = (drive_out_t){0};
     unit->machine = (sequence_state_t){0};
@@ -41,8 +44,8 @@ static void start_anew(unit_t *unit)
     unit->command_count = unit->mailbox.alive;
     unit->silent_periods = 0u;
     unit->late = false;
-    for (size_t k = 0u; k < OVERLOAD_MODELS; k++) {
-        unit->drive.limits.overload.heat_pu[k] = heat.heat_pu[k];
+    for (size_t k = 0u; k < (size_t)OVERLOAD_MODELS; k++) {
+        unit->drive.limits.overload.heat_pu[k] = heat_pu[k];
     }
     unit->decided = unit_decisions(unit);
 }
@@ -93,13 +96,20 @@ static void put_news(flight_t *f, const unit_t *unit)
 static void put_sample(flight_t *f, const unit_t *unit, const hal_sample_t *s)
 {
     const uint32_t alive = unit->mailbox.alive;
-    const uint32_t lives = (alive != f->alive) ? FLIGHT_MARK : 0u;
-    const uint32_t broken = ((s->inputs & HAL_INPUT_BREAK) != 0u) ? FLIGHT_MARK : 0u;
+    const uint32_t mark = FLIGHT_MARK;
+    const uint32_t lives = (alive != f->alive) ? mark : 0u;
+    const uint32_t broken = ((s->inputs & HAL_INPUT_BREAK) != 0u) ? mark : 0u;
     f->alive = alive;
-    const uint32_t bits = FLIGHT_MARK - 1u;
-    flight_put(f, (s->i_u_counts & bits) | (((s->i_v_counts & bits) | lives) << 16u),
-               (s->i_w_counts & bits) | broken | ((uint32_t)s->u_uv_counts << 16u),
-               s->u_vw_counts | ((uint32_t)s->u_dc_counts << 16u));
+    const uint32_t bits = mark - 1u;
+    const uint32_t i_u_counts = s->i_u_counts;
+    const uint32_t i_v_counts = s->i_v_counts;
+    const uint32_t i_w_counts = s->i_w_counts;
+    const uint32_t u_uv_counts = s->u_uv_counts;
+    const uint32_t u_vw_counts = s->u_vw_counts;
+    const uint32_t u_dc_counts = s->u_dc_counts;
+    flight_put(f, (i_u_counts & bits) | (((i_v_counts & bits) | lives) << 16u),
+               (i_w_counts & bits) | broken | (u_uv_counts << 16u),
+               u_vw_counts | (u_dc_counts << 16u));
 }
 
 void unit_flight_period(unit_t *unit, const hal_sample_t *sample, const hal_output_t *output)
