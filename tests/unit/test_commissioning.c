@@ -234,6 +234,66 @@ static void test_a_current_that_stops_following_is_refused_on_the_curve_too(void
     assert_last_period_refuses(COMMISSIONING_NO_CURRENT);
 }
 
+/* The last level of the curve as it ends; half of its current was there before. */
+static commissioning_refusal_t end_of_curve(float mean_A, float across_A)
+{
+    setUp();
+    const float n = (float)cfg.average_periods;
+    const float before_A = 0.5f * RATED_A;
+    st.stage = COMMISSIONING_STAGE_CURVE;
+    st.level = COMMISSIONING_LEVELS - 1u;
+    st.periods = cfg.level_periods - 1u;
+    st.settled_A = before_A;
+    st.i_before_A = before_A;
+    st.i_end_A = (mean_A - before_A) * n;
+    st.across_A = across_A;
+    st.sum_V = 1.0f;
+    const commissioning_in_t in = {.i_A = {before_A, 0.0f}, .u_coming_V = 0.0f};
+    (void)commissioning_step(&cfg, &st, &in);
+    return st.refusal;
+}
+
+static void test_a_tenth_of_the_current_may_be_missing_or_flow_across(void)
+{
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NOT_REFUSED, end_of_curve(RATED_A, 0.0f));
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_STAGE_BIAS, st.stage);
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NOT_REFUSED, end_of_curve(0.91f * RATED_A, 0.0f));
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NO_CURRENT, end_of_curve(0.89f * RATED_A, 0.0f));
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NOT_REFUSED, end_of_curve(1.09f * RATED_A, 0.0f));
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NO_CURRENT, end_of_curve(1.11f * RATED_A, 0.0f));
+    /* Just a tenth is not more than it. */
+    const float tenth_A = (float)cfg.average_periods * 0.1f * (8.0f * cfg.level_step_A);
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NOT_REFUSED, end_of_curve(RATED_A, tenth_A));
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_NOT_REFUSED, end_of_curve(RATED_A, -tenth_A));
+    TEST_ASSERT_EQUAL_INT(COMMISSIONING_OPEN_PHASE, end_of_curve(RATED_A, 1.001f * tenth_A));
+}
+
+/* As many periods as the mean is divided by, the level's last ones. */
+static void test_the_average_begins_with_its_first_period(void)
+{
+    for (uint32_t early = 0u; early < 2u; early++) {
+        setUp();
+        st.stage = COMMISSIONING_STAGE_CURVE;
+        st.periods = cfg.level_periods - cfg.average_periods - early;
+        st.u_coming_V = 2.0f;
+        st.i_before_A = 1.0f;
+        const commissioning_in_t in = {.i_A = {1.0f, 0.5f}, .u_coming_V = 0.0f};
+        (void)commissioning_step(&cfg, &st, &in);
+        const float counts = (early == 0u) ? 1.0f : 0.0f;
+        ASSERT_SAME_FLOAT(2.0f * counts, st.first_V);
+        ASSERT_SAME_FLOAT(0.0f, st.last_V);
+        ASSERT_SAME_FLOAT(counts, st.i_end_A);
+        ASSERT_SAME_FLOAT(0.5f * counts, st.across_A);
+    }
+}
+
+static void test_the_fast_tone_turns_once_in_sixteen_periods(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(16u, cfg.fast.turn_periods);
+    TEST_ASSERT_EQUAL_UINT32(64u * 16u, cfg.fast.quiet_periods);
+    TEST_ASSERT_EQUAL_UINT32((64u + 512u) * 16u, cfg.fast.periods);
+}
+
 /* A tone as it ends: impedance u/i, over the current of its sums. */
 static void end_of_tone(commissioning_stage_t stage, const tone_config_t *tone, ab_t impedance_ohm)
 {
@@ -332,6 +392,9 @@ int main(void)
     RUN_TEST(test_a_filter_in_the_line_is_no_leakage);
     RUN_TEST(test_a_winding_without_a_rotor_is_refused);
     RUN_TEST(test_a_current_that_stops_following_is_refused_on_the_curve_too);
+    RUN_TEST(test_a_tenth_of_the_current_may_be_missing_or_flow_across);
+    RUN_TEST(test_the_average_begins_with_its_first_period);
+    RUN_TEST(test_the_fast_tone_turns_once_in_sixteen_periods);
     RUN_TEST(test_a_stage_begins_with_empty_sums);
     RUN_TEST(test_impedances_that_no_motor_has_are_refused);
     RUN_TEST(test_init_refuses_what_cannot_be);

@@ -551,6 +551,7 @@ static void test_a_standing_field_is_modulated_and_tells_rs(void)
     }
     TEST_ASSERT_TRUE(Rs_delta_ohm[1] != Rs_delta_ohm[0]);
     TEST_ASSERT_TRUE(Rs_delta_ohm[2] != Rs_delta_ohm[0]);
+    TEST_ASSERT_TRUE((Rs_delta_ohm[1] != 0.0f) && (Rs_delta_ohm[2] != 0.0f)); /* both find Rs */
 }
 
 /* Nothing of the period before is left in the output: the caller need not clear it. */

@@ -110,6 +110,25 @@ static void test_v_f_and_i_f_are_known_while_the_rotor_follows(void)
     }
 }
 
+/* Between the frequency that a current vector asks for and the one of a voltage vector, four times
+ * as far up and more, the rotor is seen under I/f alone. */
+static void test_a_current_vector_shows_the_rotor_from_a_lower_frequency(void)
+{
+    const mode_id_t mode[] = {MODE_I_F, MODE_TAKE_OVER, MODE_VOLTS_PER_HERTZ};
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    const rotor_check_config_t *rotor = &cfg.guard.speed.rotor;
+    const float between_rad_s = 0.5f * (rotor->current_rad_s + rotor->voltage_rad_s);
+    out = (drive_out_t){0};
+    in.omega_e_ref_rad_s = between_rad_s;
+    for (int n = 0; n < 3; n++) {
+        st = (drive_state_t){.mode = mode[n], .slot = SLOT_GUARD_SPEED};
+        st.modes.i_f.omega_rad_s = between_rad_s;
+        st.modes.volts.omega_rad_s = between_rad_s;
+        TEST_ASSERT_EQUAL_HEX32(0u, stage_guard_look(&cfg, &st, &in, &out));
+        TEST_ASSERT_EQUAL(mode[n] == MODE_VOLTS_PER_HERTZ, st.guard.speed.speed_unknown);
+    }
+}
+
 static void test_a_direct_current_knows_nothing(void)
 {
     p.modes.brake.current_A = 8.0f;
@@ -158,6 +177,7 @@ int main(void)
     RUN_TEST(test_vector_control_is_compared_with_its_ramped_reference);
     RUN_TEST(test_torque_mode_is_compared_with_its_speeds);
     RUN_TEST(test_v_f_and_i_f_are_known_while_the_rotor_follows);
+    RUN_TEST(test_a_current_vector_shows_the_rotor_from_a_lower_frequency);
     RUN_TEST(test_a_direct_current_knows_nothing);
     RUN_TEST(test_a_start_on_a_turning_shaft_is_refused);
     return UNITY_END();

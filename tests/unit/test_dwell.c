@@ -207,6 +207,34 @@ static void test_it_stays_while_inside_twice_the_window_and_loaded_by_half(void)
     TEST_ASSERT_TRUE(dwell_idle(&st));
 }
 
+static void test_half_of_any_load_is_enough_to_stay(void)
+{
+    dwell_params_t p = good;
+    p.load_A = 4.0f;
+    TEST_ASSERT_TRUE(dwell_init(&cfg, &p, &table1, PERIOD_S));
+    dwell_in_t in = standing;
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_TRUE(st.active);
+    in.i_q_A = -2.1f;
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_TRUE(st.active);
+    in.i_q_A = -1.9f;
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_FALSE(st.active);
+}
+
+/* The phase is a part of a turn: a whole one is none. */
+static void test_a_whole_turn_begins_the_next(void)
+{
+    steps(steps_in(5.0f), standing);
+    TEST_ASSERT_TRUE(st.active);
+    cfg.turns = 0.0625f;
+    st.turns = 0.9375f;
+    steps(1, standing);
+    ASSERT_SAME_FLOAT(0.0f, st.turns);
+    ASSERT_SAME_FLOAT(0.0f, st.speed_rad_s);
+}
+
 /* Every difference of what is modulated is that of a sine of its size, from first to last. */
 static void test_it_comes_and_goes_without_a_step(void)
 {
@@ -331,6 +359,8 @@ int main(void)
     RUN_TEST(test_outside_the_window_or_without_load_it_never_begins);
     RUN_TEST(test_a_crossing_by_the_reference_never_begins_it);
     RUN_TEST(test_it_stays_while_inside_twice_the_window_and_loaded_by_half);
+    RUN_TEST(test_half_of_any_load_is_enough_to_stay);
+    RUN_TEST(test_a_whole_turn_begins_the_next);
     RUN_TEST(test_it_comes_and_goes_without_a_step);
     RUN_TEST(test_the_modulation_is_a_sine_over_speed_or_tau);
     RUN_TEST(test_the_flux_swings_where_it_is_asked_for_and_in_torque_mode);

@@ -160,6 +160,7 @@ static void test_one_step_of_the_voltage_controller_by_hand(void)
     /* Back at once, never above nominal, never below the least flux. */
     step(0.0f, 283.0f, 500.0f, 0.0f);
     ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
+    ASSERT_SAME_FLOAT(0.0f, st.weakened_Wb); /* and no credit for later */
     for (int k = 0; k < 10000; k++) {
         step(500.0f, 283.0f, 500.0f, 0.0f);
     }

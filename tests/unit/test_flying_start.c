@@ -217,6 +217,36 @@ static void test_no_current_is_refused(void)
     TEST_ASSERT_EQUAL(FLYING_START_REFUSED, st.phase);
 }
 
+/* 3.6 of 5 A are 1.4 A off, 3.4 A are 1.6. */
+static void test_the_current_may_be_off_by_three_tenths(void)
+{
+    rotor_t r = rotor(200.0, 0.0);
+    r.i_share = 0.72;
+    run(&r);
+    TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.phase);
+    setUp();
+    r = rotor(200.0, 0.0);
+    r.i_share = 0.68;
+    run(&r);
+    TEST_ASSERT_EQUAL(FLYING_START_REFUSED, st.phase);
+}
+
+/* Below it stands; at it, it turns. The same search again finds the same speed, bit by bit. */
+static void test_the_slowest_speed_that_turns_is_caught(void)
+{
+    rotor_t r = rotor(-60.0, 0.0);
+    run(&r);
+    TEST_ASSERT_EQUAL(FLYING_START_CAUGHT, st.phase);
+    const float found_rad_s = fabsf(st.omega_rad_s);
+    for (int above = 0; above < 2; above++) {
+        setUp();
+        cfg.stand_rad_s = (above != 0) ? nextafterf(found_rad_s, INFINITY) : found_rad_s;
+        r = rotor(-60.0, 0.0);
+        run(&r);
+        TEST_ASSERT_EQUAL((above != 0) ? FLYING_START_STANDS : FLYING_START_CAUGHT, st.phase);
+    }
+}
+
 static void test_a_speed_beyond_the_largest_is_refused(void)
 {
     rotor_t r = rotor(700.0, 0.3);
@@ -241,6 +271,8 @@ int main(void)
     RUN_TEST(test_what_turns_slowly_or_not_stands);
     RUN_TEST(test_noise_is_no_residual_flux);
     RUN_TEST(test_no_current_is_refused);
+    RUN_TEST(test_the_current_may_be_off_by_three_tenths);
+    RUN_TEST(test_the_slowest_speed_that_turns_is_caught);
     RUN_TEST(test_a_speed_beyond_the_largest_is_refused);
     return UNITY_END();
 }

@@ -206,6 +206,22 @@ static void test_all_three_words_have_to_flicker(void)
     }
 }
 
+/* 4 A of direct current in one word, noise in the other two. */
+static void test_a_word_that_stands_away_from_zero_does_not_flicker(void)
+{
+    for (int k = 0; k < 3; k++) {
+        setUp();
+        for (int look = 0; look < 20; look++) {
+            const float now_A = ((look % 2) == 0) ? 0.02f : 0.0f;
+            uvw_t words_A = {now_A, now_A, now_A};
+            float *const word[] = {&words_A.u, &words_A.v, &words_A.w};
+            *word[k] = 4.0f;
+            liveness_look(&cfg, &st.noise, words_A);
+        }
+        TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    }
+}
+
 /* One count, as at the edge of a code, is no noise. Two jumps on end make it known, without them it
  * is forgotten after 113 looks. */
 static void test_noise_is_learnt_from_jumps_of_two_counts(void)
@@ -251,6 +267,7 @@ int main(void)
     RUN_TEST(test_a_small_current_says_nothing_of_the_field);
     RUN_TEST(test_words_that_flickered_may_not_stand_still);
     RUN_TEST(test_all_three_words_have_to_flicker);
+    RUN_TEST(test_a_word_that_stands_away_from_zero_does_not_flicker);
     RUN_TEST(test_noise_is_learnt_from_jumps_of_two_counts);
     RUN_TEST(test_no_number_is_beyond_every_limit);
     return UNITY_END();

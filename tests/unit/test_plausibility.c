@@ -48,10 +48,10 @@ static void test_init_refuses_what_is_no_limit(void)
 static void test_a_stall_time_is_whole_looks_to_the_nearest(void)
 {
     plausibility_params_t p = all;
-    p.stall_s = 99.6f * TURN_S;
+    p.stall_s = 99.52f * TURN_S;
     TEST_ASSERT_TRUE(plausibility_init(&cfg, &p, TURN_S));
     TEST_ASSERT_EQUAL_UINT32(100u, cfg.stall_schedules);
-    p.stall_s = 99.4f * TURN_S;
+    p.stall_s = 99.48f * TURN_S;
     TEST_ASSERT_TRUE(plausibility_init(&cfg, &p, TURN_S));
     TEST_ASSERT_EQUAL_UINT32(99u, cfg.stall_schedules);
 }
@@ -246,6 +246,7 @@ static void test_a_slow_shaft_that_does_not_turn_is_a_stall(void)
     st = (plausibility_state_t){0};
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, -1.01f, -2.0f));
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 1.01f, 2.0f));
+    TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 1.0f, 2.0f)); /* half is not below it */
 }
 
 static void test_a_limit_of_zero_asks_nothing(void)
@@ -307,6 +308,22 @@ static void test_two_exchanged_sensors_show_a_mirror_image(void)
     }
 }
 
+/* Along the mirror the image moves as the current does: off by d, and sqrt(error^2 + d^2) without
+ * the mirror. .098 of the error is less than a tenth of that, .103 is more. */
+static void test_a_mirror_image_fits_within_a_tenth(void)
+{
+    for (int a = 0; a < 3; a++) {
+        const ab_t x_A = {-3.0f, 20.5f};
+        const ab_t i_A = exchanged(x_A, a);
+        const ab_t error_A = ab_sub(x_A, i_A);
+        const ab_t along_A = {-error_A.beta, error_A.alpha};
+        const ab_t near_A = ab_add(x_A, ab_scale(along_A, 0.098f));
+        const ab_t far_A = ab_add(x_A, ab_scale(along_A, 0.103f));
+        TEST_ASSERT_EQUAL_INT(5, times_until_mirrored(i_A, near_A));
+        TEST_ASSERT_EQUAL_INT(1000, times_until_mirrored(i_A, far_A));
+    }
+}
+
 static void test_no_other_error_is_a_mirror_image(void)
 {
     const ab_t i_A = {3.0f, 21.0f};
@@ -347,6 +364,7 @@ int main(void)
     RUN_TEST(test_a_slow_shaft_that_does_not_turn_is_a_stall);
     RUN_TEST(test_a_limit_of_zero_asks_nothing);
     RUN_TEST(test_two_exchanged_sensors_show_a_mirror_image);
+    RUN_TEST(test_a_mirror_image_fits_within_a_tenth);
     RUN_TEST(test_no_other_error_is_a_mirror_image);
     RUN_TEST(test_a_mirror_image_is_told_when_it_lasts_and_is_large);
     return UNITY_END();

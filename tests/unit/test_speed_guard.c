@@ -205,6 +205,19 @@ static void test_a_rotor_that_was_lost_heals_slowly(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.3f, st.lost_s);
 }
 
+/* Back at the reference, what was counted is taken back at half the time. */
+static void test_a_deviation_that_ended_heals_at_half_the_time(void)
+{
+    st.basis = SPEED_BASIS_ESTIMATE;
+    st.deviation_s = 1.0f;
+    st.unexplained_s = 0.7f;
+    for (int k = 0; k < 125; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.8f, st.deviation_s);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.5f, st.unexplained_s);
+}
+
 /* Of a large reference 6 % are allowed. */
 static void test_the_deviation_grows_with_the_reference(void)
 {
@@ -358,6 +371,7 @@ int main(void)
     RUN_TEST(test_torque_that_is_short_only_at_times_is_not_told);
     RUN_TEST(test_on_the_way_is_beyond_what_is_allowed);
     RUN_TEST(test_a_rotor_that_was_lost_heals_slowly);
+    RUN_TEST(test_a_deviation_that_ended_heals_at_half_the_time);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);
     RUN_TEST(test_no_number_is_a_deviation_and_none_is_remembered);
