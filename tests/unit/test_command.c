@@ -160,6 +160,26 @@ static void test_a_frame_longer_than_ours_is_refused_whole(void)
     TEST_ASSERT_EQUAL_UINT32(1u, parser.bad);
 }
 
+/* Of a frame that is whole before its end not even the beginning is taken. */
+static void test_a_good_frame_with_a_byte_too_many_is_refused(void)
+{
+    uint8_t raw[COMMAND_FRAME_MAX + 1u];
+    memset(raw, 0x11, sizeof raw);
+    const uint32_t crc = crc32c(raw, COMMAND_FRAME_MAX - 4u);
+    for (uint32_t k = 0u; k < 4u; k++) {
+        raw[COMMAND_FRAME_MAX - 4u + k] = (uint8_t)(crc >> (8u * k));
+        TEST_ASSERT_NOT_EQUAL_UINT8(0u, raw[COMMAND_FRAME_MAX - 4u + k]);
+    }
+    const uint8_t zero = 0u;
+    for (uint32_t n = COMMAND_FRAME_MAX; n <= sizeof raw; n++) {
+        const uint8_t code = (uint8_t)(n + 1u);
+        (void)feed(&code, 1u);
+        (void)feed(raw, n);
+        TEST_ASSERT_EQUAL_UINT32((n == COMMAND_FRAME_MAX) ? 1u : 0u, feed(&zero, 1u));
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, parser.bad);
+}
+
 static void test_numbers_are_little_endian_and_come_back(void)
 {
     command_writer_t w;
@@ -235,6 +255,7 @@ int main(void)
     RUN_TEST(test_a_frame_cut_short_is_dropped_alone);
     RUN_TEST(test_zeros_alone_are_nothing);
     RUN_TEST(test_a_frame_longer_than_ours_is_refused_whole);
+    RUN_TEST(test_a_good_frame_with_a_byte_too_many_is_refused);
     RUN_TEST(test_numbers_are_little_endian_and_come_back);
     RUN_TEST(test_a_body_read_past_its_end_gives_zeros_and_tells);
     RUN_TEST(test_a_full_writer_says_so_and_keeps_its_frame_whole);

@@ -135,6 +135,16 @@ static void test_a_kind_carries_its_value_in_the_upper_half(void)
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, flight_row(&f, 0u), 3u);
 }
 
+/* Recordings are kept, and read by other hosts: a kind never becomes another. */
+static void test_the_kinds_stay_what_they_are(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(0x8000u, FLIGHT_START);
+    TEST_ASSERT_EQUAL_HEX32(0x8001u, FLIGHT_COMMAND);
+    TEST_ASSERT_EQUAL_HEX32(0x8002u, FLIGHT_PARAMETER);
+    TEST_ASSERT_EQUAL_HEX32(0x8003u, FLIGHT_EVENT);
+    TEST_ASSERT_EQUAL_HEX32(0x8004u, FLIGHT_CHECK);
+}
+
 /* Published vectors of FNV-1a are of bytes; of a word below 256 they are the same. */
 static void test_the_digest_is_fnv_1a(void)
 {
@@ -154,6 +164,7 @@ int main(void)
     RUN_TEST(test_there_is_room_until_a_period_might_not_fit);
     RUN_TEST(test_the_count_of_rows_may_wrap);
     RUN_TEST(test_a_kind_carries_its_value_in_the_upper_half);
+    RUN_TEST(test_the_kinds_stay_what_they_are);
     RUN_TEST(test_the_digest_is_fnv_1a);
     return UNITY_END();
 }

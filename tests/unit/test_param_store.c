@@ -2,6 +2,7 @@
 #include "param_store.h"
 
 #include "crc32c.h"
+#include "param_record.h"
 #include "sim_flash.h"
 
 #include <string.h>
@@ -144,6 +145,14 @@ static void test_names_have_keys_of_their_own_and_values_fit_a_float(void)
         }
         TEST_ASSERT_TRUE((info->type == PARAM_FLOAT) || (info->maximum <= 16777216.0f));
     }
+}
+
+/* However large the flash: a count beyond that was never written. */
+static void test_a_record_has_1024_entries_at_most(void)
+{
+    flash.slot_bytes = 1u << 20;
+    TEST_ASSERT_TRUE(param_record_fits(&flash, 1024u));
+    TEST_ASSERT_FALSE(param_record_fits(&flash, 1025u));
 }
 
 static void test_the_layout_stays_what_it_is(void)
@@ -482,6 +491,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_every_parameter_comes_back);
     RUN_TEST(test_names_have_keys_of_their_own_and_values_fit_a_float);
+    RUN_TEST(test_a_record_has_1024_entries_at_most);
     RUN_TEST(test_the_layout_stays_what_it_is);
     RUN_TEST(test_two_words_at_a_time_give_the_same_record);
     RUN_TEST(test_slots_take_turns_and_the_newer_one_counts);

@@ -61,6 +61,12 @@ static void test_motor_and_times_fit_the_period(void)
     set("Ls_H", 0.103f);
     set("period_s", 1e-3f);
     expect("period_s", PARAMS_BELOW, 1e-3f / 1.43f, "Ls_H");
+    /* M/Lr = 1/2: a quarter of Rr counts. */
+    set("M_H", 0.1875f);
+    set("Lr_H", 0.375f);
+    set("Ls_H", 0.09375f + 0.001953125f);
+    set("period_s", 2e-3f);
+    expect("period_s", PARAMS_BELOW, 0.001953125f / (0.93f + 0.25f * 0.5f), "Ls_H");
     set("period_s", 50e-6f);
     set("min_pulse_s", 30e-6f);
     expect("min_pulse_s", PARAMS_BELOW, 25e-6f, "period_s");

@@ -180,6 +180,18 @@ static void test_silence_is_counted_with_the_gates_on_only(void)
     TEST_ASSERT_EQUAL_UINT32(SEQUENCE_READY, telemetry().state);
 }
 
+/* The least that is watched; 0 is not. */
+static void test_a_silence_of_one_period_is_watched_and_of_none_is_not(void)
+{
+    for (uint32_t watched = 0u; watched < 2u; watched++) {
+        params.command_timeout_s = (float)watched * params.period_s;
+        TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+        (void)periods(0u, 0.0f, 60);
+        (void)periods(SEQUENCE_CMD_RUN, 0.0f, 3 * (int)SLOT_COUNT);
+        TEST_ASSERT_EQUAL_HEX32((watched != 0u) ? FAULT_COMMAND_TIMEOUT : 0u, telemetry().faults);
+    }
+}
+
 static void test_a_command_that_counts_keeps_the_drive_running(void)
 {
     params.command_timeout_s = 0.1f;
@@ -900,6 +912,7 @@ int main(void)
     RUN_TEST(test_the_pole_pairs_are_those_of_the_parameters);
     RUN_TEST(test_a_commissioning_begins_anew);
     RUN_TEST(test_silence_is_counted_with_the_gates_on_only);
+    RUN_TEST(test_a_silence_of_one_period_is_watched_and_of_none_is_not);
     RUN_TEST(test_a_command_that_counts_keeps_the_drive_running);
     RUN_TEST(test_a_direction_forbidden_makes_zero_of_the_reference);
     RUN_TEST(test_a_stop_ramp_ignores_the_reference);

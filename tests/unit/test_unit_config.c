@@ -254,6 +254,20 @@ static void test_modes_get_their_numbers(void)
     EXPECT(modes.dc_bandwidth_rad_s, 440.799988f);
 }
 
+/* In torque mode the speed against the direction that is allowed is at most zero. */
+static void test_a_direction_bounds_the_speed_of_torque_mode(void)
+{
+    const float least[] = {-500.0f, 0.0f, -500.0f};
+    const float most[] = {500.0f, 500.0f, 0.0f};
+    params.torque_speed_max_rad_s = 500.0f;
+    for (uint32_t direction = 0u; direction <= 2u; direction++) {
+        params.direction = direction;
+        unit_config_drive(&drive, &params);
+        EXPECT(speed.torque_min_rad_s, least[direction]);
+        EXPECT(speed.torque_max_rad_s, most[direction]);
+    }
+}
+
 static void test_dwelling_gets_its_numbers(void)
 {
     params.dwell = 2u;
@@ -300,6 +314,7 @@ int main(void)
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
     RUN_TEST(test_modes_get_their_numbers);
+    RUN_TEST(test_a_direction_bounds_the_speed_of_torque_mode);
     RUN_TEST(test_dwelling_gets_its_numbers);
     RUN_TEST(test_the_heat_gets_its_numbers);
     return UNITY_END();
