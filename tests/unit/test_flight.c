@@ -1,5 +1,12 @@
 /* The ring of the flight recorder: what it holds, when it is full, what is freed. */
+#define _DEFAULT_SOURCE /* mmap */
 #include "flight.h"
+
+#include <signal.h>
+#include <stddef.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "unity.h"
 
@@ -62,6 +69,34 @@ static void test_arming_forgets_what_was_before(void)
     TEST_ASSERT_EQUAL_UINT32(0u, f.lost);
     TEST_ASSERT_EQUAL_UINT32(0u, f.digest);
     TEST_ASSERT_EQUAL_UINT32(0u, f.samples);
+}
+
+/* A control period may come between any two writes: before the first count is touched, the
+ * recorder is off. The counts are on a page that cannot be written, so the process that arms ends
+ * there; the state before them is on a page shared with this one.
+ */
+static void test_arming_stops_the_recorder_before_it_touches_a_count(void)
+{
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    uint8_t *const two =
+        mmap(NULL, 2u * page, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(two != MAP_FAILED);
+    TEST_ASSERT_TRUE(offsetof(flight_t, state) < offsetof(flight_t, written));
+    flight_t *const shared = (void *)&two[page - offsetof(flight_t, written)];
+    flight_init(shared, memory, WORDS);
+    shared->state = FLIGHT_ON;
+    TEST_ASSERT_EQUAL_INT(0, mprotect(&two[page], page, PROT_READ));
+    const pid_t child = fork();
+    if (child == 0) {
+        (void)signal(SIGSEGV, SIG_DFL);
+        (void)signal(SIGBUS, SIG_DFL);
+        _exit(flight_arm(shared) ? 0 : 1);
+    }
+    int status = 0;
+    TEST_ASSERT_EQUAL_INT(child, waitpid(child, &status, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(status));
+    TEST_ASSERT_EQUAL_UINT32(FLIGHT_OFF, shared->state);
+    TEST_ASSERT_EQUAL_INT(0, munmap(two, 2u * page));
 }
 
 static void test_stopped_it_is_off(void)
@@ -158,6 +193,7 @@ int main(void)
     RUN_TEST(test_the_ring_is_the_largest_power_of_two_that_fits);
     RUN_TEST(test_without_memory_nothing_is_armed);
     RUN_TEST(test_arming_forgets_what_was_before);
+    RUN_TEST(test_arming_stops_the_recorder_before_it_touches_a_count);
     RUN_TEST(test_stopped_it_is_off);
     RUN_TEST(test_rows_are_read_back_round_the_ring);
     RUN_TEST(test_a_row_behind_what_was_freed_is_gone);
