@@ -13,7 +13,7 @@ from zerohertz.image.ports import ports
 
 FLASH_GOAL_BYTES = 80 * 1024  # the linker's region is the limit; growth has to be committed
 TABLE_MAX_BYTES = 32 * 1024
-RAM_MAX_BYTES = 16 * 1024  # without the trace's memory, a port's choice
+RAM_MAX_BYTES = 16 * 1024  # without the memory of trace and flights, a port's choice
 
 # Roots of the call graph: start-up with main, then the interrupts of the port, then a fault.
 _START, _FAULT = "cm_start", "cm_fault_c"
@@ -36,7 +36,7 @@ class Sizes:
     flash_bytes: int  # with the gain table
     table_bytes: int
     ram_bytes: int  # data, zeroed data and the stack with its guard; without trace_bytes
-    trace_bytes: int  # memory of the trace
+    trace_bytes: int  # memory that the port lends for the trace and for flights
     stack_bytes: int  # reserved
     stack_bound_bytes: int  # worst case of the call graph
 
@@ -48,7 +48,8 @@ def measure(elf: Path, port: str) -> Sizes:
     table = re.compile(r"gain_entry(\..*)?")
     tables = [size for name, (_, size) in symbols.items() if table.fullmatch(name)]
     stack_bytes = symbols["cm_stack_top"][0] - symbols["cm_stack_bottom"][0]
-    trace_bytes = symbols.get("trace_memory", (0, 0))[1]
+    lent = ("trace_memory", "flight_memory")
+    trace_bytes = sum(symbols.get(name, (0, 0))[1] for name in lent)
     ram = sum(sections.get(name, 0) for name in (".stack", ".data", ".bss", ".noinit"))
     return Sizes(
         flash_bytes=elf.with_suffix(".bin").stat().st_size,
