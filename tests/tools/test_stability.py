@@ -37,6 +37,8 @@ PLAIN = {
     "rs_measure": 0,
     "rs_track_gain": 0.0,
     "steer_min_Hz": 0.0,
+    "heat_rise": 0.0,  # heat and M at speed are slower than what is linearised
+    "m_track": 0,
     "lost_action": 0,
 }
 NO_GAIN = {"observer_gain_enable": 0, "phi_factor": 0.0}
