@@ -19,7 +19,7 @@ from zerohertz.link.server import PtyEnd
 sys.path.append(str(ROOT / "tests" / "web"))
 from serial_port import bridged
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = 60_000
 
 
 @pytest.fixture(scope="module")
@@ -59,8 +59,8 @@ def test_a_board_runs_and_stops_by_itself_when_the_tab_is_closed(
         near = re.compile(r"^1(19|20|21)\.")
         expect(page.locator("#speed")).to_have_text(near, timeout=PATIENCE_MS)
         context.close()
-        drive = Client(board, timeout_s=1.0)
-        assert_stops_in_time(drive)
+    # From here on nobody else reads the line.
+    assert_stops_in_time(Client(board, timeout_s=5.0))
 
 
 def assert_stops_in_time(drive: Client) -> None:

@@ -56,7 +56,7 @@ def bridged(line: Line) -> Iterator[str]:
     try:
         yield FAKE.replace("PORT", str(port))
     finally:
-        asyncio.run_coroutine_threadsafe(_unplug(opened), loop).result(5.0)
+        asyncio.run_coroutine_threadsafe(_unplug(opened), loop).result(60.0)
         loop.call_soon_threadsafe(loop.stop)
         thread.join(5.0)
 
