@@ -506,7 +506,7 @@ def test_a_line_that_closes_is_told() -> None:
     line = TcpLine(end.port)
     end.close()
     with pytest.raises(UserError, match="the other end has closed"):
-        line.receive(1.0)
+        any(line.receive(1.0) for _ in range(20))  # whoever accepted it has to notice first
 
 
 def test_the_same_run_with_and_without_talk_has_the_same_duties() -> None:
