@@ -1,6 +1,17 @@
-# zh_add_estimator(<variable> <estimator>): a folder of firmware/law/estimator by its name, or a path to one
-# elsewhere, becomes the target zh_law_estimator_<folder's name>; the variable gets that name.
+# zh_add_estimator(<variable> <estimator> [EXCLUDE_FROM_ALL]): a folder of firmware/law/estimator by its name,
+# or a path to one elsewhere, becomes the target zh_law_estimator_<folder's name>; the variable gets that name.
 set(ZH_ESTIMATOR_CONTRACT "${PROJECT_SOURCE_DIR}/firmware/law/estimator")
+
+# Published estimators that ours is compared with (`zh arena`). In no image and in no default build; their
+# unit tests are in tests/estimator.
+set(ZH_RIVALS
+    hinkkanen_full_order
+    hybrid_crossover
+    schauder_mras
+    compensated_voltage_model
+    reduced_order
+    ekf
+)
 
 function(zh_add_estimator variable estimator)
     get_filename_component(folder "${estimator}" ABSOLUTE BASE_DIR "${ZH_ESTIMATOR_CONTRACT}")
@@ -13,7 +24,7 @@ function(zh_add_estimator variable estimator)
     endforeach()
     set(target zh_law_estimator_${name})
     if(NOT TARGET ${target})
-        add_subdirectory("${folder}" "${PROJECT_BINARY_DIR}/firmware/law/estimator/${name}")
+        add_subdirectory("${folder}" "${PROJECT_BINARY_DIR}/firmware/law/estimator/${name}" ${ARGN})
         if(NOT TARGET ${target})
             message(FATAL_ERROR "ZH_ESTIMATOR: ${folder}/CMakeLists.txt makes no law_estimator_${name}; write "
                                 "zh_firmware(law_estimator_${name} SOURCES ... USES law_base parameters)")
