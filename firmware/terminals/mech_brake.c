@@ -1,0 +1,162 @@
+#include "mech_brake.h"
+
+bool mech_brake_init(mech_brake_config_t *cfg)
+{
+    return !cfg->on ||
+           (ALL_POSITIVE(cfg->torque_Nm, cfg->close_rad_s) && (cfg->prove_steps > 0u) &&
+            (cfg->release_steps > 0u) && (cfg->close_steps > 0u) && (cfg->stop_steps > 0u));
+}
+
+static void enter(mech_brake_state_t *st, mech_brake_id_t id)
+{
+    st->id = id;
+    st->steps = 0u;
+    st->proven = 0u;
+    st->wrong = 0u;
+}
+
+/* The brake closes now, whatever the drive does; nobody's standing run command starts it again. */
+static void give_up(mech_brake_state_t *st)
+{
+    enter(st, MECH_BRAKE_CLOSED);
+    st->blocked = true;
+}
+
+/* The switch says for longer than a bounce that the brake is where it should not be. */
+static bool contradicted(const mech_brake_config_t *cfg, mech_brake_state_t *st, bool wrong)
+{
+    st->wrong = (cfg->feedback && wrong) ? (st->wrong + 1u) : 0u;
+    return st->wrong >= MECH_BRAKE_FEEDBACK_STEPS;
+}
+
+static bool faster(const mech_brake_config_t *cfg, float omega_rad_s)
+{
+    return !(absf(omega_rad_s) <= cfg->close_rad_s);
+}
+
+static uint32_t closed(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                       const mech_brake_in_t *in)
+{
+    st->energised = false;
+    st->blocked = st->blocked && in->run;
+    if (contradicted(cfg, st, in->released)) {
+        st->wrong = MECH_BRAKE_FEEDBACK_STEPS;
+        return MECH_BRAKE_NOT_CLOSED;
+    }
+    if (in->run && !st->blocked && faster(cfg, in->omega_ref_rad_s)) {
+        enter(st, MECH_BRAKE_PROVING);
+    }
+    return 0u;
+}
+
+static uint32_t proving(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                        const mech_brake_in_t *in)
+{
+    const bool enough = in->torque_Nm >= MECH_BRAKE_PROVEN_PU * cfg->torque_Nm;
+    st->proven = (in->running && enough) ? (st->proven + 1u) : 0u;
+    st->steps += in->running ? 1u : 0u;
+    if (!in->run) {
+        enter(st, MECH_BRAKE_CLOSED);
+    } else if (st->proven >= MECH_BRAKE_PROVEN_STEPS) {
+        enter(st, MECH_BRAKE_RELEASING);
+    } else if (st->steps >= cfg->prove_steps) {
+        give_up(st);
+        return MECH_BRAKE_NO_TORQUE;
+    } else {
+        /* torque builds up */
+    }
+    return 0u;
+}
+
+static uint32_t releasing(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                          const mech_brake_in_t *in)
+{
+    st->steps++;
+    const bool late = st->steps >= cfg->release_steps;
+    if (!in->run) {
+        enter(st, MECH_BRAKE_CLOSING);
+    } else if (cfg->feedback ? in->released : late) {
+        enter(st, MECH_BRAKE_RELEASED);
+    } else if (late) {
+        give_up(st);
+        return MECH_BRAKE_NOT_RELEASED;
+    } else {
+        /* the magnet pulls */
+    }
+    return 0u;
+}
+
+static uint32_t released(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                         const mech_brake_in_t *in)
+{
+    if (contradicted(cfg, st, !in->released)) {
+        give_up(st);
+        return MECH_BRAKE_LOST;
+    }
+    const bool stops = !in->run || !in->running;
+    st->steps = stops ? (st->steps + 1u) : 0u;
+    const bool slow = !faster(cfg, in->omega_hat_rad_s);
+    if ((slow && (stops || !faster(cfg, in->omega_ref_rad_s))) || (st->steps >= cfg->stop_steps)) {
+        enter(st, MECH_BRAKE_CLOSING);
+    }
+    return 0u;
+}
+
+/* A brake that does not close leaves the load to the motor. */
+static uint32_t closing(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                        const mech_brake_in_t *in)
+{
+    st->steps++;
+    const bool late = st->steps >= cfg->close_steps;
+    if (cfg->feedback ? !in->released : late) {
+        enter(st, MECH_BRAKE_CLOSED);
+        return 0u;
+    }
+    if (late) {
+        st->steps = cfg->close_steps;
+        return MECH_BRAKE_NOT_CLOSED;
+    }
+    return 0u;
+}
+
+static uint32_t step_state(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                           const mech_brake_in_t *in)
+{
+    switch (st->id) {
+    case MECH_BRAKE_PROVING:
+        return proving(cfg, st, in);
+    case MECH_BRAKE_RELEASING:
+        return releasing(cfg, st, in);
+    case MECH_BRAKE_RELEASED:
+        return released(cfg, st, in);
+    case MECH_BRAKE_CLOSING:
+        return closing(cfg, st, in);
+    case MECH_BRAKE_CLOSED:
+    default:
+        return closed(cfg, st, in);
+    }
+}
+
+mech_brake_out_t mech_brake_step(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                                 const mech_brake_in_t *in)
+{
+    if (!cfg->on) {
+        return (mech_brake_out_t){.run = in->run, .omega_ref_rad_s = in->omega_ref_rad_s};
+    }
+    if (st->id != MECH_BRAKE_CLOSED) {
+        const bool fell = st->energised && !in->gates_on;
+        st->energised = in->gates_on;
+        if (fell || in->off) {
+            give_up(st);
+        }
+    }
+    mech_brake_out_t out = {.faults = step_state(cfg, st, in)};
+    out.run = st->id != MECH_BRAKE_CLOSED;
+    out.torque_mode = st->id == MECH_BRAKE_PROVING;
+    out.torque_Nm = out.torque_mode ? cfg->torque_Nm : 0.0f;
+    out.release = (st->id == MECH_BRAKE_RELEASING) || (st->id == MECH_BRAKE_RELEASED);
+    if ((st->id == MECH_BRAKE_RELEASED) && in->run) {
+        out.omega_ref_rad_s = in->omega_ref_rad_s;
+    }
+    return out;
+}
