@@ -5,6 +5,7 @@
 #include "cm_mpu.h"
 #include "cm_port.h"
 #include "cm_registers.h"
+#include "cm_text.h"
 
 #define FAULT_STACK_BYTES 512
 
@@ -97,4 +98,11 @@ void cm_stop(cm_end_t code)
 void cm_watchdog_expired(int progressed)
 {
     cm_stop(progressed ? CM_END_BACKGROUND_STUCK : CM_END_CONTROL_STUCK);
+}
+
+char *cm_fault_text(char *to, const cm_fault_t *fault, bool gates_on)
+{
+    char *at = cm_text_hex(cm_text(to, "end "), (uint32_t)fault->code);
+    at = cm_text_hex(cm_text(at, gates_on ? " gates on pc " : " gates off pc "), fault->pc);
+    return cm_text_hex(cm_text(at, " address "), fault->address);
 }

@@ -5,6 +5,7 @@
 #ifndef CM_FAULT_H
 #define CM_FAULT_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef enum {
@@ -31,6 +32,12 @@ typedef struct {
     uint32_t address; /* that was accessed; 0: not known */
     uint32_t cfsr;    /* configurable fault status, as read */
 } cm_fault_t;
+
+/* Room for cm_fault_text and a port's own words behind it. */
+#define CM_FAULT_TEXT_BYTES 80u
+
+/* `end CODE gates G pc X address X`, not terminated; returns the end. */
+char *cm_fault_text(char *to, const cm_fault_t *fault, bool gates_on);
 
 /* Opens the gates, then hands over to the port; from any context. */
 _Noreturn void cm_stop(cm_end_t code);

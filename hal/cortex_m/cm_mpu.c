@@ -13,6 +13,11 @@ extern const char cm_data2_start[];
 extern const char cm_data2_log2[];
 extern const char cm_guard_start[];
 extern const char cm_guard_log2[];
+#ifdef CM_FAST_CODE /* the port has a fast.ld */
+extern const char cm_code_start[];
+extern const char cm_code_log2[];
+extern const char cm_code_gaps[];
+#endif
 
 #define NULL_PAGE_LOG2  8u /* only the vectors lie there, and the core reads them past the MPU */
 #define PERIPHERAL_BASE 0x40000000u
@@ -51,7 +56,12 @@ void cm_mpu_enable(void)
     region(1u, value_of(cm_ram_start), value_of(cm_ram_log2), data);
     optional(2u, value_of(cm_data1_start), value_of(cm_data1_log2), data);
     optional(4u, value_of(cm_data2_start), value_of(cm_data2_log2), data);
+#ifdef CM_FAST_CODE
+    region(5u, value_of(cm_code_start), value_of(cm_code_log2),
+           CM_MPU_RASR_READ | CM_MPU_RASR_MEMORY | (value_of(cm_code_gaps) << CM_MPU_RASR_SRD_Pos));
+#else
     optional(5u, 0u, 0u, 0u);
+#endif
     region(3u, PERIPHERAL_BASE, PERIPHERAL_LOG2,
            CM_MPU_RASR_FULL | CM_MPU_RASR_XN | CM_MPU_RASR_DEVICE);
     region(6u, 0u, NULL_PAGE_LOG2, nothing);

@@ -38,6 +38,14 @@
 #define CM_CFSR_DIVBYZERO  (1u << 25)
 #define CM_CFSR_USAGE      0xFFFF0000u
 
+/* SysTick, polled: PASSED since it was last read. */
+#define CM_SYST_CSR        CM_REGISTER(0xE000E010u)
+#define CM_SYST_RVR        CM_REGISTER(0xE000E014u)
+#define CM_SYST_CVR        CM_REGISTER(0xE000E018u)
+#define CM_SYST_CSR_ENABLE (1u << 0)
+#define CM_SYST_CSR_CORE   (1u << 2)
+#define CM_SYST_CSR_PASSED (1u << 16)
+
 #define CM_NVIC_ISER(n) CM_REGISTER(0xE000E100u + 4u * (n))
 #define CM_NVIC_ISPR(n) CM_REGISTER(0xE000E200u + 4u * (n))
 #define CM_NVIC_ICPR(n) CM_REGISTER(0xE000E280u + 4u * (n))
@@ -62,6 +70,7 @@
 #define CM_MPU_RASR_READ      (5u << 24) /* privileged only */
 #define CM_MPU_RASR_MEMORY    (1u << 17) /* normal, write-through: flash and RAM */
 #define CM_MPU_RASR_DEVICE    (1u << 16)
+#define CM_MPU_RASR_SRD_Pos   8u /* a bit for each eighth of the region: not of it */
 
 static inline void cm_barrier(void)
 {
@@ -91,14 +100,10 @@ static inline uint32_t cm_ipsr(void)
     return ipsr;
 }
 
-static inline void cm_nvic_enable(uint32_t irq)
-{
-    CM_NVIC_ISER(irq / 32u) = 1u << (irq % 32u);
-}
-
-static inline void cm_nvic_level(uint32_t irq, uint32_t level)
+static inline void cm_nvic_enable(uint32_t irq, uint32_t level)
 {
     CM_NVIC_IPR(irq) = (uint8_t)(level << 4);
+    CM_NVIC_ISER(irq / 32u) = 1u << (irq % 32u);
 }
 
 /* Clears a pending interrupt. */

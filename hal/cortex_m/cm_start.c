@@ -15,6 +15,11 @@ extern uint32_t cm_data_start[];
 extern uint32_t cm_data_end[];
 extern uint32_t cm_bss_start[];
 extern uint32_t cm_bss_end[];
+#ifdef CM_FAST_CODE /* the port has a fast.ld */
+extern const uint32_t cm_fast_load[];
+extern uint32_t cm_fast_start[];
+extern uint32_t cm_fast_end[];
+#endif
 
 void cm_reset(void);
 _Noreturn void cm_start(void);
@@ -59,6 +64,15 @@ __attribute__((naked)) void cm_reset(void)
                    "b cm_start\n\t");
 }
 
+static void copy(const uint32_t *from, uint32_t *to, const uint32_t *end)
+{
+    while (to < end) {
+        *to = *from;
+        to++;
+        from++;
+    }
+}
+
 __attribute__((used, noinline)) void cm_start(void)
 {
     port_gates_off();
@@ -67,11 +81,10 @@ __attribute__((used, noinline)) void cm_start(void)
     CM_CCR |= CM_CCR_DIV_0_TRP;
     CM_SHCSR |= CM_SHCSR_FAULTS;
 
-    const uint32_t *from = cm_data_load;
-    for (uint32_t *to = cm_data_start; to < cm_data_end; to++) {
-        *to = *from;
-        from++;
-    }
+    copy(cm_data_load, cm_data_start, cm_data_end);
+#ifdef CM_FAST_CODE
+    copy(cm_fast_load, cm_fast_start, cm_fast_end);
+#endif
     for (uint32_t *to = cm_bss_start; to < cm_bss_end; to++) {
         *to = 0u;
     }

@@ -8,6 +8,7 @@
 
 #include "unit.h"
 #include "unit_record.h"
+#include "bus.h"
 #include "cm_config.h"
 #include "cm_image.h"
 #include "cm_port.h"
@@ -28,11 +29,11 @@
 #define WATCHDOG_PERIODS 500u                      /* 100 ms */
 #define EXIT_DONE        50u
 #define EXIT_NO_PLANT    51u
-#define END_TEXT_BYTES   80u
 #define TRACE_WORDS      1024u /* 128 rows of 8 signals; 25.6 ms */
 #define BAUD_DIVIDER     217u  /* 115200; the emulator does not wait */
 
 static unit_t unit;
+static bus_t bus;
 static cm_image_check_t image_check;
 static plant_t plant;
 static host_link_t link;
@@ -75,14 +76,8 @@ void port_early(void)
 void port_halt(const cm_fault_t *fault)
 {
     MPS2_LEDS |= MPS2_LEDS_FAULT;
-    const bool gates = (MPS2_LEDS & MPS2_LEDS_GATES) != 0u;
-    char text[END_TEXT_BYTES];
-    char *at = cm_text(text, "end ");
-    at = cm_text_hex(at, (uint32_t)fault->code);
-    at = cm_text(at, gates ? " gates on pc " : " gates off pc ");
-    at = cm_text_hex(at, fault->pc);
-    at = cm_text(at, " address ");
-    at = cm_text_hex(at, fault->address);
+    char text[CM_FAULT_TEXT_BYTES];
+    char *at = cm_fault_text(text, fault, (MPS2_LEDS & MPS2_LEDS_GATES) != 0u);
     at = cm_text(at, " hang ");
     at = cm_text_hex(at, hung_ticks);
     at = cm_text(at, "\n");
@@ -211,7 +206,9 @@ static void take_sample(hal_sample_t *sample)
                                     .omega_m_ref_rad_s = in.omega_m_ref_rad_s,
                                     .torque_ref_Nm = in.torque_ref_Nm,
                                     .count = in.command_count};
-    unit_post_command(&unit, &command);
+    if (!bus.on) {
+        unit_post_command(&unit, &command);
+    }
 }
 
 void control_interrupt(void)
@@ -249,6 +246,7 @@ static bool connect(void)
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);
     unit_record_init(&unit, &(unit_memory_t){trace_memory, TRACE_WORDS, &fault_memory,
                                              flight_memory, sizeof flight_memory / 4u});
+    bus_connect(&bus, &unit);
     return plant_ready(&plant, !taken);
 }
 
@@ -265,13 +263,11 @@ static void start_devices(void)
     MPS2_WATCHDOG_LOCK = 0u;
     MPS2_HANG_CTRL = MPS2_HANG_RUN;
     MPS2_HANG_LOAD = HANG_TICKS;
-    cm_nvic_level(MPS2_HANG_IRQ, CM_LEVEL_HANG);
-    cm_nvic_enable(MPS2_HANG_IRQ);
+    cm_nvic_enable(MPS2_HANG_IRQ, CM_LEVEL_HANG);
     MPS2_TIMER_RELOAD(MPS2_TIMER0) = CONTROL_TICKS - 1u;
     MPS2_TIMER_VALUE(MPS2_TIMER0) = CONTROL_TICKS - 1u;
     MPS2_TIMER_CTRL(MPS2_TIMER0) = MPS2_TIMER_ENABLE | MPS2_TIMER_INTERRUPT;
-    cm_nvic_level(MPS2_TIMER0_IRQ, CM_LEVEL_CONTROL);
-    cm_nvic_enable(MPS2_TIMER0_IRQ);
+    cm_nvic_enable(MPS2_TIMER0_IRQ, CM_LEVEL_CONTROL);
 }
 
 int main(void)
@@ -287,6 +283,7 @@ int main(void)
     while (true) {
         cm_background_sync();
         unit_background(&unit, &devices);
+        bus_background(&bus, &unit);
         if (!cm_image_check_slice(&image_check)) {
             cm_stop(CM_END_IMAGE_CHANGED);
         }

@@ -21,6 +21,16 @@
 /* An optional file; the host link reads it before its serial port. */
 #define PIL_LINK_FILE "link_frames"
 
+/* Optional files of an image with a fieldbus: what the masters say, pil_frame_t by pil_frame_t.
+ * With any of them the fieldbus commands, not pil_in_t. The drive's frames go to the other files.
+ */
+#define PIL_MODBUS_HEARD "modbus_heard"
+#define PIL_MODBUS_SAID  "modbus_said"
+#define PIL_CAN_HEARD    "can_heard"
+#define PIL_CAN_SAID     "can_said"
+
+#define PIL_PERIOD_US 200u
+
 enum {
 #define SIGNAL_F(name, path, text)  PIL_SIGNAL_##name,
 #define SIGNAL_U(name, path, text)  PIL_SIGNAL_##name,
@@ -89,11 +99,24 @@ typedef struct {
     hal_sample_t sample; /* late_periods is the image's own */
 } pil_in_t;
 
+/* A CAN frame, or up to eight bytes of a serial line. */
+typedef struct {
+    uint32_t at_us; /* since the first control period */
+    uint16_t id;
+    uint8_t length;
+    uint8_t reserved;
+    uint8_t data[8];
+} pil_frame_t;
+
 typedef struct {
     uint32_t begin_ticks; /* when the interrupt's own work began and ended: main.c */
     uint32_t end_ticks;
     uint32_t late_periods;  /* so far: the count that comes with the next sample */
     uint32_t latency_ticks; /* from the timer's event to the interrupt's first statement */
+    uint32_t command;       /* as the period found it: with a fieldbus not that of pil_in_t */
+    float omega_m_ref_rad_s;
+    float torque_ref_Nm;
+    uint32_t command_count;
     uint32_t signal[PIL_SIGNALS];
 } pil_out_t;
 

@@ -50,6 +50,11 @@ static void gather(const unit_t *a, const hal_output_t *o, uint32_t *signal)
 
 bool plant_answer(const plant_t *plant, const unit_t *u, const hal_output_t *o, pil_out_t *out)
 {
+    const unit_command_t command = u->mailbox.slot[u->mailbox.published & 1u];
+    out->command = command.command;
+    out->omega_m_ref_rad_s = command.omega_m_ref_rad_s;
+    out->torque_ref_Nm = command.torque_ref_Nm;
+    out->command_count = u->mailbox.alive;
     gather(u, o, out->signal);
     return semihosting_write(plant->to, out, sizeof *out);
 }

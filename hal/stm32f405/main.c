@@ -13,12 +13,13 @@
 #include "hal_access_key.h"
 #include "stm32_adc.h"
 #include "stm32_board.h"
+#include "stm32_bus.h"
 #include "stm32_clock.h"
 #include "stm32_hang.h"
-#include "stm32_inbox.h"
 #include "stm32_map.h"
 #include "stm32_pwm.h"
 #include "stm32_rng.h"
+#include "stm32_services.h"
 #include "stm32_store.h"
 #include "stm32_timebase.h"
 #include "stm32_usart.h"
@@ -26,7 +27,6 @@
 
 #define BAUD        115200u
 #define WATCHDOG_MS 100u
-#define END_BYTES   64u
 #define PERIOD_US   ((uint32_t)(cm_config.params.period_s * 1e6f + 0.5f))
 #define TRACE_WORDS 1024u /* 128 rows of 8 signals, 25.6 ms */
 
@@ -44,10 +44,15 @@ static const stm32_adcs_t adcs = {(stm32_adc_t *)STM32_ADC1_BASE, (stm32_adc_t *
                                   (stm32_adc_t *)STM32_ADC3_BASE,
                                   (stm32_adc_common_t *)STM32_ADC_COMMON_BASE};
 
+static stm32_inbox_t inbox;
+static const stm32_services_t services = {.usart = (stm32_usart_t *)STM32_USART3_BASE,
+                                          .timebase = (stm32_tim_t *)STM32_TIM5_BASE,
+                                          .iwdg = (stm32_iwdg_t *)STM32_IWDG_BASE,
+                                          .rng = (stm32_rng_t *)STM32_RNG_BASE,
+                                          .inbox = &inbox};
 static unit_t unit;
 static cm_image_check_t image_check;
 static char identity[CM_IMAGE_BANNER_BYTES];
-static stm32_inbox_t inbox;
 static uint32_t trace_memory[TRACE_WORDS];
 static uint32_t flight_memory[8192u * FLIGHT_ROW_WORDS]; /* 1.6 s */
 static uint16_t late_periods;
@@ -58,11 +63,14 @@ __attribute__((section(".noinit"))) static fault_memory_t fault_memory;
 void control_interrupt(void);
 void usart_interrupt(void);
 void hang_interrupt(void);
+void bus_interrupt(void);
 
 __attribute__((section(".vectors.irq"), used)) static const cm_vector_t irq_vectors[] = {
-    [STM32_IRQ_ADC] = control_interrupt,
-    [STM32_IRQ_USART3] = usart_interrupt,
+    [STM32_IRQ_ADC] = control_interrupt, [STM32_IRQ_USART3] = usart_interrupt,
     [STM32_IRQ_TIM7] = hang_interrupt,
+#ifdef ZH_FIELDBUS
+    [STM32_IRQ_UART4] = bus_interrupt,   [STM32_IRQ_CAN] = bus_interrupt,
+#endif
 };
 
 /* Before the timer has its clock this writes to nobody: the gates are off from reset on. */
@@ -74,11 +82,8 @@ void port_gates_off(void)
 /* Stays here, dark and served: a reset would hide why, and start the drive again. */
 COLD void port_halt(const cm_fault_t *fault)
 {
-    const bool gates = (tim1->BDTR & TIM_BDTR_MOE) != 0u;
-    char text[END_BYTES];
-    char *at = cm_text_hex(cm_text(text, "end "), (uint32_t)fault->code);
-    at = cm_text_hex(cm_text(at, gates ? " gates on pc " : " gates off pc "), fault->pc);
-    at = cm_text_hex(cm_text(at, " address "), fault->address);
+    char text[CM_FAULT_TEXT_BYTES];
+    char *at = cm_fault_text(text, fault, (tim1->BDTR & TIM_BDTR_MOE) != 0u);
     at = cm_text(at, "\r\n");
     *at = '\0';
     (void)stm32_usart_send(usart, text);
@@ -129,43 +134,9 @@ void control_interrupt(void)
     behind_late = missed > 0u;
 }
 
-/* As urgent as the control interrupt, which waits a byte's handling at most, its samples taken. */
 void usart_interrupt(void)
 {
-    uint8_t byte;
-    if (stm32_usart_receive(usart, &byte)) {
-        stm32_inbox_put(&inbox, byte);
-    }
-}
-
-static bool link_read(void *context, uint8_t *byte)
-{
-    (void)context;
-    return stm32_inbox_take(&inbox, byte);
-}
-
-static uint32_t link_write(void *context, const uint8_t *data, uint32_t n)
-{
-    (void)context;
-    return ((n > 0u) && stm32_usart_put(usart, data[0])) ? 1u : 0u;
-}
-
-static void serve_watchdog(void *context)
-{
-    (void)context;
-    stm32_watchdog_serve(iwdg);
-}
-
-static uint32_t clock_us(void *context)
-{
-    (void)context;
-    return stm32_timebase_us(tim5);
-}
-
-static bool entropy(void *context, uint64_t *bits)
-{
-    (void)context;
-    return stm32_rng_draw(rng, bits);
+    stm32_services_received(&services);
 }
 
 static stm32_store_t store = {
@@ -187,13 +158,14 @@ static const hal_flash_t flash = {.context = &store,
 static const uint8_t access_key[SIPHASH_KEY_BYTES] = HAL_ACCESS_KEY;
 
 /* Constant, so that the linker sees whom the background calls: a bound of the stack needs it. */
-static const hal_devices_t devices = {.watchdog_serve = serve_watchdog,
-                                      .clock_us = clock_us,
-                                      .link_read = link_read,
-                                      .link_write = link_write,
+static const hal_devices_t devices = {.context = (void *)&services,
+                                      .watchdog_serve = stm32_services_watchdog,
+                                      .clock_us = stm32_services_clock_us,
+                                      .link_read = stm32_services_link_read,
+                                      .link_write = stm32_services_link_write,
                                       .identity = identity,
                                       .access_key = access_key,
-                                      .entropy = entropy,
+                                      .entropy = stm32_services_entropy,
                                       .flash = &flash};
 
 void port_early(void)
@@ -216,6 +188,35 @@ COLD static stm32_clock_t start_clock_and_serial_port(void)
     return clock;
 }
 
+#ifdef ZH_FIELDBUS
+static stm32_bus_t bus = {.serial = {.usart = (stm32_usart_t *)STM32_UART4_BASE,
+                                     .port = (stm32_gpio_t *)STM32_GPIOC_BASE,
+                                     .pin = STM32_BOARD_DRIVER_ENABLE,
+                                     .timebase = (stm32_tim_t *)STM32_TIM5_BASE},
+                          .can = {.device = {(stm32_can_t *)STM32_CAN1_BASE},
+                                  .timebase = (stm32_tim_t *)STM32_TIM5_BASE}};
+
+void bus_interrupt(void)
+{
+    stm32_bus_interrupt(&bus);
+}
+
+COLD static void start_bus(void)
+{
+    const uint32_t clock_Hz = stm32_clock_apb1_Hz(STM32_CLOCK_CRYSTAL);
+    stm32_board_bus(&board);
+    (void)stm32_usart_send(usart, stm32_bus_start(&bus, clock_Hz, clock_Hz));
+    cm_nvic_enable(STM32_IRQ_UART4, CM_LEVEL_CONTROL);
+    cm_nvic_enable(STM32_IRQ_CAN, CM_LEVEL_CONTROL);
+}
+#else
+static stm32_bus_t bus;
+
+static void start_bus(void)
+{
+}
+#endif
+
 /* Says what is wrong; true when the drive may run. */
 COLD static bool start_drive(stm32_clock_t clock)
 {
@@ -236,15 +237,13 @@ COLD static bool start_drive(stm32_clock_t clock)
         unit_record_init(&unit, &(unit_memory_t){trace_memory, TRACE_WORDS, &fault_memory,
                                                  flight_memory, sizeof flight_memory / 4u});
         stm32_usart_interrupt(usart);
-        cm_nvic_level(STM32_IRQ_USART3, CM_LEVEL_CONTROL);
-        cm_nvic_enable(STM32_IRQ_USART3);
+        cm_nvic_enable(STM32_IRQ_USART3, CM_LEVEL_CONTROL);
         stm32_timebase_start(tim5, 2u * stm32_clock_apb1_Hz(clock));
         stm32_adc_start(&adcs);
         stm32_hang_start(tim7, 2u * stm32_clock_apb1_Hz(clock), 5u * PERIOD_US / 2u);
-        cm_nvic_level(STM32_IRQ_TIM7, CM_LEVEL_HANG);
-        cm_nvic_enable(STM32_IRQ_TIM7);
-        cm_nvic_level(STM32_IRQ_ADC, CM_LEVEL_CONTROL);
-        cm_nvic_enable(STM32_IRQ_ADC);
+        cm_nvic_enable(STM32_IRQ_TIM7, CM_LEVEL_HANG);
+        cm_nvic_enable(STM32_IRQ_ADC, CM_LEVEL_CONTROL);
+        start_bus();
         cm_irq_on();
         /* Last: the first crest, half a period later, finds everything waiting for it. */
         if (stm32_pwm_start(tim1, &pwm)) {
@@ -260,12 +259,8 @@ COLD static bool start_drive(stm32_clock_t clock)
 /* What the host asks for, the break input and what it means for the drive. */
 COLD static void follow_commands(void)
 {
-    unit_command_t command = unit_link_command(&unit);
-    const bool broken = stm32_pwm_broken(tim1);
-    if (broken && ((command.command & SEQUENCE_CMD_FAULT_RESET) != 0u)) {
-        stm32_pwm_clear_break(tim1);
-    }
-    if (broken) {
+    unit_command_t command = stm32_bus_command(&bus, &unit);
+    if (stm32_pwm_held(tim1, (command.command & SEQUENCE_CMD_FAULT_RESET) != 0u)) {
         command.command |= SEQUENCE_CMD_TORQUE_OFF;
     }
     unit_post_command(&unit, &command);

@@ -49,6 +49,19 @@ COLD void stm32_board_pins(const stm32_board_t *board)
     stm32_gpio_configure(board->port_c, PIN_LED_FAULT, STM32_GPIO_OUTPUT, STM32_GPIO_FLOATING, 0u);
 }
 
+COLD void stm32_board_bus(const stm32_board_t *board)
+{
+    board->rcc->APB1ENR |= RCC_APB1ENR_UART4EN | RCC_APB1ENR_CAN1EN;
+    (void)board->rcc->APB1ENR; /* a device answers some clocks after it got one */
+    stm32_gpio_write(board->port_c, STM32_BOARD_DRIVER_ENABLE, false);
+    stm32_gpio_configure(board->port_c, STM32_BOARD_DRIVER_ENABLE, STM32_GPIO_OUTPUT,
+                         STM32_GPIO_FLOATING, 0u);
+    stm32_gpio_configure(board->port_c, 10u, STM32_GPIO_ALTERNATE, STM32_GPIO_FLOATING, 8u);
+    stm32_gpio_configure(board->port_c, 11u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_UP, 8u);
+    stm32_gpio_configure(board->port_b, 8u, STM32_GPIO_ALTERNATE, STM32_GPIO_PULL_UP, 9u);
+    stm32_gpio_configure(board->port_b, 9u, STM32_GPIO_ALTERNATE, STM32_GPIO_FLOATING, 9u);
+}
+
 void stm32_board_led_run(const stm32_board_t *board, bool on)
 {
     stm32_gpio_write(board->port_c, PIN_LED_RUN, on);

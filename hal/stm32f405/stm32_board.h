@@ -25,6 +25,10 @@ void stm32_board_clocks(const stm32_board_t *board);
 /* All pins but the gates'. */
 void stm32_board_pins(const stm32_board_t *board);
 
+/* Pins and clocks of a fieldbus: UART4, its driver enable, CAN1. */
+#define STM32_BOARD_DRIVER_ENABLE 12u /* of port C */
+void stm32_board_bus(const stm32_board_t *board);
+
 void stm32_board_led_run(const stm32_board_t *board, bool on);
 void stm32_board_led_fault(const stm32_board_t *board, bool on);
 

@@ -9,10 +9,12 @@
 
 #include "stm32_registers.h"
 
+#ifndef STM32_FLASH_SECTOR_A /* the boot loader has others: boot/CMakeLists.txt */
 #define STM32_FLASH_SECTOR_A 5u
 #define STM32_FLASH_SECTOR_B 6u
 #define STM32_FLASH_START    0x08020000u /* of sector A */
 #define STM32_FLASH_END      0x08060000u /* behind sector B */
+#endif
 
 /* Polls of BSY; each takes several clocks: above the 2 s of the largest sector. */
 #define STM32_FLASH_POLLS 400000000u

@@ -6,6 +6,8 @@
 #define STM32_TIM7_BASE       0x40001400u
 #define STM32_IWDG_BASE       0x40003000u
 #define STM32_USART3_BASE     0x40004800u
+#define STM32_UART4_BASE      0x40004C00u
+#define STM32_CAN1_BASE       0x40006400u
 #define STM32_PWR_BASE        0x40007000u
 #define STM32_TIM1_BASE       0x40010000u
 #define STM32_ADC1_BASE       0x40012000u
@@ -21,7 +23,9 @@
 #define STM32_FLASH_BASE      0x40023C00u
 
 #define STM32_IRQ_ADC    18u
+#define STM32_IRQ_CAN    20u /* CAN1, first FIFO */
 #define STM32_IRQ_USART3 39u
+#define STM32_IRQ_UART4  52u
 #define STM32_IRQ_TIM7   55u
 
 #endif

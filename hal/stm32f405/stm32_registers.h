@@ -52,6 +52,19 @@ typedef struct {
     stm32_reg_t SR, DR, BRR, CR1;
 } stm32_usart_t;
 
+/* Of the mailboxes and filters the first. */
+typedef struct {
+    stm32_reg_t MCR, MSR, TSR, RF0R, RF1R, IER, ESR, BTR;
+    stm32_reg_t reserved_20[88];
+    stm32_reg_t TI0R, TDT0R, TDL0R, TDH0R;
+    stm32_reg_t reserved_190[8];
+    stm32_reg_t RI0R, RDT0R, RDL0R, RDH0R;
+    stm32_reg_t reserved_1C0[16];
+    stm32_reg_t FMR, FM1R, reserved_208, FS1R, reserved_210, FFA1R, reserved_218, FA1R;
+    stm32_reg_t reserved_220[8];
+    stm32_reg_t F0R1, F0R2;
+} stm32_can_t;
+
 typedef struct {
     stm32_reg_t DBGMCU_IDCODE, DBGMCU_CR, DBGMCU_APB1_FZ, DBGMCU_APB2_FZ;
 } stm32_dbg_t;
@@ -88,6 +101,8 @@ typedef struct {
 #define RCC_APB1ENR_TIM5EN       (1u << 3)
 #define RCC_APB1ENR_TIM7EN       (1u << 5)
 #define RCC_APB1ENR_USART3EN     (1u << 18)
+#define RCC_APB1ENR_UART4EN      (1u << 19)
+#define RCC_APB1ENR_CAN1EN       (1u << 25)
 #define RCC_APB1ENR_PWREN        (1u << 28)
 #define RCC_APB2ENR_TIM1EN       (1u << 0)
 #define RCC_APB2ENR_ADC1EN       (1u << 8)
@@ -119,6 +134,9 @@ typedef struct {
 #define TIM_CR1_CMS_Pos          5u
 #define TIM_CR1_ARPE             (1u << 7)
 #define TIM_CR2_MMS_Pos          4u
+#define TIM_CR2_OIS1N            (1u << 9)
+#define TIM_CR2_OIS2N            (1u << 11)
+#define TIM_CR2_OIS3N            (1u << 13)
 #define TIM_DIER_UIE             (1u << 0)
 #define TIM_SR_UIF               (1u << 0)
 #define TIM_SR_BIF               (1u << 7)
@@ -133,10 +151,13 @@ typedef struct {
 #define TIM_CCMR2_OC4PE          (1u << 11)
 #define TIM_CCMR2_OC4M_Pos       12u
 #define TIM_CCER_CC1E            (1u << 0)
+#define TIM_CCER_CC1NP           (1u << 3)
 #define TIM_CCER_CC1NE           (1u << 2)
 #define TIM_CCER_CC2E            (1u << 4)
+#define TIM_CCER_CC2NP           (1u << 7)
 #define TIM_CCER_CC2NE           (1u << 6)
 #define TIM_CCER_CC3E            (1u << 8)
+#define TIM_CCER_CC3NP           (1u << 11)
 #define TIM_CCER_CC3NE           (1u << 10)
 #define TIM_CCER_CC4E            (1u << 12)
 #define TIM_BDTR_DTG_Msk         (0xFFu << 0)
@@ -169,11 +190,35 @@ typedef struct {
 #define USART_SR_ORE             (1u << 3)
 #define DBG_APB2FZ_DBG_TIM1_STOP (1u << 0)
 #define USART_SR_RXNE            (1u << 5)
+#define USART_SR_TC              (1u << 6)
 #define USART_SR_TXE             (1u << 7)
 #define USART_CR1_RXNEIE         (1u << 5)
 #define USART_CR1_RE             (1u << 2)
 #define USART_CR1_TE             (1u << 3)
+#define USART_CR1_TCIE           (1u << 6)
+#define USART_CR1_TXEIE          (1u << 7)
+#define USART_CR1_PCE            (1u << 10)
+#define USART_CR1_M              (1u << 12)
 #define USART_CR1_UE             (1u << 13)
+#define CAN_MCR_INRQ             (1u << 0)
+#define CAN_MCR_ABOM             (1u << 6)
+#define CAN_MSR_INAK             (1u << 0)
+#define CAN_TSR_TME0             (1u << 26)
+#define CAN_RF0R_FMP0_Msk        (3u << 0)
+#define CAN_RF0R_RFOM0           (1u << 5)
+#define CAN_IER_FMPIE0           (1u << 1)
+#define CAN_BTR_BRP_Pos          0u
+#define CAN_BTR_TS1_Pos          16u
+#define CAN_BTR_TS2_Pos          20u
+#define CAN_TI0R_TXRQ            (1u << 0)
+#define CAN_TI0R_STID_Pos        21u
+#define CAN_RI0R_RTR             (1u << 1)
+#define CAN_RI0R_IDE             (1u << 2)
+#define CAN_RI0R_STID_Pos        21u
+#define CAN_RDT0R_DLC_Msk        (15u << 0)
+#define CAN_FMR_FINIT            (1u << 0)
+#define CAN_FS1R_FSC0            (1u << 0)
+#define CAN_FA1R_FACT0           (1u << 0)
 #define IWDG_SR_PVU              (1u << 0)
 #define IWDG_SR_RVU              (1u << 1)
 #define RNG_CR_RNGEN             (1u << 2)

@@ -15,6 +15,12 @@ bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud)
     return true;
 }
 
+void stm32_usart_even(stm32_usart_t *usart)
+{
+    /* The parity is a ninth bit. */
+    usart->CR1 |= USART_CR1_M | USART_CR1_PCE;
+}
+
 bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte)
 {
     if ((usart->SR & USART_SR_TXE) == 0u) {
@@ -22,6 +28,18 @@ bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte)
     }
     usart->DR = byte;
     return true;
+}
+
+bool stm32_usart_sent(const stm32_usart_t *usart)
+{
+    return (usart->SR & USART_SR_TC) != 0u;
+}
+
+void stm32_usart_wish(stm32_usart_t *usart, stm32_usart_wish_t wish)
+{
+    const uint32_t others = usart->CR1 & ~(USART_CR1_TXEIE | USART_CR1_TCIE);
+    const uint32_t bit = (wish == STM32_USART_ROOM) ? USART_CR1_TXEIE : USART_CR1_TCIE;
+    usart->CR1 = (wish == STM32_USART_QUIET) ? others : (others | bit);
 }
 
 static bool send_byte(stm32_usart_t *usart, char byte)

@@ -114,6 +114,26 @@ def test_stack_depth_of_a_listing() -> None:
     assert stack.depth(graph, "middle", {"tail": ("leaf",)}) == 6 * 4 + 1024 + 8 + 60
 
 
+def test_a_way_to_far_code_calls_what_its_address_says() -> None:
+    """Two names of one function: the listing has one of them, the veneer perhaps the other."""
+    graph = stack.functions(
+        """
+08000000 <near>:
+ 8000000:\tpush\t{r4, lr}
+ 8000002:\tbl\t8000010 <__far.lto_priv.1_veneer>
+
+08000010 <__far.lto_priv.1_veneer>:
+ 8000010:\tldr.w\tpc, [pc]\t@ 8000014 <__far.lto_priv.1_veneer+0x4>
+ 8000014:\t.word\t0x10000801
+ 8000018:\t.word\t0x00000072
+
+10000800 <far.lto_priv.0>:
+10000800:\tsub\tsp, #40
+"""
+    )
+    assert stack.depth(graph, "near", {}) == 2 * 4 + 40
+
+
 def test_frames_and_calls_under_a_condition_count_too() -> None:
     graph = stack.functions(
         """

@@ -14,19 +14,23 @@ import pytest
 from zerohertz import sim
 from zerohertz.build import build_image
 from zerohertz.drive import Fault, State
-from zerohertz.flight.file import Ending, Flight
+from zerohertz.flight.file import Ending, Flight, FlightWriter
+from zerohertz.flight.last_seconds import LastSeconds
 from zerohertz.flight.record import Progress, Recorded, Recording, start
 from zerohertz.flight.replay import replay, signal_numbers
 from zerohertz.image import loop
 from zerohertz.image.emulator import StepLine
 from zerohertz.image.loop import Inject
 from zerohertz.link.client import Client
+from zerohertz.link.flight import ROW_BYTES
 from zerohertz.scenario.setup import SCENARIOS, load_setup
 
 PERIOD_S = 200e-6
 RUN_ON_S, FAULT_S, DURATION_S = 2.4, 3.6, 12.0
 LOCKED_S = 1.05  # from power-up, as against whoever tries keys
 NEVER = 2**32 - 1
+KEEP_S = 0.5
+ANSWER_BYTES = 20 * ROW_BYTES
 
 
 def failing_job() -> sim.Job:
@@ -84,7 +88,8 @@ class Flown:
                 while drive.status().period < LOCKED_S / PERIOD_S:
                     pass
                 head, first = start(drive, 60.0, print)
-                self.recorded = Recording(drive, self.file, head, first).run(self._going_on, 0.05)
+                recording = Recording(drive, FlightWriter(self.file, head), head, first)
+                self.recorded = recording.run(self._going_on, 0.05)
         except Exception as error:
             self.error = repr(error)
 
@@ -111,6 +116,30 @@ def test_the_replay_of_the_images_flight_has_no_differing_bit(flown: Flown) -> N
     assert set(np.unique(again.signals["state"])) >= {State.RUN, State.FAULT}
     assert again.first_fault & (Fault.OVER_CURRENT | Fault.CURRENT_SENSOR | Fault.CURRENT_SUM)
     print(f"{words.size * 32} bits of {again.periods} periods compared")
+
+
+def test_the_last_seconds_of_the_images_flight_have_no_differing_bit(
+    flown: Flown, tmp_path: Path
+) -> None:
+    """As they would have been kept: the rows in the portions of the link."""
+    whole, file = Flight.read(flown.file), tmp_path / "last.flight"
+    kept = LastSeconds(file, whole.head, KEEP_S)
+    rows = whole.rows.tobytes()
+    for at in range(0, len(rows), ANSWER_BYTES):
+        kept.put(rows[at : at + ANSWER_BYTES])
+    kept.close(Ending.FAULT, 0)
+    assert kept.objection == ""
+    last = Flight.read(file)
+    assert last.head.middle is not None
+    first = last.head.middle.dropped_periods
+    assert first + last.periods == whole.periods
+    again = replay(last)
+    assert (again.ended, again.differs) == ("", False)
+    assert KEEP_S <= (again.fault_period + 1) * PERIOD_S <= 1.5 * KEEP_S
+    words = np.column_stack([column.view(np.uint32) for column in again.signals.values()])
+    differing = words ^ flown.said[first : first + len(words)]
+    assert int(np.bitwise_count(differing).sum()) == 0
+    print(f"{words.size * 32} bits of the last {again.periods} periods compared")
 
 
 def test_the_digests_in_the_flight_agree_with_the_replay(flown: Flown) -> None:

@@ -80,7 +80,8 @@ static hal_flash_status_t program(void *context, uint32_t slot, uint32_t offset,
     const uint32_t at = offset / 4u;
     bool now;
     const bool on = powered(sim, &now);
-    if ((slot > 1u) || (offset % (4u * unit) != 0u) || (at + unit > SIM_FLASH_WORDS)) {
+    if ((slot >= SIM_FLASH_SLOTS) || (offset % (4u * unit) != 0u) ||
+        (at + unit > SIM_FLASH_WORDS)) {
         sim->misuses++;
         return HAL_FLASH_FAILED;
     }

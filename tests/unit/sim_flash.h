@@ -1,4 +1,4 @@
-/* Two slots of flash whose power can be cut within any operation, torn in four ways.
+/* Slots of flash whose power can be cut within any operation, torn in four ways.
  *
  * A cell that was being changed when the power went may be unstable: until its slot is erased it
  * reads as it was, as it should have become, or differently each time, as the boot after that
@@ -13,6 +13,7 @@
 #include "hal_devices.h"
 
 #define SIM_FLASH_WORDS 1024u /* per slot */
+#define SIM_FLASH_SLOTS 3u    /* the parameter store has two, the boot loader three */
 #define SIM_FLASH_NEVER UINT32_MAX
 
 typedef enum {
@@ -32,17 +33,17 @@ typedef enum {
 
 typedef struct {
     hal_flash_t flash; /* context points here */
-    uint32_t cell[2][SIM_FLASH_WORDS];
-    uint32_t marginal[2][SIM_FLASH_WORDS]; /* bits */
-    uint32_t wanted[2][SIM_FLASH_WORDS];   /* what they should have become */
-    bool dirty[2];                         /* the slot has marginal cells */
-    uint32_t operations;                   /* since the last sim_flash_arm */
-    uint32_t cut_at;                       /* operation during which the power goes */
+    uint32_t cell[SIM_FLASH_SLOTS][SIM_FLASH_WORDS];
+    uint32_t marginal[SIM_FLASH_SLOTS][SIM_FLASH_WORDS]; /* bits */
+    uint32_t wanted[SIM_FLASH_SLOTS][SIM_FLASH_WORDS];   /* what they should have become */
+    bool dirty[SIM_FLASH_SLOTS];                         /* the slot has marginal cells */
+    uint32_t operations;                                 /* since the last sim_flash_arm */
+    uint32_t cut_at;                                     /* operation during which the power goes */
     torn_t torn;
     lean_t lean;
     bool dead;        /* no power: nothing happens any more */
     uint32_t misuses; /* programmed twice, out of range: the store must not */
-    uint32_t erased[2];
+    uint32_t erased[SIM_FLASH_SLOTS];
     uint64_t random;
 } sim_flash_t;
 

@@ -452,6 +452,54 @@ static void test_a_verdict_is_asked_for_in_the_supervisors_slots(void)
     }
 }
 
+/* An estimator that has lost its way in the saturation of a long vector: the flux that the stator
+ * equation shows is what vector control goes on with, three times. */
+static void test_hand_back_by_the_flux_that_the_voltage_shows(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, DRIVE_LOST_I_F);
+        cfg.modes.i_f.timeout_periods = 30000u;
+        for (uint32_t tries = 0u; tries < 3u; tries++) {
+            run_impressed(SUPERVISOR_IMPRESSED, 30.0f, -0.5);
+            const cplx behind = 0.9 * nominal_Wb() * (1.0 - 0.4 * I);
+            st.modes.i_f.flux_Wb = ab(behind);
+            st.modes.i_f.lost_periods = cfg.modes.i_f.look_periods;
+            st.modes.i_f.tries = tries;
+            cfg.modes.i_f.mean_share = 0.0f;
+            const cplx axis = of(st.modes.i_f.axis);
+            step();
+            TEST_ASSERT_EQUAL(MODE_VECTOR, st.mode);
+            ASSERT_NEAR(1e-6, 0.0, cabs(of(st.estimator.estimate.lambda_r_hat_Wb) - behind * axis));
+            const double slip_rad_s = 0.4 / 1.16 * 8.0 * (double)cfg.motor.M_H /
+                                      (0.9 * nominal_Wb()) * (double)cfg.motor.tau_per_s;
+            ASSERT_NEAR(1e-4, 30.0 - slip_rad_s, st.estimator.estimate.omega_e_rad_s);
+            ASSERT_SAME_FLOAT(st.estimator.estimate.omega_e_rad_s,
+                              st.modes.vector.speed.omega_filtered_rad_s);
+            TEST_ASSERT_NOT_EQUAL(SUPERVISOR_IMPRESSED, st.supervisor.confidence);
+            TEST_ASSERT_FALSE(st.modes.i_f.active);
+            TEST_ASSERT_EQUAL_UINT32(tries + 1u, st.modes.i_f.tries);
+            TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
+        }
+        run_impressed(SUPERVISOR_IMPRESSED, 30.0f, -0.5);
+        st.modes.i_f.flux_Wb = (ab_t){(float)nominal_Wb(), 0.0f};
+        st.modes.i_f.lost_periods = cfg.modes.i_f.look_periods;
+        st.modes.i_f.tries = 3u;
+        step();
+        TEST_ASSERT_EQUAL(MODE_TAKE_OVER, st.mode);
+    }
+}
+
+/* Only above the return frequency there is an EMF to see it by. */
+static void test_the_flux_is_looked_at_above_the_return_frequency(void)
+{
+    run_impressed(SUPERVISOR_IMPRESSED, 11.0f, 1.0);
+    step();
+    ASSERT_SAME_FLOAT(0.0f, st.modes.i_f.flux_Wb.alpha);
+    run_impressed(SUPERVISOR_IMPRESSED, 13.0f, 1.0);
+    step();
+    TEST_ASSERT_TRUE(absf(st.modes.i_f.flux_Wb.alpha) > 0.0f);
+}
+
 /* Without a flux the frame has no length to divide by. */
 static void test_hand_back_without_flux_leaves_numbers(void)
 {
@@ -554,6 +602,8 @@ int main(void)
     RUN_TEST(test_the_schedule_goes_on_through_a_loss);
     RUN_TEST(test_while_a_current_holds_the_load_the_supervisor_goes_on);
     RUN_TEST(test_a_verdict_is_asked_for_in_the_supervisors_slots);
+    RUN_TEST(test_hand_back_by_the_flux_that_the_voltage_shows);
+    RUN_TEST(test_the_flux_is_looked_at_above_the_return_frequency);
     RUN_TEST(test_hand_back_without_flux_leaves_numbers);
     RUN_TEST(test_hand_back_does_not_move_the_voltage);
     RUN_TEST(test_nothing_is_impressed_outside_of_run);

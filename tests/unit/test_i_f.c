@@ -132,7 +132,7 @@ static void test_init_accepts_the_ends_of_the_ranges(void)
 
 static void test_it_starts_along_the_measured_current_with_its_length(void)
 {
-    st = (i_f_state_t){.lost_periods = 9u};
+    st = (i_f_state_t){.lost_periods = 9u, .tries = 2u, .flux_Wb = {0.5f, 0.1f}};
     i_f_start(&st, (ab_t){-3.0f, 4.0f}, -17.0f);
     TEST_ASSERT_TRUE(st.active);
     ASSERT_NEAR(1e-7, -0.6, st.axis.alpha);
@@ -140,6 +140,8 @@ static void test_it_starts_along_the_measured_current_with_its_length(void)
     ASSERT_SAME_FLOAT(5.0f, st.current_A);
     ASSERT_SAME_FLOAT(-17.0f, st.omega_rad_s);
     TEST_ASSERT_EQUAL_UINT32(0u, st.lost_periods);
+    TEST_ASSERT_EQUAL_UINT32(2u, st.tries); /* over the losses of a run */
+    ASSERT_SAME_FLOAT(0.0f, st.flux_Wb.alpha);
 }
 
 /* No direction in what is nearly nothing, and none in what is no number. */
@@ -381,6 +383,99 @@ static void test_it_knows_no_direction(void)
     }
 }
 
+/* What the stator equation says of both machines, at both directions, from any flux before. */
+static void test_the_flux_of_the_stator_equation_is_found(void)
+{
+    const double omega_rad_s[] = {12.0, -30.0, 200.0};
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        TEST_ASSERT_TRUE(i_f_init(&cfg, &good, &model, PERIOD_S));
+        TEST_ASSERT_EQUAL_UINT32(3000u, cfg.look_periods);
+        for (int k = 0; k < 3; k++) {
+            const double complex along = cexp(0.7 * I);
+            const double complex i_A = 8.0 * along;
+            const double complex flux_Wb = (0.6 - 0.2 * I) * along;
+            const double complex u_V =
+                (double)model.Rs_ohm * i_A +
+                I * omega_rad_s[k] * ((double)model.sigma_Ls_H * i_A + (double)model.kr * flux_Wb);
+            const ab_t u = {(float)creal(u_V), (float)cimag(u_V)};
+            const ab_t i = {(float)creal(i_A), (float)cimag(i_A)};
+            st = (i_f_state_t){.axis = {(float)creal(along), (float)cimag(along)},
+                               .omega_rad_s = (float)omega_rad_s[k]};
+            i_f_see_flux(&cfg, &st, u, i);
+            ASSERT_NEAR(1e-6, 0.6 * 2e-4 / 0.1002, st.flux_Wb.alpha);
+            ASSERT_NEAR(1e-6, -0.2 * 2e-4 / 0.1002, st.flux_Wb.beta);
+            for (int n = 0; n < 10000; n++) {
+                i_f_see_flux(&cfg, &st, u, i);
+            }
+            ASSERT_NEAR(1e-4, 0.6, st.flux_Wb.alpha);
+            ASSERT_NEAR(1e-4, -0.2, st.flux_Wb.beta);
+        }
+    }
+}
+
+static void test_a_voltage_that_is_no_number_leaves_the_flux(void)
+{
+    TEST_ASSERT_TRUE(i_f_init(&cfg, &good, &table1, PERIOD_S));
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        st.omega_rad_s = 30.0f;
+        st.flux_Wb = (ab_t){0.5f, 0.1f};
+        i_f_see_flux(&cfg, &st, (ab_t){not_finite(k), 0.0f}, (ab_t){1.0f, 0.0f});
+        ASSERT_SAME_FLOAT(0.5f, st.flux_Wb.alpha);
+        ASSERT_SAME_FLOAT(0.1f, st.flux_Wb.beta);
+    }
+}
+
+static bool found(ab_t flux_Wb, uint32_t lost_periods, uint32_t tries)
+{
+    ab_t found_Wb = {NAN, NAN};
+    float omega_e_rad_s = NAN;
+    st.flux_Wb = flux_Wb;
+    st.lost_periods = lost_periods;
+    st.tries = tries;
+    return i_f_found(&cfg, &st, 0.5f, &found_Wb, &omega_e_rad_s);
+}
+
+static void test_a_rotor_that_follows_is_found_after_a_time_and_three_times(void)
+{
+    TEST_ASSERT_TRUE(i_f_init(&cfg, &good, &table1, PERIOD_S));
+    const ab_t fine_Wb = {0.5f, 0.1f};
+    TEST_ASSERT_TRUE(found(fine_Wb, 3000u, 0u));
+    TEST_ASSERT_TRUE(found(fine_Wb, 3000u, 2u));
+    TEST_ASSERT_FALSE(found(fine_Wb, 3000u, 3u));
+    TEST_ASSERT_FALSE(found(fine_Wb, 2999u, 0u));
+    TEST_ASSERT_TRUE(found((ab_t){0.25f, 0.0f}, 3000u, 0u));
+    TEST_ASSERT_FALSE(found((ab_t){0.249f, 0.0f}, 3000u, 0u)); /* hardly any flux */
+    TEST_ASSERT_TRUE(found((ab_t){0.5f, -0.5f}, 3000u, 0u));
+    TEST_ASSERT_FALSE(found((ab_t){0.5f, -0.51f}, 3000u, 0u)); /* beyond its pull-out */
+    TEST_ASSERT_FALSE(found((ab_t){0.5f, 0.51f}, 3000u, 0u));
+    TEST_ASSERT_FALSE(found((ab_t){-0.5f, 0.0f}, 3000u, 0u));
+}
+
+/* A rotor behind by x of 1/Tr has the flux M i/(1 + jx), whatever M has become. */
+static void test_flux_and_speed_of_the_rotor(void)
+{
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        TEST_ASSERT_TRUE(i_f_init(&cfg, &good, &model, PERIOD_S));
+        const double complex along = cexp(-2.1 * I);
+        for (double x = -0.9; x < 1.0; x += 0.3) {
+            const double complex flux_Wb = (double)model.M_H * 8.0 / (1.0 + I * x);
+            st = (i_f_state_t){.axis = {(float)creal(along), (float)cimag(along)},
+                               .current_A = 8.0f,
+                               .omega_rad_s = 30.0f,
+                               .flux_Wb = {(float)creal(flux_Wb), (float)cimag(flux_Wb)},
+                               .lost_periods = 3000u};
+            ab_t found_Wb = {NAN, NAN};
+            float omega_e_rad_s = NAN;
+            TEST_ASSERT_TRUE(i_f_found(&cfg, &st, 0.2f, &found_Wb, &omega_e_rad_s));
+            ASSERT_NEAR(1e-5, creal(flux_Wb * along), found_Wb.alpha);
+            ASSERT_NEAR(1e-5, cimag(flux_Wb * along), found_Wb.beta);
+            ASSERT_NEAR(1e-4, 30.0 - x * (double)model.tau_per_s, omega_e_rad_s);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -407,5 +502,9 @@ int main(void)
     RUN_TEST(test_below_the_return_frequency_it_holds_for_ever);
     RUN_TEST(test_without_a_time_it_is_given_up_at_once);
     RUN_TEST(test_it_knows_no_direction);
+    RUN_TEST(test_the_flux_of_the_stator_equation_is_found);
+    RUN_TEST(test_a_voltage_that_is_no_number_leaves_the_flux);
+    RUN_TEST(test_a_rotor_that_follows_is_found_after_a_time_and_three_times);
+    RUN_TEST(test_flux_and_speed_of_the_rotor);
     return UNITY_END();
 }

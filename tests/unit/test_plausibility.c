@@ -56,6 +56,18 @@ static void test_a_stall_time_is_whole_looks_to_the_nearest(void)
     TEST_ASSERT_EQUAL_UINT32(99u, cfg.stall_schedules);
 }
 
+static void test_other_periods_keep_the_times(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(8u, cfg.voltage_schedules);
+    TEST_ASSERT_EQUAL_UINT32(6u, cfg.phase_schedules);
+    TEST_ASSERT_EQUAL_UINT32(60u, cfg.estimate_schedules);
+    TEST_ASSERT_TRUE(plausibility_init(&cfg, &all, 1e-3f)); /* 16 periods of 62.5 us */
+    TEST_ASSERT_EQUAL_UINT32(26u, cfg.voltage_schedules);
+    TEST_ASSERT_EQUAL_UINT32(19u, cfg.phase_schedules);
+    TEST_ASSERT_EQUAL_UINT32(192u, cfg.estimate_schedules);
+    TEST_ASSERT_EQUAL_UINT32(320u, cfg.stall_schedules);
+}
+
 /* How many times on end until the answer is yes; 1000: never. */
 static int times_until_wrong_voltage(ab_t sensed_V, ab_t duty_V)
 {
@@ -352,6 +364,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_what_is_no_limit);
     RUN_TEST(test_a_stall_time_is_whole_looks_to_the_nearest);
+    RUN_TEST(test_other_periods_keep_the_times);
     RUN_TEST(test_a_voltage_may_differ_by_volts_and_a_share);
     RUN_TEST(test_a_phase_without_the_current_asked_for_is_open);
     RUN_TEST(test_a_phase_of_which_little_is_asked_may_be_without_current);

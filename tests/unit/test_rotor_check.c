@@ -8,8 +8,9 @@
 #include "reference_machine.h"
 #include "unity.h"
 
-#define STEP_S 3.2e-3f
-#define LOOKS  200 /* six times the time of the mean */
+#define STEP_S  3.2e-3f
+#define COUNT_V 0.02f
+#define LOOKS   200 /* six times the time of the mean */
 
 static rotor_check_config_t cfg;
 static rotor_check_state_t st;
@@ -18,7 +19,7 @@ static motor_model_t motor;
 static void use(motor_t data)
 {
     TEST_ASSERT_TRUE(motor_derive(&motor, &data));
-    rotor_check_init(&cfg, &motor, 0.45f, STEP_S);
+    rotor_check_init(&cfg, &motor, 0.45f, COUNT_V, STEP_S);
     st = (rotor_check_state_t){0};
 }
 
@@ -191,6 +192,18 @@ static void test_a_shaft_that_turns_at_a_start_is_seen_and_one_at_rest_is_not(vo
     TEST_ASSERT_FALSE(turns_after(100.0, 0.9 * (double)cfg.start_V, 500)); /* noise */
 }
 
+/* A large motor builds up its flux with little EMF: a coarse ADC's steps hide the smallest part. */
+static void test_the_steps_of_a_coarse_adc_are_no_turning_shaft(void)
+{
+    rotor_check_init(&cfg, &motor, 0.45f, 10.0f, STEP_S);
+    TEST_ASSERT_EQUAL_FLOAT(15.0f, cfg.start_V);
+    for (int k = 0; k < 500; k++) {
+        const float e_V = ((k % 5) < 2) ? 10.0f : (((k % 5) < 4) ? -10.0f : 0.0f);
+        const rotor_check_in_t in = {.u_V = {8.0f, e_V}, .Rs_ohm = motor.Rs_ohm};
+        TEST_ASSERT_FALSE(rotor_turns(&cfg, &st, &in));
+    }
+}
+
 /* What moves the shaft half a second later is the load. */
 static void test_a_start_is_looked_at_for_half_a_second(void)
 {
@@ -223,6 +236,7 @@ int main(void)
     RUN_TEST(test_no_number_is_lost);
     RUN_TEST(test_one_look_against_complex_arithmetic);
     RUN_TEST(test_a_shaft_that_turns_at_a_start_is_seen_and_one_at_rest_is_not);
+    RUN_TEST(test_the_steps_of_a_coarse_adc_are_no_turning_shaft);
     RUN_TEST(test_a_start_is_looked_at_for_half_a_second);
     RUN_TEST(test_residual_flux_of_a_rotor_at_rest_is_no_turning_one);
     return UNITY_END();

@@ -63,6 +63,8 @@ static void test_init_refuses_what_cannot_protect(void)
         ASSERT_REFUSED(lambda_nominal_Wb, bad[k]);
         TEST_ASSERT_FALSE(speed_guard_init(&cfg, &params, &motor, bad[k]));
     }
+    ASSERT_REFUSED(count_V, -0.1f);
+    ASSERT_REFUSED(count_V, NAN);
     ASSERT_REFUSED(unknown_s, 3300.0f);
     ASSERT_REFUSED(deviation_s, 3300.0f);
 }

@@ -9,9 +9,13 @@
 
 #define CLOCK_HZ   168000000u
 #define HALF_TICKS 16800u /* half of 200 us */
+#define PWM(period, dead)                                                                          \
+    {                                                                                              \
+        .clock_Hz = CLOCK_HZ, .period_s = (period), .dead_time_s = (dead)                          \
+    }
 
 static stm32_tim_t tim;
-static const stm32_pwm_params_t board = {CLOCK_HZ, 200e-6f, 2e-6f};
+static const stm32_pwm_params_t board = PWM(200e-6f, 2e-6f);
 
 void setUp(void)
 {
@@ -55,6 +59,26 @@ static void test_start_arms_the_break_input(void)
                             tim.BDTR & ~TIM_BDTR_DTG_Msk);
 }
 
+/* Lower switches that a low level closes: off is high, from the first moment on (OISxN, CCxNP). */
+static void test_a_driver_that_inverts_the_lower_gates_gets_them_inverted(void)
+{
+    stm32_pwm_params_t inverted = board;
+    inverted.lower_inverted = true;
+    TEST_ASSERT_TRUE(stm32_pwm_start(&tim, &inverted));
+    TEST_ASSERT_EQUAL_HEX32(0x0DDDu, tim.CCER);
+    TEST_ASSERT_EQUAL_HEX32((2u << 4) | (1u << 9) | (1u << 11) | (1u << 13), tim.CR2);
+}
+
+static void test_a_break_may_be_high_and_filtered(void)
+{
+    stm32_pwm_params_t other = board;
+    other.break_bits = TIM_BDTR_BKP | (15u << 16);
+    TEST_ASSERT_TRUE(stm32_pwm_start(&tim, &other));
+    TEST_ASSERT_EQUAL_HEX32(TIM_BDTR_BKP | (15u << 16) | TIM_BDTR_BKE | TIM_BDTR_OSSI |
+                                TIM_BDTR_OSSR | (1u << 8),
+                            tim.BDTR & ~TIM_BDTR_DTG_Msk);
+}
+
 /* Ticks that a DTG field means: RM0090, TIMx_BDTR. */
 static uint32_t ticks_of(uint32_t code)
 {
@@ -94,12 +118,11 @@ static void test_two_microseconds_are_336_ticks(void)
 static void test_what_the_timer_cannot_do_is_refused_and_nothing_starts(void)
 {
     const stm32_pwm_params_t bad[] = {
-        {CLOCK_HZ, 200e-6f, 7e-6f}, /* 1176 ticks */
-        {CLOCK_HZ, 1e-3f, 2e-6f},   /* 84 000 */
-        {CLOCK_HZ, 1e-6f, 0.1e-6f}, /* 84 */
-        {CLOCK_HZ, 200e-6f, 0.0f},  /* a short circuit at every edge */
-        {CLOCK_HZ, NAN, 2e-6f},      {CLOCK_HZ, 200e-6f, NAN},
-        {CLOCK_HZ, 200e-6f, -1e-6f}, {CLOCK_HZ, 200e-6f, INFINITY},
+        PWM(200e-6f, 7e-6f), /* 1176 ticks */
+        PWM(1e-3f, 2e-6f),   /* 84 000 */
+        PWM(1e-6f, 0.1e-6f), /* 84 */
+        PWM(200e-6f, 0.0f),  /* a short circuit at every edge */
+        PWM(NAN, 2e-6f),     PWM(200e-6f, NAN), PWM(200e-6f, -1e-6f), PWM(200e-6f, INFINITY),
     };
     for (size_t k = 0u; k < sizeof bad / sizeof bad[0]; k++) {
         tim = (stm32_tim_t){.BDTR = TIM_BDTR_MOE};
@@ -241,6 +264,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_start_gives_5_kHz_centre_aligned_with_preload_and_outputs_off);
     RUN_TEST(test_start_arms_the_break_input);
+    RUN_TEST(test_a_driver_that_inverts_the_lower_gates_gets_them_inverted);
+    RUN_TEST(test_a_break_may_be_high_and_filtered);
     RUN_TEST(test_dead_time_is_the_shortest_that_is_long_enough);
     RUN_TEST(test_two_microseconds_are_336_ticks);
     RUN_TEST(test_what_the_timer_cannot_do_is_refused_and_nothing_starts);

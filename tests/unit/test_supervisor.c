@@ -822,6 +822,15 @@ static void test_a_field_that_swings_tells_a_loss_and_is_none_by_standing(void)
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
+static void test_the_filter_of_the_frequency_keeps_its_time(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, cfg.omega_s_gain);
+    TEST_ASSERT_TRUE(supervisor_init(&cfg, &params, &motor, 0.5f * PERIOD_S));
+    TEST_ASSERT_EQUAL_FLOAT(0.125f, cfg.omega_s_gain);
+    TEST_ASSERT_TRUE(supervisor_init(&cfg, &params, &motor, 10.0f * PERIOD_S));
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, cfg.omega_s_gain);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -862,5 +871,6 @@ int main(void)
     RUN_TEST(test_two_supervisors_judge_apart);
     RUN_TEST(test_a_field_that_swings_about_zero_may_be_closed);
     RUN_TEST(test_a_field_that_swings_tells_a_loss_and_is_none_by_standing);
+    RUN_TEST(test_the_filter_of_the_frequency_keeps_its_time);
     return UNITY_END();
 }

@@ -23,7 +23,10 @@ static const char *const later[] = {"speed_max_rad_s",
                                     "mains_V",
                                     "heat_rise",
                                     "heat_s",
-                                    "m_track"};
+                                    "m_track",
+                                    "fieldbus_commands",
+                                    "fieldbus_address",
+                                    "fieldbus_timeout_s"};
 
 static float number_of(size_t k)
 {

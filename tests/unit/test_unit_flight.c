@@ -359,16 +359,18 @@ static void test_every_output_is_in_the_digest(void)
 /* The words of a known output, folded one by one. */
 static void test_the_digest_folds_duties_state_and_faults_in_this_order(void)
 {
-    const hal_output_t out = {0.25f, 0.5f, 0.75f, true, true};
     unit.machine.id = SEQUENCE_RUN;
     unit.machine.faults = FAULT_DERATED;
-    const uint32_t word[] = {float_bits(0.25f), float_bits(0.5f), float_bits(0.75f), 0x304u,
-                             FAULT_DERATED};
-    uint32_t expected = 5u;
-    for (size_t k = 0u; k < 5u; k++) {
-        expected = flight_fold(expected, word[k]);
+    for (uint32_t brake = 0u; brake < 2u; brake++) {
+        const hal_output_t out = {0.25f, 0.5f, 0.75f, true, brake != 0u};
+        const uint32_t word[] = {float_bits(0.25f), float_bits(0.5f), float_bits(0.75f),
+                                 0x104u + 0x200u * brake, FAULT_DERATED};
+        uint32_t expected = 5u;
+        for (size_t k = 0u; k < 5u; k++) {
+            expected = flight_fold(expected, word[k]);
+        }
+        TEST_ASSERT_EQUAL_HEX32(expected, unit_flight_digest(&unit, &out, 5u));
     }
-    TEST_ASSERT_EQUAL_HEX32(expected, unit_flight_digest(&unit, &out, 5u));
 }
 
 static void test_a_full_ring_ends_the_recording_and_counts_what_is_lost(void)

@@ -4,6 +4,7 @@
 #define PWM_MODE_1       6u
 #define TRGO_ENABLE      1u
 #define TRGO_UPDATE      2u
+#define TRGO_MASK        7u
 #define LOCK_LEVEL_1     1u /* dead time, break and idle states can no longer be changed */
 #define ARR_MAX          65535u
 #define ARR_MIN          256u /* less would be no resolution worth the name */
@@ -39,6 +40,17 @@ static bool timing(const stm32_pwm_params_t *params, uint32_t *arr, uint32_t *co
     return stm32_pwm_dead_time_code((uint32_t)(dead_ticks + 0.99f), code);
 }
 
+/* The first write to BDTR locks the levels of the outputs: it comes last. */
+static void outputs(stm32_tim_t *tim, const stm32_pwm_params_t *params, uint32_t dead_time)
+{
+    const bool low = params->lower_inverted;
+    tim->CR2 |= low ? (TIM_CR2_OIS1N | TIM_CR2_OIS2N | TIM_CR2_OIS3N) : 0u;
+    tim->CCER = TIM_CCER_CC1E | TIM_CCER_CC1NE | TIM_CCER_CC2E | TIM_CCER_CC2NE | TIM_CCER_CC3E |
+                TIM_CCER_CC3NE | (low ? (TIM_CCER_CC1NP | TIM_CCER_CC2NP | TIM_CCER_CC3NP) : 0u);
+    tim->BDTR = dead_time | (LOCK_LEVEL_1 << TIM_BDTR_LOCK_Pos) | TIM_BDTR_OSSI | TIM_BDTR_OSSR |
+                TIM_BDTR_BKE | params->break_bits;
+}
+
 bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params)
 {
     uint32_t arr;
@@ -57,17 +69,14 @@ bool stm32_pwm_start(stm32_tim_t *tim, const stm32_pwm_params_t *params)
     tim->CCMR1_Output = TIM_CCMR1_OC1PE | (PWM_MODE_1 << TIM_CCMR1_OC1M_Pos) | TIM_CCMR1_OC2PE |
                         (PWM_MODE_1 << TIM_CCMR1_OC2M_Pos);
     tim->CCMR2_Output = TIM_CCMR2_OC3PE | (PWM_MODE_1 << TIM_CCMR2_OC3M_Pos);
-    tim->CCER = TIM_CCER_CC1E | TIM_CCER_CC1NE | TIM_CCER_CC2E | TIM_CCER_CC2NE | TIM_CCER_CC3E |
-                TIM_CCER_CC3NE;
-    tim->BDTR = dead_time | (LOCK_LEVEL_1 << TIM_BDTR_LOCK_Pos) | TIM_BDTR_OSSI | TIM_BDTR_OSSR |
-                TIM_BDTR_BKE;
+    outputs(tim, params, dead_time);
     /* UG loads the preload registers and the repetition counter, which then counts from the first
      * overflow. With RCR 1 set only now, the events that follow are overflow, overflow, ...: the
      * crests. */
     tim->RCR = 0u;
     tim->EGR = TIM_EGR_UG;
     tim->RCR = ONCE_PER_CARRIER;
-    tim->CR2 = TRGO_UPDATE << TIM_CR2_MMS_Pos;
+    tim->CR2 = (tim->CR2 & ~(TRGO_MASK << TIM_CR2_MMS_Pos)) | (TRGO_UPDATE << TIM_CR2_MMS_Pos);
     tim->CR1 |= TIM_CR1_CEN;
     return true;
 }
@@ -109,4 +118,13 @@ bool stm32_pwm_broken(const stm32_tim_t *tim)
 void stm32_pwm_clear_break(stm32_tim_t *tim)
 {
     tim->SR = ~TIM_SR_BIF; /* written 0 clears, 1 leaves */
+}
+
+bool stm32_pwm_held(stm32_tim_t *tim, bool reset)
+{
+    const bool broken = stm32_pwm_broken(tim);
+    if (broken && reset) {
+        stm32_pwm_clear_break(tim);
+    }
+    return broken;
 }

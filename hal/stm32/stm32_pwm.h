@@ -6,10 +6,11 @@
  * crest, once per carrier period: values written after the sample of crest k act from crest k+1
  * (hal/README.md). The same event is TRGO, which starts the ADC.
  *
- * CH1..3 = legs u, v, w, upper switch; CHxN the lower one; active high; dead time by hardware at
- * both edges. MOE off: all six outputs are driven to their inactive level (OSSI, OSSR). The break
- * input (active low: an open wire breaks) clears MOE without the core. AOE is off, so only
- * stm32_pwm_write sets it again, and not while a break is latched.
+ * CH1..3 = legs u, v, w, upper switch, active high; CHxN the lower one, active high unless the gate
+ * driver inverts; dead time by hardware at both edges. MOE off: all six outputs are driven to their
+ * inactive level (OSSI, OSSR). The break input (active low unless the board says otherwise: an open
+ * wire breaks) clears MOE without the core. AOE is off, so only stm32_pwm_write sets it again, and
+ * not while a break is latched.
  */
 #ifndef STM32_PWM_H
 #define STM32_PWM_H
@@ -21,9 +22,11 @@
 #include "stm32_registers.h"
 
 typedef struct {
-    uint32_t clock_Hz; /* of TIM1: 168 MHz */
+    uint32_t clock_Hz; /* of TIM1 */
     float period_s;    /* carrier = control period */
     float dead_time_s;
+    uint32_t break_bits; /* of BDTR: polarity and filter; 0: active low, no filter */
+    bool lower_inverted; /* a low level switches a lower switch on */
 } stm32_pwm_params_t;
 
 /* Outputs off, counter running. False, and nothing started, when period or dead time are out of the
@@ -84,6 +87,9 @@ bool stm32_pwm_broken(const stm32_tim_t *tim);
 
 /* Stays latched while the input is still active. */
 void stm32_pwm_clear_break(stm32_tim_t *tim);
+
+/* The same, asked by who follows commands; a reset clears it first. */
+bool stm32_pwm_held(stm32_tim_t *tim, bool reset);
 
 /* DTG field for at least this many timer ticks; false above 1008. RM0090, TIMx_BDTR. */
 bool stm32_pwm_dead_time_code(uint32_t ticks, uint32_t *code);

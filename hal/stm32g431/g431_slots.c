@@ -1,0 +1,42 @@
+#include "g431_slots.h"
+
+#include <stdbool.h>
+
+#include "num.h"
+
+static bool inside(uint32_t slot, uint32_t offset, uint32_t bytes)
+{
+    return (slot < 2u) && (offset < G431_SLOTS_BYTES) && (offset % bytes == 0u);
+}
+
+COLD hal_flash_status_t g431_slots_erase(g431_slots_t *slots, uint32_t slot)
+{
+    if (!inside(slot, 0u, 8u)) {
+        return HAL_FLASH_FAILED;
+    }
+    const uint32_t page = G431_FLASH_PAGE_FIRST + slot * G431_SLOTS_PAGES + slots->erased;
+    if (g431_flash_erase(slots->flash, page, slots->polls) != G431_FLASH_OK) {
+        slots->erased = 0u;
+        return HAL_FLASH_FAILED;
+    }
+    slots->erased = (slots->erased + 1u) % G431_SLOTS_PAGES;
+    return (slots->erased == 0u) ? HAL_FLASH_DONE : HAL_FLASH_BUSY;
+}
+
+COLD hal_flash_status_t g431_slots_program(const g431_slots_t *slots, uint32_t slot,
+                                           uint32_t offset, const uint32_t *words)
+{
+    if (!inside(slot, offset, 8u)) {
+        return HAL_FLASH_FAILED;
+    }
+    const uint32_t at = slot * G431_SLOTS_BYTES + offset;
+    const g431_flash_status_t status = g431_flash_program(
+        slots->flash, G431_FLASH_START + at, &slots->cell[at / 4u], words, slots->polls);
+    return (status == G431_FLASH_OK) ? HAL_FLASH_DONE : HAL_FLASH_FAILED;
+}
+
+uint32_t g431_slots_read(const g431_slots_t *slots, uint32_t slot, uint32_t offset)
+{
+    const uint32_t at = slot * G431_SLOTS_BYTES + offset;
+    return inside(slot, offset, 4u) ? slots->cell[at / 4u] : 0u;
+}
