@@ -1,10 +1,10 @@
 /* Do the current words jump where the current cannot? Without an estimate and in every mode.
  *
- * A period changes the current by T/(sigma Ls) (u - Rs i - e). What is left of a change when the
- * voltage's share is taken away, d = di - T/(sigma Ls) u, moves with Rs i and the EMF alone:
- * slowly. A gain that changes, sensors that are exchanged or lose their supply, an ADC's reference
- * that goes: d leaves its place for one period and is back in the next. One disturbed sample comes
- * back the other way, so that d is off twice as far; a wrong sigma Ls shows in proportion to di.
+ * A period changes the current by di = T/(sigma Ls) (u - Rs i - e). Without the voltage's share,
+ * d = di - T/(sigma Ls) u depends on Rs i and the EMF only, so it changes slowly. If a sensor's
+ * gain changes, sensors are exchanged or lose their supply, or the ADC loses its reference, d jumps
+ * for one period and returns in the next. A single disturbed sample is different: d then jumps
+ * twice, the second time the other way. A wrong sigma Ls gives an error in proportion to di.
  * Stationary frame.
  */
 #ifndef CURRENT_JUMP_H

@@ -4,12 +4,11 @@
 
 #include "debounce.h"
 
-/* Times on end, each a schedule of 3.2 ms: longer than any transient of the current loop, shorter
- * than what a wrong angle needs to lose the load. A phase comes first: with one open, the voltages
- * do not fit either. */
-#define PLAUSIBILITY_VOLTAGE_SCHEDULES  8u
-#define PLAUSIBILITY_PHASE_SCHEDULES    6u
-#define PLAUSIBILITY_ESTIMATE_SCHEDULES 60u
+/* Longer than any transient of the current loop, shorter than what a wrong angle needs to lose the
+ * load. A phase comes first: with one open, the voltages do not fit either. */
+#define PLAUSIBILITY_VOLTAGE_S  0.0256f
+#define PLAUSIBILITY_PHASE_S    0.0192f
+#define PLAUSIBILITY_ESTIMATE_S 0.192f
 
 /* Periods on end, and how well the image fits (square of a tenth). Two exchanged sensors make 8 and
  * more of them up to the trip, the start of a motor that turns 3 at most (tools/docs/monitor.md).
@@ -28,6 +27,11 @@
 #define PLAUSIBILITY_SHORT_PU     0.5f
 #define PLAUSIBILITY_STALL_MAX    1000000.0f /* schedules */
 
+static uint32_t schedules(float time_s, float schedule_s)
+{
+    return (uint32_t)(time_s / schedule_s + 0.5f);
+}
+
 bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *params,
                        float schedule_s)
 {
@@ -37,13 +41,16 @@ bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *
         !positivef(schedule_s)) {
         return false;
     }
-    const float schedules = params->stall_s / schedule_s + 0.5f;
-    if (!(schedules < PLAUSIBILITY_STALL_MAX)) {
+    if (!(params->stall_s + 0.5f * schedule_s < PLAUSIBILITY_STALL_MAX * schedule_s)) {
         return false;
     }
-    *cfg = (plausibility_config_t){.p = *params,
-                                   .change_rad_s = params->rate_rad_s2 * schedule_s,
-                                   .stall_schedules = (uint32_t)schedules};
+    *cfg = (plausibility_config_t){
+        .p = *params,
+        .change_rad_s = params->rate_rad_s2 * schedule_s,
+        .voltage_schedules = schedules(PLAUSIBILITY_VOLTAGE_S, schedule_s),
+        .phase_schedules = schedules(PLAUSIBILITY_PHASE_S, schedule_s),
+        .estimate_schedules = schedules(PLAUSIBILITY_ESTIMATE_S, schedule_s),
+        .stall_schedules = schedules(params->stall_s, schedule_s)};
     return true;
 }
 
@@ -55,8 +62,8 @@ bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_s
     }
     const float allowed_V = cfg->p.u_V + PLAUSIBILITY_VOLTAGE_PU * sqrtf(ab_norm2(duty_V));
     const bool wrong = !(ab_norm2(ab_sub(sensed_V, duty_V)) <= (allowed_V * allowed_V));
-    st->voltage = debounce_count(st->voltage, wrong, PLAUSIBILITY_VOLTAGE_SCHEDULES);
-    return debounce_elapsed(st->voltage, PLAUSIBILITY_VOLTAGE_SCHEDULES);
+    st->voltage = debounce_count(st->voltage, wrong, cfg->voltage_schedules);
+    return debounce_elapsed(st->voltage, cfg->voltage_schedules);
 }
 
 /* Each phase counts for itself: where the voltage ends, the current lags what is asked for, and one
@@ -76,8 +83,8 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
         /* A NaN is no current. */
         const bool wrong = (absf(wanted_A[x]) > least_A) &&
                            !(absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A));
-        st->phase[x] = debounce_count(st->phase[x], wrong, PLAUSIBILITY_PHASE_SCHEDULES);
-        open = open || debounce_elapsed(st->phase[x], PLAUSIBILITY_PHASE_SCHEDULES);
+        st->phase[x] = debounce_count(st->phase[x], wrong, cfg->phase_schedules);
+        open = open || debounce_elapsed(st->phase[x], cfg->phase_schedules);
     }
     return open;
 }
@@ -98,8 +105,8 @@ bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_
     const bool power = beyond(in->air_gap_W - in->torque_power_W, cfg->p.power_W);
     st->omega_before_rad_s = in->omega_rad_s;
     st->estimate =
-        debounce_count(st->estimate, e1 || flux || rate || power, PLAUSIBILITY_ESTIMATE_SCHEDULES);
-    return debounce_elapsed(st->estimate, PLAUSIBILITY_ESTIMATE_SCHEDULES);
+        debounce_count(st->estimate, e1 || flux || rate || power, cfg->estimate_schedules);
+    return debounce_elapsed(st->estimate, cfg->estimate_schedules);
 }
 
 bool plausibility_stalled(const plausibility_config_t *cfg, plausibility_state_t *st, bool at_limit,

@@ -34,6 +34,9 @@ typedef struct {
 typedef struct {
     plausibility_params_t p;
     float change_rad_s; /* rate_rad_s2 times a schedule */
+    uint32_t voltage_schedules;
+    uint32_t phase_schedules;
+    uint32_t estimate_schedules;
     uint32_t stall_schedules;
 } plausibility_config_t;
 

@@ -13,23 +13,26 @@
 /* Over the EMF kr lambda Rr/Lr with which flux begins to build up; looks of either sign. */
 #define ROTOR_START_PU    0.1f
 #define ROTOR_START_LOOKS 3u
+/* A 10 bit ADC moves the voltage of a 75 kW motor by .25 V per count; its EMF is 1.6 V at most. */
+#define ROTOR_START_COUNTS 1.5f
 /* Direct current brakes the flux with the rotor's time constant: what moves later is a load's work.
  */
 #define ROTOR_START_S 0.5f
 
 void rotor_check_init(rotor_check_config_t *cfg, const motor_model_t *motor, float lambda_Wb,
-                      float step_s)
+                      float count_V, float step_s)
 {
+    const float build_up_V = motor->kr * lambda_Wb * motor->tau_per_s;
     const float even_rad_s = motor->Rs_ohm / (motor->kr * motor->M_H);
-    *cfg =
-        (rotor_check_config_t){.sigma_Ls_H = motor->sigma_Ls_H,
-                               .kr_M_H = motor->kr * motor->M_H,
-                               .kr_lambda_Wb = motor->kr * lambda_Wb,
-                               .current_rad_s = ROTOR_CURRENT_PU * even_rad_s,
-                               .voltage_rad_s = ROTOR_VOLTAGE_PU * even_rad_s,
-                               .start_looks = (uint32_t)(ROTOR_START_S / step_s),
-                               .start_V = ROTOR_START_PU * motor->kr * lambda_Wb * motor->tau_per_s,
-                               .share = step_s / (step_s + ROTOR_MEAN_S)};
+    *cfg = (rotor_check_config_t){
+        .sigma_Ls_H = motor->sigma_Ls_H,
+        .kr_M_H = motor->kr * motor->M_H,
+        .kr_lambda_Wb = motor->kr * lambda_Wb,
+        .current_rad_s = ROTOR_CURRENT_PU * even_rad_s,
+        .voltage_rad_s = ROTOR_VOLTAGE_PU * even_rad_s,
+        .start_looks = (uint32_t)(ROTOR_START_S / step_s),
+        .start_V = maxf(ROTOR_START_PU * build_up_V, ROTOR_START_COUNTS * count_V),
+        .share = step_s / (step_s + ROTOR_MEAN_S)};
 }
 
 /* Written as enough >= needed, so that a NaN is lost. */

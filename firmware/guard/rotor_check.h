@@ -57,9 +57,10 @@ typedef struct {
     float Rs_ohm;
 } rotor_check_in_t;
 
-/* lambda_Wb: flux of V/f operation. */
+/* lambda_Wb: flux of V/f operation. count_V: answer of the current controller to one count of the
+ * current ADC; a start's EMF has to be above 1.5 of these. */
 void rotor_check_init(rotor_check_config_t *cfg, const motor_model_t *motor, float lambda_Wb,
-                      float step_s);
+                      float count_V, float step_s);
 
 /* One step of a mode that imposes the frequency. */
 rotor_check_t rotor_check_step(const rotor_check_config_t *cfg, rotor_check_state_t *st,

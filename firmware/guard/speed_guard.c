@@ -25,6 +25,7 @@ bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *par
 {
     if (!ALL_POSITIVE(params->deviation_rad_s, params->deviation_s, params->unknown_s,
                       params->over_speed_rad_s, params->lambda_nominal_Wb, schedule_s) ||
+        !nonnegativef(params->count_V) ||
         !(maxf(params->deviation_s, params->unknown_s) < SPEED_MAX_SCHEDULES * schedule_s)) {
         return false;
     }
@@ -40,7 +41,7 @@ bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *par
         .unknown_s = params->unknown_s,
         .doubt_s = minf(SPEED_UNKNOWN_AFTER_S, params->deviation_s),
     };
-    rotor_check_init(&cfg->rotor, motor, params->lambda_nominal_Wb, schedule_s);
+    rotor_check_init(&cfg->rotor, motor, params->lambda_nominal_Wb, params->count_V, schedule_s);
     return true;
 }
 
@@ -62,8 +63,9 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
-/* Away for a time with all the torque there is; of V/f, whose current limit holds the frequency
- * back, also on the way there. Of an estimate, on the way there for longer. */
+/* True when the speed stays away from its reference although the torque is at its limit. In V/f the
+ * current limit holds the frequency back, so a speed that only approaches counts too; with an
+ * estimate it counts after the longer approach_s. */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {

@@ -33,6 +33,7 @@ typedef struct {
     float unknown_s;
     float over_speed_rad_s;
     float lambda_nominal_Wb;
+    float count_V; /* answer of the current controller to one count of the current ADC */
 } speed_guard_params_t;
 
 typedef struct {

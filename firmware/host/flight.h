@@ -6,8 +6,8 @@
  * replayed.
  *
  * A row is six half-words, the first one low. Either the six ADC words of hal_sample_t, 15 bits
- * each; bit 15 of the second: the host is alive, of the third: break input. Or, with bit 15 of the
- * first set, something else that came with the next sample (a CHECK: with those before):
+ * each; bit 15 of the second: the host is alive, of the third: break input. Bit 15 of the first
+ * marks a row of another kind. It belongs to the sample that follows; a CHECK to those before it.
  *
  *   START      number of parameter changes so far; heat of motor and inverter (float)
  *   COMMAND    command bits; speed (rad/s) and torque (Nm) wanted (float)

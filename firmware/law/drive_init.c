@@ -98,9 +98,11 @@ static bool init_protection(drive_config_t *cfg, const drive_params_t *p)
                                            .flux_Wb = M_H * p->flux.i_d_A,
                                            .M_H = M_H,
                                            .A_per_count = cfg->measurement.A_per_count};
+    speed_guard_params_t speed = p->speed_guard;
+    speed.count_V = cfg->voltage.current.pi.kp * cfg->measurement.A_per_count;
     return torque_limits_init(&cfg->limits, &limits, schedule_s) &&
            guard_init(&cfg->guard, &p->monitor, &p->plausibility, &sensors) &&
-           speed_guard_init(&cfg->guard.speed, &p->speed_guard, &cfg->motor, schedule_s);
+           speed_guard_init(&cfg->guard.speed, &speed, &cfg->motor, schedule_s);
 }
 
 /* I-f current is there where something may ask for it. */

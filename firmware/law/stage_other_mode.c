@@ -7,12 +7,13 @@
  */
 COLD static void estimate(const drive_config_t *cfg, drive_state_t *st, const drive_out_t *out)
 {
-    const i_f_state_t *i_f = &st->modes.i_f;
+    i_f_state_t *i_f = &st->modes.i_f;
     const bool beside_i_f = st->mode == MODE_TAKE_OVER;
     estimator_in_t in = stage_estimator_in(st, out);
     if (beside_i_f && i_f_observable(&cfg->modes.i_f, i_f)) {
         in.frame_imposed = true;
         in.omega_frame_rad_s = i_f->omega_rad_s;
+        i_f_see_flux(&cfg->modes.i_f, i_f, in.u_s_V, in.i_s_A);
     }
     if (in.frame_imposed || (st->mode == MODE_REMAGNETISE)) {
         estimator_step(&cfg->estimator, &st->estimator, &in);

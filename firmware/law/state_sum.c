@@ -47,7 +47,7 @@ static float of_protection(const drive_state_t *st)
 /* What the search for a turning motor gathers is not here: its result goes into the estimate. */
 static float of_modes(const modes_state_t *m)
 {
-    return ab_sum(m->i_f.axis) + m->i_f.current_A + m->i_f.omega_rad_s +
+    return ab_sum(m->i_f.axis) + m->i_f.current_A + m->i_f.omega_rad_s + ab_sum(m->i_f.flux_Wb) +
            ab_sum(m->flying_current.i_before_A) + ab_sum(m->flying_current.e_V) +
            ab_sum(m->brake.current.i_before_A) + ab_sum(m->brake.current.e_V) +
            ab_sum(m->brake.i_ref_A) + m->brake.omega_rad_s + ab_sum(m->volts.off_axis) +

@@ -144,6 +144,25 @@ COLD static void hand_back(const drive_config_t *cfg, drive_state_t *st, const m
     st->mode = MODE_VECTOR;
 }
 
+/* Back with the flux that the stator equation shows, when the estimator has not found it. The
+ * supervisor judges anew. */
+COLD static bool hand_back_by_flux(const drive_config_t *cfg, drive_state_t *st,
+                                   const mode_in_t *in)
+{
+    estimator_seed_t seed = {.i_s_A = in->meas->i_s_A};
+    const uint32_t tries = st->modes.i_f.tries + 1u;
+    const float nominal_Wb = 1.0f / cfg->modes.vector.inv_lambda_ref_per_Wb;
+    if (!i_f_found(&cfg->modes.i_f, &st->modes.i_f, nominal_Wb, &seed.lambda_r_Wb,
+                   &seed.omega_e_rad_s)) {
+        return false;
+    }
+    estimator_seed(&cfg->estimator, &st->estimator, &seed);
+    st->supervisor = (supervisor_state_t){0};
+    hand_back(cfg, st, in);
+    st->modes.i_f.tries = tries;
+    return true;
+}
+
 /* I-f holds the load: until the estimate is back, or there is no hope. */
 COLD static void hold_load(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in,
                            bool lost, uint32_t *faults)
@@ -156,10 +175,11 @@ COLD static void hold_load(const drive_config_t *cfg, drive_state_t *st, const m
         .omega_ref_rad_s = target_rad_s, .u_dc_V = in->meas->u_dc_V, .lost = lost};
     if (!lost && i_f_observable(&cfg->modes.i_f, &st->modes.i_f)) {
         hand_back(cfg, st, in);
-    } else if (i_f_step(&cfg->modes.i_f, &st->modes.i_f, &i_f_in)) {
-        *faults |= FAULT_ORIENTATION_LOST;
+    } else if (!hand_back_by_flux(cfg, st, in)) {
+        const bool hopeless = i_f_step(&cfg->modes.i_f, &st->modes.i_f, &i_f_in);
+        *faults |= hopeless ? FAULT_ORIENTATION_LOST : 0u;
     } else {
-        /* it holds */
+        /* goes on in vector control */
     }
 }
 

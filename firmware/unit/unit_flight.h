@@ -10,7 +10,8 @@ bool unit_flight_allowed(const unit_t *unit);
 
 /* Control interrupt, while a recording is asked for or going on; `sample` and `output` of the
  * period just ended. Asked for, it puts the drive back to what unit_init made of it: BOOT, offsets
- * to be measured, gates off; the thermal models keep their heat. Then it records. */
+ * to be measured, gates off. The overload models keep their heat; what heating and m_tracking have
+ * found begins anew, and the motor counts as cold. Then it records. */
 COLD void unit_flight_period(unit_t *unit, const hal_sample_t *sample, const hal_output_t *output);
 
 /* Digest of what the drive puts out: equal drives have equal ones. */

@@ -60,6 +60,7 @@ typedef struct {
     float corner2_rad2_s2;
     float lambda_low_Wb;
     float lambda_high_Wb;
+    float omega_s_gain; /* per schedule */
     uint32_t confirm_schedules;
     uint32_t return_schedules;
     uint32_t still_schedules;

@@ -4,6 +4,12 @@
  * and cannot run away. The rotor follows with the slip x tau, x + 1/x = p M kr I^2 / |T|, as long
  * as |T| < p M kr I^2 / 2. It starts along the measured current, so that nothing jumps. The vector
  * becomes shorter with speed, so that the flux M I leaves voltage for current control.
+ *
+ * The flux M I of a long vector saturates the motor: M is then well below the parameter, and an
+ * estimator with that parameter does not find the rotor again. The stator equation does without M,
+ * in the frame of the vector:
+ *
+ *   u - Rs i = j w (sigma Ls i + kr lambda)
  */
 #ifndef I_F_H
 #define I_F_H
@@ -28,8 +34,14 @@ typedef struct {
     float step_rad_s;
     float return_rad_s;
     uint32_t timeout_periods;
-    float A_rad_s_per_V; /* limits |i| w to this share of the dc link */
+    uint32_t look_periods; /* lost for so long: the mean of the flux is the flux */
+    float A_rad_s_per_V;   /* limits |i| w to this share of the dc link */
     float period_s;
+    float mean_share; /* of the mean of the flux, per period */
+    float Rs_ohm;     /* the parameter */
+    float sigma_Ls_H;
+    float inv_kr;
+    float slip_ohm; /* kr Rr */
 } i_f_config_t;
 
 typedef struct {
@@ -38,6 +50,8 @@ typedef struct {
     float current_A;
     float omega_rad_s;
     uint32_t lost_periods;
+    uint32_t tries; /* hand-backs by this flux since the last one by the estimator */
+    ab_t flux_Wb;   /* mean, relative to the vector */
 } i_f_state_t;
 
 typedef struct {
@@ -67,5 +81,16 @@ static inline bool i_f_observable(const i_f_config_t *cfg, const i_f_state_t *st
 {
     return absf(st->omega_rad_s) >= cfg->return_rad_s;
 }
+
+/* One period above the return frequency: what the stator equation says of the flux. u_s_V: less
+ * what an Rs other than the parameter's takes. */
+void i_f_see_flux(const i_f_config_t *cfg, i_f_state_t *st, ab_t u_s_V, ab_t i_s_A);
+
+/* True when the estimator has not found the rotor in time, but the stator equation's flux shows a
+ * rotor that follows: a flux of at least half of `nominal_Wb`, and a lag below the pull-out angle.
+ * *flux_Wb (stationary frame) and the rotor's *omega_e_rad_s are then what to continue
+ * with. */
+bool i_f_found(const i_f_config_t *cfg, const i_f_state_t *st, float nominal_Wb, ab_t *flux_Wb,
+               float *omega_e_rad_s);
 
 #endif
