@@ -12,7 +12,6 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "pil_protocol.h"
 #include "toml_reader.hpp"
 
 namespace zh {
@@ -106,8 +105,11 @@ EmulatedCore::~EmulatedCore()
 void EmulatedCore::introduce(const zh_pil_job &job, const params_t &params, const GainFile &gain)
 {
     pil_hello_t hello{};
+    // An image without a fieldbus lacks its parameters, the last of the list.
+    constexpr std::size_t without_fieldbus = offsetof(params_t, fieldbus_commands);
     if (!read(&hello, sizeof hello) || hello.magic != PIL_MAGIC ||
-        hello.params_bytes != sizeof(params_t) || hello.signals != PIL_SIGNALS) {
+        (hello.params_bytes != sizeof(params_t) && hello.params_bytes != without_fieldbus) ||
+        hello.signals != PIL_SIGNALS) {
         throw ConfigError("image: is of other sources than the SIL library; build both anew");
     }
     if (params.observer_gain_enable != 0 && hello.table_crc32c != gain.table().crc32c) {
@@ -117,13 +119,16 @@ void EmulatedCore::introduce(const zh_pil_job &job, const params_t &params, cons
     result_.clock_Hz = hello.clock_Hz;
     pil_start_t start{};
     start.use_params = job.own_params != 0 ? 0 : 1;
+    bus_ = job.bus != 0;
     injecting_ = job.inject != PIL_INJECT_NONE;
     start.inject = job.inject;
     start.inject_at = job.inject_at;
     start.inject_address = job.inject_address;
     start.params = params;
     std::uint32_t refused = 0;
-    if (!write(&start, sizeof start) || !read(&refused, sizeof refused)) {
+    static_assert(offsetof(pil_start_t, params) + sizeof(params_t) == sizeof start);
+    if (!write(&start, offsetof(pil_start_t, params) + hello.params_bytes) ||
+        !read(&refused, sizeof refused)) {
         throw ConfigError("image: left before its first control period");
     }
     if (refused != 0) {
@@ -156,12 +161,30 @@ bool EmulatedCore::write(const void *data, std::size_t n)
     return ::write(to_image_, data, n) == static_cast<ssize_t>(n);
 }
 
-void EmulatedCore::ask(hal_sample_t &sample, const unit_command_t &command)
+void EmulatedCore::ask(hal_sample_t &sample, unit_command_t &command)
 {
     sample.late_periods = late_periods_;
     const pil_in_t in{command.command, command.omega_m_ref_rad_s, command.torque_ref_Nm,
                       command.count, sample};
     (void)write(&in, sizeof in); // a broken pipe shows when the answer is read
+    heard_ = bus_ && hear();
+    if (heard_) {
+        command = {out_.command, out_.omega_m_ref_rad_s, out_.torque_ref_Nm, out_.command_count};
+    }
+}
+
+// The image's answer into out_; false, and how the run ends, when there is none.
+bool EmulatedCore::hear()
+{
+    if (!there_is_something()) {
+        result_.end = ZH_PIL_SILENT;
+        return false;
+    }
+    if (!read(&out_, sizeof out_)) {
+        result_.end = ZH_PIL_LEFT;
+        return false;
+    }
+    return true;
 }
 
 void EmulatedCore::name_difference(const std::uint32_t *host, const std::uint32_t *image)
@@ -180,15 +203,10 @@ void EmulatedCore::name_difference(const std::uint32_t *host, const std::uint32_
 
 bool EmulatedCore::answer(const unit_t &unit, hal_output_t &output)
 {
-    pil_out_t out{};
-    if (!there_is_something()) {
-        result_.end = ZH_PIL_SILENT;
+    if (!heard_ && (bus_ || !hear())) {
         return false;
     }
-    if (!read(&out, sizeof out)) {
-        result_.end = ZH_PIL_LEFT;
-        return false;
-    }
+    const pil_out_t &out = out_;
     late_periods_ = static_cast<std::uint16_t>(out.late_periods);
     words_.write(reinterpret_cast<const char *>(out.signal), sizeof out.signal);
     std::uint32_t host[PIL_SIGNALS];

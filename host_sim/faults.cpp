@@ -20,7 +20,7 @@ double severity(TomlReader &in, std::string_view key, SensorFaultKind kind)
 {
     switch (kind) {
     case SensorFaultKind::gain:
-        return in.number(key, within(0.0, 10.0));
+        return in.number(key, within(-10.0, 10.0));
     case SensorFaultKind::offset:
     case SensorFaultKind::fixed:
     case SensorFaultKind::drift:
@@ -118,6 +118,25 @@ void read_sensor(TomlReader &in, const SensorKeys &key, std::vector<SensorFault>
     }
 }
 
+Crossing read_crossing(TomlReader &in, std::string_view key)
+{
+    constexpr std::array<Crossing, 3> crossed{{{1, 0, 2}, {0, 2, 1}, {2, 1, 0}}};
+    return in.has(key) ? crossed[in.choice(key, {"uv", "vw", "wu"})] : straight;
+}
+
+void read_wiring(TomlReader &in, Faults &f)
+{
+    f.cables = read_crossing(in, "faults.cables");
+    f.gates = read_crossing(in, "faults.gates");
+    if (in.has("faults.dead_switch")) {
+        const std::size_t number =
+            in.choice("faults.dead_switch",
+                      {"u_upper", "u_lower", "v_upper", "v_lower", "w_upper", "w_lower"});
+        f.dead_leg = number / 2;
+        f.dead_upper = number % 2 == 0;
+    }
+}
+
 } // namespace
 
 Faults read_faults(TomlReader &in)
@@ -126,6 +145,7 @@ Faults read_faults(TomlReader &in)
     for (const SensorKeys &key : sensor_keys) {
         read_sensor(in, key, f.sensors);
     }
+    read_wiring(in, f);
     if (in.has("faults.open_phase")) {
         f.open_phase = in.choice("faults.open_phase", {"u", "v", "w", "all"});
     }

@@ -7,6 +7,9 @@
 //   open_phase, open_s, open_end_s           a motor phase without current; "all": the contactor
 //   short_s, short_ohm, short_H              legs u and v joined through the inductance of a cable
 //   earth_phase, earth_s, earth_ohm          a leg joined to earth, the dc link's middle
+//   cables, gates                            "uv", "vw" or "wu", from the start: two motor cables,
+//                                            or the gate signals of two legs, are exchanged
+//   dead_switch                              "u_upper" ... "w_lower": never turns on
 //   jam_s, jam_Nm                            friction that is added to the shaft's
 //   hang_s, hang_periods                     the control interrupt hangs: its last duties stay for
 //                                            so many periods, then the gates open
@@ -52,6 +55,11 @@ struct SensorFault {
 };
 
 inline constexpr std::size_t all_phases = 3;
+inline constexpr std::size_t no_leg = 3;
+
+// What is connected to what: a number per leg, 0 1 2 when nothing is crossed.
+using Crossing = std::array<std::size_t, 3>;
+inline constexpr Crossing straight{0, 1, 2};
 
 struct Faults {
     std::vector<SensorFault> sensors; // one entry per broken word
@@ -64,6 +72,10 @@ struct Faults {
     std::size_t earth_phase = 0;
     double earth_s = never_s;
     double earth_ohm = 1.0;
+    Crossing cables = straight; // motor terminal on each leg
+    Crossing gates = straight;  // duty that drives each leg
+    std::size_t dead_leg = no_leg;
+    bool dead_upper = false; // else the lower switch
     double jam_s = never_s;
     double jam_Nm = 100.0;
     double hang_s = never_s;

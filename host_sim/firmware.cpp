@@ -36,10 +36,17 @@ NamedSignal::NamedSignal(std::string_view name) : number_(0)
 Firmware::Firmware(const params_t &params, std::shared_ptr<const GainFile> gain)
     : params_(params), gain_(std::move(gain))
 {
-    if (!host_port_init(&port_, &params_, &gain_->table())) {
-        throw ConfigError("overrides: " + refusal_reason(params_));
-    }
+    restart(params);
     check_period(params_, *gain_);
+}
+
+void Firmware::restart(const params_t &params)
+{
+    if (!host_port_init(&port_, &params, &gain_->table())) {
+        throw ConfigError("overrides: " + refusal_reason(params));
+    }
+    params_ = params;
+    terminals_.unfit();
     port_.background_every = background_every;
     port_.until_background = background_every;
 }
@@ -68,6 +75,9 @@ bool Firmware::flip(std::uint32_t byte, std::uint32_t bit)
 
 bool Firmware::reconfigure(const params_t &params)
 {
+    if (!port_.unit.change_ready) {
+        before_ = params_;
+    }
     if (!unit_reconfigure(&port_.unit, &params)) {
         return false;
     }

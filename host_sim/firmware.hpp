@@ -10,6 +10,7 @@
 
 #include "firmware_headers.hpp"
 #include "gain_file.hpp"
+#include "terminal_board.hpp"
 
 namespace zh {
 
@@ -50,8 +51,9 @@ public:
 
     hal_output_t step(const hal_sample_t &sample, const unit_command_t &command)
     {
+        const unit_command_t posted = terminals_.command(port_.unit, command);
         hal_output_t output;
-        host_port_period(&port_, &command, &sample, &output);
+        host_port_period(&port_, &posted, &sample, &output);
         return output;
     }
     // From here on the host link is served and the drive records, in memory of the caller, whose
@@ -61,16 +63,54 @@ public:
     {
         return port_.line;
     }
-    // One period at the link's command.
+    // One period at the command of the link or a fieldbus.
     hal_output_t step_on_link(const hal_sample_t &sample)
     {
-        const unit_command_t posted = unit_link_command(&port_.unit);
+        const unit_command_t posted = fieldbus_command(&fieldbus_, &port_.unit);
         hal_output_t output;
         host_port_period(&port_, &posted, &sample, &output);
         return output;
     }
+    // A slice of the Modbus slave, behind a period.
+    void step_modbus(modbus_t &modbus, const hal_serial_t &line)
+    {
+        modbus_background(&modbus, &fieldbus_, &port_.unit, &line);
+    }
+    // A slice of the CANopen slave, likewise.
+    void step_canopen(canopen_t &canopen, const hal_can_t &can)
+    {
+        const canopen_drive_t drive{&fieldbus_, &port_.unit};
+        canopen_background(&canopen, &drive, &can);
+    }
+    // The drive's own clock.
+    std::uint32_t clock_us() const
+    {
+        return port_.clock_us;
+    }
+    TerminalBoard &terminals()
+    {
+        return terminals_;
+    }
+    const TerminalBoard &terminals() const
+    {
+        return terminals_;
+    }
     // False, and nothing changed, when the application refuses the new set.
     bool reconfigure(const params_t &params);
+
+    // As constructed, with these parameters; for one that serves no link. Throws ConfigError.
+    void restart(const params_t &params);
+
+    // All that a restart does not give, for one that serves no link. No addresses: what is restored
+    // may come from another process.
+    struct State {
+        params_t newest;
+        params_t in_force; // others when the last change was not stepped yet
+        host_port_t port;
+    };
+    void save(State &state) const;
+    // False, and nothing changed, for a state that never was one.
+    bool load(const State &state);
 
     // From here on the guard of the speed counts and does not act; a reconfiguration ends it.
     void record_guard();
@@ -82,6 +122,10 @@ public:
     const params_t &params() const
     {
         return params_;
+    }
+    const GainFile &gain() const
+    {
+        return *gain_;
     }
     // A bit of the drive's RAM flips, by radiation or a supply that is none; false: it owns no such
     // byte. From here on the background comes as often as its checks of memory need.
@@ -99,8 +143,11 @@ public:
 
 private:
     params_t params_;
+    params_t before_{}; // those in force while the next period has yet to take params_
     std::shared_ptr<const GainFile> gain_;
     host_port_t port_{};
+    fieldbus_t fieldbus_{};
+    TerminalBoard terminals_{};
     std::string identity_;
 };
 

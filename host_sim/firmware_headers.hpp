@@ -9,9 +9,12 @@
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 extern "C" {
+#include "canopen.h"
 #include "crc32c.h"
 #include "host_port.h"
+#include "modbus.h"
 #include "ram_flash.h"
+#include "terminals.h"
 #include "unit_config.h"
 #include "unit_flight.h"
 #include "unit_signal.h"

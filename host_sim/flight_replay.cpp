@@ -1,6 +1,5 @@
-#include "flight_replay.h"
+#include "flight_replay.hpp"
 
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <memory>
@@ -8,17 +7,13 @@
 #include <string>
 
 #include "c_boundary.hpp"
-#include "firmware_headers.hpp"
 #include "firmware_setup.hpp"
-#include "gain_file.hpp"
 
 namespace {
 
 using zh::fail;
 
 static_assert(ZH_FLIGHT_ROW_WORDS == FLIGHT_ROW_WORDS);
-
-using RowWords = std::array<std::uint32_t, FLIGHT_ROW_WORDS>;
 
 std::uint32_t low(std::uint32_t word)
 {
@@ -42,137 +37,122 @@ std::uint16_t adc_word(std::uint32_t half_word)
 
 } // namespace
 
-// One drive, and what of it was recorded.
-struct zh_flight {
-    explicit zh_flight(const params_t &params, std::shared_ptr<const zh::GainFile> gain_file)
-        : gain(std::move(gain_file))
-    {
-        if (!unit_init(&unit, &params, gain != nullptr ? &gain->table() : nullptr)) {
-            throw zh::ConfigError("parameters: " + zh::refusal_reason(params));
-        }
+zh_flight::zh_flight(const params_t &params, std::shared_ptr<const zh::GainFile> gain_file)
+    : gain(std::move(gain_file))
+{
+    if (!unit_init(&unit, &params, gain != nullptr ? &gain->table() : nullptr)) {
+        throw zh::ConfigError("parameters: " + zh::refusal_reason(params));
     }
+}
 
-    // True when the row was a period.
-    bool take(const RowWords &row)
-    {
-        if (state.ended != ZH_FLIGHT_GOES_ON) {
-            return false;
-        }
-        if (!marked(row[0])) {
-            return started ? period(row) : end(ZH_FLIGHT_NO_START);
-        }
-        switch (low(row[0])) {
-        case FLIGHT_START:
-            return start(row);
-        case FLIGHT_COMMAND:
-            return command(row);
-        case FLIGHT_PARAMETER:
-            return parameter(row);
-        case FLIGHT_EVENT:
-            late_periods = static_cast<std::uint16_t>(late_periods + high(row[0]));
-            unit.mailbox.faults = row[1];
-            return false;
-        case FLIGHT_CHECK:
-            return check(row);
-        default:
-            return end(ZH_FLIGHT_UNKNOWN);
-        }
-    }
-
-    std::shared_ptr<const zh::GainFile> gain;
-    unit_t unit{};
-    hal_output_t output{};
-    zh_flight_state state{sizeof(zh_flight_state), ZH_FLIGHT_GOES_ON, 0, 0, 0, 0, 0, 0};
-
-private:
-    bool end(std::uint32_t why)
-    {
-        state.ended = why;
+bool zh_flight::take(const RowWords &row)
+{
+    if (state.ended != ZH_FLIGHT_GOES_ON) {
         return false;
     }
-
-    bool start(const RowWords &row)
-    {
-        if (started) {
-            return end(ZH_FLIGHT_SECOND);
-        }
-        started = true;
-        changes = high(row[0]);
-        float *heat_pu = unit.drive.limits.overload.heat_pu;
-        heat_pu[OVERLOAD_MOTOR] = std::bit_cast<float>(row[1]);
-        heat_pu[OVERLOAD_INVERTER] = std::bit_cast<float>(row[2]);
+    if (!marked(row[0])) {
+        return started ? period(row) : end(ZH_FLIGHT_NO_START);
+    }
+    switch (low(row[0])) {
+    case FLIGHT_START:
+        return start(row);
+    case FLIGHT_COMMAND:
+        return command(row);
+    case FLIGHT_PARAMETER:
+        return parameter(row);
+    case FLIGHT_EVENT:
+        late_periods = static_cast<std::uint16_t>(late_periods + high(row[0]));
+        unit.mailbox.faults = row[1];
         return false;
+    case FLIGHT_CHECK:
+        return check(row);
+    default:
+        return end(ZH_FLIGHT_UNKNOWN);
     }
+}
 
-    // As unit_post_command, equal to the last one or not: the drive took it.
-    bool command(const RowWords &row)
-    {
-        const std::uint32_t next = unit.mailbox.published + 1U;
-        volatile unit_command_t &slot = unit.mailbox.slot[next & 1U];
-        slot.command = high(row[0]);
-        slot.omega_m_ref_rad_s = std::bit_cast<float>(row[1]);
-        slot.torque_ref_Nm = std::bit_cast<float>(row[2]);
-        unit.mailbox.published = next;
-        return false;
+bool zh_flight::end(std::uint32_t why)
+{
+    state.ended = why;
+    return false;
+}
+
+bool zh_flight::start(const RowWords &row)
+{
+    if (started) {
+        return end(ZH_FLIGHT_SECOND);
     }
+    started = true;
+    changes = high(row[0]);
+    float *heat_pu = unit.drive.limits.overload.heat_pu;
+    heat_pu[OVERLOAD_MOTOR] = std::bit_cast<float>(row[1]);
+    heat_pu[OVERLOAD_INVERTER] = std::bit_cast<float>(row[2]);
+    return false;
+}
 
-    // No parameter of this number: the drive took the same set again, or a replay keeps its own.
-    bool parameter(const RowWords &row)
-    {
-        params_t params = unit.params;
-        const auto index = static_cast<std::size_t>(high(row[0]));
-        if (low(row[2] - changes) > 1U) {
-            return end(ZH_FLIGHT_CHANGES);
-        }
-        changes = row[2];
-        if (index < params_count() &&
-            params_set(&params, index, std::bit_cast<float>(row[1])) != PARAMS_OK) {
-            return end(ZH_FLIGHT_PARAMETER);
-        }
-        return unit_reconfigure(&unit, &params) ? false : end(ZH_FLIGHT_PARAMETER);
+// As unit_post_command, equal to the last one or not: the drive took it.
+bool zh_flight::command(const RowWords &row)
+{
+    const std::uint32_t next = unit.mailbox.published + 1U;
+    volatile unit_command_t &slot = unit.mailbox.slot[next & 1U];
+    slot.command = high(row[0]);
+    slot.omega_m_ref_rad_s = std::bit_cast<float>(row[1]);
+    slot.torque_ref_Nm = std::bit_cast<float>(row[2]);
+    unit.mailbox.published = next;
+    return false;
+}
+
+// No parameter of this number: the drive took the same set again, or a replay keeps its own.
+bool zh_flight::parameter(const RowWords &row)
+{
+    params_t params = unit.params;
+    const auto index = static_cast<std::size_t>(high(row[0]));
+    if (low(row[2] - changes) > 1U) {
+        return end(ZH_FLIGHT_CHANGES);
     }
-
-    bool check(const RowWords &row)
-    {
-        ++state.checks;
-        const bool same = row[1] == digest && row[2] == static_cast<std::uint32_t>(state.periods);
-        if (!same) {
-            state.differs = 1;
-        }
-        if (state.differs == 0) {
-            state.equal = state.periods;
-        }
-        return false;
+    changes = row[2];
+    if (index < params_count() &&
+        params_set(&params, index, std::bit_cast<float>(row[1])) != PARAMS_OK) {
+        return end(ZH_FLIGHT_PARAMETER);
     }
+    return unit_reconfigure(&unit, &params) ? false : end(ZH_FLIGHT_PARAMETER);
+}
 
-    bool period(const RowWords &row)
-    {
-        unit.mailbox.alive = unit.mailbox.alive + (marked(high(row[0])) ? 1U : 0U);
-        const hal_sample_t sample{
-            adc_word(row[0]),
-            adc_word(high(row[0])),
-            adc_word(row[1]),
-            high(row[1]),
-            static_cast<std::uint16_t>(low(row[2])),
-            high(row[2]),
-            late_periods,
-            static_cast<std::uint16_t>(marked(row[1]) ? HAL_INPUT_BREAK : 0U)};
-        unit_control_period(&unit, &sample, &output);
-        unit.output = output; // as unit_record_period keeps it, for the signals
-        digest = unit_flight_digest(&unit, &output, digest);
-        if (state.first_fault == 0 && unit.machine.faults != 0) {
-            state.first_fault = unit.machine.faults;
-            state.fault_at = state.periods;
-        }
-        ++state.periods;
-        return true;
+bool zh_flight::check(const RowWords &row)
+{
+    ++state.checks;
+    const bool same = row[1] == digest && row[2] == samples;
+    if (!same) {
+        state.differs = 1;
     }
+    if (state.differs == 0) {
+        state.equal = state.periods;
+    }
+    return false;
+}
 
-    bool started = false;
-    std::uint32_t changes = 0;
-    std::uint32_t digest = 0;
-    std::uint16_t late_periods = 0;
-};
+bool zh_flight::period(const RowWords &row)
+{
+    unit.mailbox.alive = unit.mailbox.alive + (marked(high(row[0])) ? 1U : 0U);
+    const hal_sample_t sample{adc_word(row[0]),
+                              adc_word(high(row[0])),
+                              adc_word(row[1]),
+                              high(row[1]),
+                              static_cast<std::uint16_t>(low(row[2])),
+                              high(row[2]),
+                              late_periods,
+                              static_cast<std::uint16_t>(marked(row[1]) ? HAL_INPUT_BREAK : 0U)};
+    unit_control_period(&unit, &sample, &output);
+    unit.output = output; // as unit_record_period keeps it, for the signals
+    digest = unit_flight_digest(&unit, &output, digest);
+    if (state.first_fault == 0 && unit.machine.faults != 0) {
+        state.first_fault = unit.machine.faults;
+        state.fault_at = state.periods;
+    }
+    ++samples;
+    ++state.periods;
+    return true;
+}
 
 zh_flight *zh_flight_open(const char *params, const float *gain, std::uint32_t gain_entries)
 {

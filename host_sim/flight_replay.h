@@ -52,6 +52,17 @@ ZH_API int zh_flight_run(zh_flight *handle, const uint32_t *rows, uint32_t count
 
 ZH_API int zh_flight_get_state(const zh_flight *handle, zh_flight_state *state);
 
+/* The state of the replayed drive behind its last period, in memory of the caller. A recorder that
+ * keeps only the last seconds begins its file with one. ZH_NOT_NOW between a parameter change and
+ * the period that takes it; ask again behind the next row.
+ *
+ * Restore it into a replay that has run no row, opened with the parameters and the table that were
+ * in force then. Other parameters are allowed: they act from there on. `periods` and `equal` count
+ * from there. ZH_REFUSED: a state of another firmware or table, or a damaged one. */
+ZH_API size_t zh_flight_snapshot_bytes(void);
+ZH_API int zh_flight_snapshot(const zh_flight *handle, void *buffer, size_t bytes);
+ZH_API int zh_flight_restore(zh_flight *handle, const void *buffer, size_t bytes);
+
 /* 1: the word of this signal is a float. */
 ZH_API uint32_t zh_flight_signal_is_float(uint32_t number);
 

@@ -9,8 +9,10 @@
 #include <string>
 
 #include "c_boundary.hpp"
+#include "can_line.hpp"
 #include "firmware.hpp"
 #include "hal_development_key.h"
+#include "modbus_line.hpp"
 #include "plant.hpp"
 #include "sim_job.hpp"
 #include "simulate.hpp"
@@ -121,6 +123,8 @@ struct zh_link {
         digest.add(output.gates_on ? 1U : 0U);
         gates_on = output.gates_on;
         ++periods;
+        modbus.serve(firmware);
+        can.serve(firmware);
         file.save(false);
     }
 
@@ -131,6 +135,8 @@ struct zh_link {
     std::array<std::uint32_t, trace_words> trace{};
     std::array<std::uint32_t, flight_words> flight{};
     zh::Firmware firmware;
+    zh::ModbusLine modbus;
+    zh::CanLine can;
     zh::Plant plant;
     zh::PreloadedTimer timer;
     Digest digest;
@@ -171,6 +177,47 @@ int zh_link_run(zh_link *handle, std::uint32_t periods, const std::uint8_t *rece
     return status;
 }
 
+int zh_link_modbus_put(zh_link *handle, const std::uint8_t *received, std::uint32_t n)
+{
+    if (handle == nullptr || (received == nullptr && n > 0)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_link_modbus_put: handle or received: is NULL");
+    }
+    return zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        handle->modbus.put(received, n, handle->firmware.clock_us());
+        return int{ZH_OK};
+    });
+}
+
+int zh_link_modbus_take(zh_link *handle, std::uint8_t *sent, std::uint32_t *sent_n)
+{
+    if (handle == nullptr || sent_n == nullptr || (sent == nullptr && *sent_n > 0)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_link_modbus_take: handle, sent or its count: is NULL");
+    }
+    *sent_n = handle->modbus.take(sent, *sent_n);
+    return ZH_OK;
+}
+
+int zh_link_can_put(zh_link *handle, const zh_can_frame *frame)
+{
+    if (handle == nullptr || frame == nullptr || frame->length > 8 || frame->id > 0x7FF) {
+        return fail(ZH_BAD_ARGUMENT,
+                    "zh_link_can_put: handle or frame: is NULL, or no classic frame of 11 bits");
+    }
+    return zh::guarded<int>(ZH_BAD_INPUT, [&] {
+        handle->can.put(*frame);
+        return int{ZH_OK};
+    });
+}
+
+int zh_link_can_take(zh_link *handle, zh_can_frame *frame, std::uint32_t *taken)
+{
+    if (handle == nullptr || frame == nullptr || taken == nullptr) {
+        return fail(ZH_BAD_ARGUMENT, "zh_link_can_take: handle, frame or taken: is NULL");
+    }
+    *taken = handle->can.take(*frame) ? 1U : 0U;
+    return ZH_OK;
+}
+
 int zh_link_change(zh_link *handle, const char *scenario)
 {
     if (handle == nullptr || scenario == nullptr) {
@@ -188,9 +235,18 @@ int zh_link_get_state(const zh_link *handle, zh_link_state *state)
         return fail(ZH_BAD_ARGUMENT, "zh_link_get_state: handle or state: is NULL or its "
                                      "struct_size too small; set it to sizeof(zh_link_state)");
     }
-    *state = {state->struct_size,     handle->gates_on ? 1U : 0U,
-              handle->periods,        handle->digest.value(),
-              handle->plant.time_s(), rpm_per_rad_s * handle->plant.state().omega_m_rad_s};
+    const zh::Plant &plant = handle->plant;
+    const zh::Phases i_A = plant.currents_at_legs();
+    *state = {.struct_size = state->struct_size,
+              .gates_on = handle->gates_on ? 1U : 0U,
+              .periods = handle->periods,
+              .digest = handle->digest.value(),
+              .time_s = plant.time_s(),
+              .speed_rpm = rpm_per_rad_s * plant.state().omega_m_rad_s,
+              .u_dc_V = plant.truth().u_dc_V,
+              .i_u_A = i_A[0],
+              .i_v_A = i_A[1],
+              .i_w_A = i_A[2]};
     return ZH_OK;
 }
 

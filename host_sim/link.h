@@ -12,6 +12,13 @@ extern "C" {
 
 typedef struct zh_link zh_link;
 
+/* A classic CAN data frame. */
+typedef struct {
+    uint32_t id;     /* 11 bits */
+    uint32_t length; /* 0..8 */
+    uint8_t data[8];
+} zh_can_frame;
+
 typedef struct {
     uint32_t struct_size; /* sizeof(zh_link_state), set by the caller */
     uint32_t gates_on;    /* in the last period */
@@ -19,6 +26,10 @@ typedef struct {
     uint64_t digest; /* of duties and gates of every period: equal runs have equal ones */
     double time_s;
     double speed_rpm; /* true, of the shaft */
+    double u_dc_V;    /* true, as a meter reads it */
+    double i_u_A;     /* at the drive's terminals, as a current clamp reads it */
+    double i_v_A;
+    double i_w_A;
 } zh_link_state;
 
 /* Rig, board, motor, firmware parameters and profiles of the job; it continues beyond the
@@ -32,6 +43,19 @@ ZH_API zh_link *zh_link_open(const zh_sim_job *job, uint32_t from_link, const ch
  * return the number taken. *sent_n: space for its answer; on return its length. */
 ZH_API int zh_link_run(zh_link *handle, uint32_t periods, const uint8_t *received,
                        uint32_t *received_n, uint8_t *sent, uint32_t *sent_n);
+
+/* The drive's Modbus line (RTU): bytes that reach it together at the next period, a character's
+ * time at ZH_LINK_MODBUS_BAUD apart. */
+#define ZH_LINK_MODBUS_BAUD 115200u
+ZH_API int zh_link_modbus_put(zh_link *handle, const uint8_t *received, uint32_t n);
+
+/* What the drive has said on it. *sent_n: space; on return the length. */
+ZH_API int zh_link_modbus_take(zh_link *handle, uint8_t *sent, uint32_t *sent_n);
+
+/* The drive's CAN line: a frame for it, one per period in the order given; and what it has sent:
+ * *taken is 1 and *frame the next, or 0. The slave starts with the first call of either. */
+ZH_API int zh_link_can_put(zh_link *handle, const zh_can_frame *frame);
+ZH_API int zh_link_can_take(zh_link *handle, zh_can_frame *frame, uint32_t *taken);
 
 /* Load, resistances, dc link and faults of another scenario from the next period, as zh_sim_change;
  * its commands are ignored. */

@@ -9,9 +9,9 @@ namespace zh {
 class LockstepPeer {
 public:
     virtual ~LockstepPeer() = default;
-    // Before the firmware's period: the sample and command it is about to get. Late periods are the
-    // peer's to count.
-    virtual void ask(hal_sample_t &sample, const unit_command_t &command) = 0;
+    // Before the firmware's period: the sample and command it is about to get, the latter perhaps
+    // the peer's own. Late periods are the peer's to count.
+    virtual void ask(hal_sample_t &sample, unit_command_t &command) = 0;
     // After it: the peer's output, which the plant then gets. False ends the run.
     virtual bool answer(const unit_t &unit, hal_output_t &output) = 0;
 };

@@ -124,6 +124,13 @@ void Loop::follow()
     }
 }
 
+void Loop::too_slow()
+{
+    out_.trip_s = out_.trip == 0 ? plant_.time_s() : out_.trip_s;
+    out_.trip |= ZH_TRIP_SLOW;
+    ended_ = true;
+}
+
 void Loop::scenario_changed()
 {
     plant_.disturb(run_.scenario.disturbances);
@@ -144,11 +151,11 @@ Outcome Loop::take()
 bool Loop::period(const Words &words)
 {
     hal_sample_t sample = sample_of(words, plant_.broken());
-    const unit_command_t &command = operator_.said();
     if (peer_ == nullptr) {
-        output_ = firmware_.step(sample, command);
+        output_ = firmware_.step(sample, operator_.said());
         return true;
     }
+    unit_command_t command = operator_.said();
     peer_->ask(sample, command);
     output_ = firmware_.step(sample, command);
     return peer_->answer(firmware_.unit(), output_);

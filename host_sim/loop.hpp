@@ -131,6 +131,8 @@ public:
     {
         return firmware_;
     }
+    // The run ends: the firmware takes too long.
+    void too_slow();
     // The scenario of the run has changed: from the next period on.
     void scenario_changed();
     // As the last period put them out.

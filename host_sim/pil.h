@@ -33,6 +33,7 @@ typedef struct {
                               * and gates_on are the image's, all else is the SIL's */
     const char *words; /* NULL, or a file for every signal of every period as the image said it:
                         * 32-bit words in the order of signal_list.def */
+    uint32_t bus; /* 1: a fieldbus commands the image (pil_protocol.h); the SIL gets the same */
 } zh_pil_job;
 
 /* One control period: end minus begin is the time in the interrupt, entry to exit. */

@@ -57,7 +57,7 @@ void check_fit(const Rig &rig, const Board &board)
 bool never_in_parts(const Faults &faults, double comparator_A)
 {
     return !(comparator_A > 0.0) && !(faults.open_s < never_s) && !(faults.short_s < never_s) &&
-           !(faults.earth_s < never_s);
+           !(faults.earth_s < never_s) && faults.dead_leg == no_leg;
 }
 
 // One step per averaged period, its dead time at the current expected in the middle: z^2 - (1 - 1.5
@@ -129,8 +129,8 @@ void Plant::disturb(const Disturbances &disturbances)
 
 Words Plant::sample()
 {
-    const Words words =
-        sensors_.sample(leg_currents(), filter_.u_uv_V(), filter_.u_vw_V(), u_dc_V_);
+    const auto [uv_V, vw_V] = lines_at_legs();
+    const Words words = sensors_.sample(currents_at_legs(), uv_V, vw_V, u_dc_V_);
     return faulty_sensors_.apply(words, time_s());
 }
 
@@ -193,8 +193,9 @@ Plant::Interval Plant::begin_interval(bool gates_on)
                                                                    : Interval::switched;
 }
 
-void Plant::step_interval(Interval interval, const Duty &duty)
+void Plant::step_interval(Interval interval, const Duty &legs)
 {
+    const Duty duty = crossed() ? duty_of_terminals(legs) : legs;
     switch (interval) {
     case Interval::none:
         break;
@@ -249,7 +250,8 @@ bool Plant::fits_lanes() const
 {
     const bool averaged = inverter_.parameters().model == InverterModel::averaged;
     const Faults &f = disturbances_.faults;
-    const bool plain = !(f.short_s < never_s) && !(f.earth_s < never_s) && !(f.jam_s < never_s);
+    const bool plain = !(f.short_s < never_s) && !(f.earth_s < never_s) && !(f.jam_s < never_s) &&
+                       !crossed() && f.dead_leg == no_leg;
     return motor_.is_linear() && substeps_ == 0 && plain && inverter_.ideal_devices() &&
            disturbances_.rr_factor.constant() && (averaged ? whole_steps_ : filter_.series_fits());
 }

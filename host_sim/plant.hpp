@@ -91,6 +91,8 @@ public:
     Plant(const Rig &rig, const Board &board, const Disturbances &disturbances, std::uint64_t seed);
 
     Words sample();
+    // Between the drive's terminals and the cables: the meter's reading.
+    Phases currents_at_legs() const;
     // To the next crest. The duties are those that act now (see PreloadedTimer).
     void advance(const Duty &duty, bool gates_on, bool brake_on = false);
     void advance(const PlantCommand &command)
@@ -109,6 +111,12 @@ public:
     }
     // Others from here on, their times those of this run. A jammed shaft stays jammed.
     void disturb(const Disturbances &disturbances);
+    // The sensors' noise continues from another seed.
+    void reseed(std::uint64_t seed)
+    {
+        sensors_.set_noise(NoiseSource(seed));
+        seed_ = seed;
+    }
     Truth truth() const;
     // Not finite, or beyond anything the rig could survive; advance then does nothing more.
     bool diverged() const
@@ -161,6 +169,10 @@ private:
     void follow_leaks(const Duty &duty, int part);
     bool over_comparator(const Phases &i_A) const;
     Phases leg_currents() const;
+    bool crossed() const;
+    std::array<double, 2> lines_at_legs() const;
+    Duty duty_of_terminals(const Duty &legs) const;
+    void step_dead_switch(const Segment &half, double h_s);
     void integrate(const Segment &segment, double h_s, const Transition &transition);
     void apply(Vec u_s_V, Vec i_s_A, double h_s);
     void settle_shaft(double omega_before_rad_s, double h_s);

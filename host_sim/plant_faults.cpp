@@ -35,6 +35,42 @@ Phases Plant::leg_currents() const
     return i_A;
 }
 
+bool Plant::crossed() const
+{
+    const Faults &f = disturbances_.faults;
+    return f.cables != straight || f.gates != straight;
+}
+
+// The plant counts in motor terminals; a crossing of two is its own inverse.
+Duty Plant::duty_of_terminals(const Duty &legs) const
+{
+    const Faults &f = disturbances_.faults;
+    Duty duty{};
+    for (std::size_t x = 0; x < 3; ++x) {
+        duty[x] = legs[f.gates[f.cables[x]]];
+    }
+    return duty;
+}
+
+Phases Plant::currents_at_legs() const
+{
+    const Phases i_A = leg_currents();
+    const Crossing &c = disturbances_.faults.cables;
+    return {i_A[c[0]], i_A[c[1]], i_A[c[2]]};
+}
+
+std::array<double, 2> Plant::lines_at_legs() const
+{
+    const double uv_V = filter_.u_uv_V();
+    const double vw_V = filter_.u_vw_V();
+    const Crossing &c = disturbances_.faults.cables;
+    if (c == straight) {
+        return {uv_V, vw_V};
+    }
+    const Phases v{0.0, -uv_V, -uv_V - vw_V};
+    return {v[c[0]] - v[c[1]], v[c[1]] - v[c[2]]};
+}
+
 bool Plant::over_comparator(const Phases &i_A) const
 {
     return comparator_A_ > 0.0 && largest(i_A) > comparator_A_;
@@ -53,7 +89,7 @@ bool Plant::needs_parts() const
     }
     const Faults &f = disturbances_.faults;
     const double t_s = time_s();
-    return phase_open() || t_s >= f.short_s || t_s >= f.earth_s ||
+    return phase_open() || f.dead_leg != no_leg || t_s >= f.short_s || t_s >= f.earth_s ||
            (comparator_A_ > 0.0 && largest(leg_currents()) > comparator_near_A_);
 }
 
@@ -84,6 +120,7 @@ void Plant::advance_in_parts(const Duty &duty)
     const Segment half = inverter_.averaged_half(duty);
     const double h_s = period_s_ / fine_parts;
     const bool open = phase_open();
+    const bool dead = disturbances_.faults.dead_leg != no_leg;
     const bool contactor = disturbances_.faults.open_phase == all_phases;
     blocked_ = false;
     i_s_before_A_ = motor_.stator_current(x_);
@@ -92,6 +129,8 @@ void Plant::advance_in_parts(const Duty &duty)
             step_blocked(h_s, part_step_);
         } else if (open) {
             contactor ? step_open_contactor(half, h_s) : step_open_phase(half, h_s);
+        } else if (dead) {
+            step_dead_switch(half, h_s);
         } else {
             integrate(half, h_s, part_step_);
         }
@@ -129,6 +168,22 @@ void Plant::step_open_phase(const Segment &half, double h_s)
     apply(vec_from_phases(v), i_s_A, h_s);
     filter_.advance(part_step_, v[0] - v[1], v[1] - v[2]);
     without_x(phases_from_vec(motor_.stator_current(x_)));
+}
+
+// The leg of a switch that never turns on follows its duty, by the diode beside it, only while the
+// current flows through that diode; the other diode holds it at the other rail.
+void Plant::step_dead_switch(const Segment &half, double h_s)
+{
+    const Faults &f = disturbances_.faults;
+    const std::size_t x = f.cables[f.dead_leg];
+    const Vec i_s_A = motor_.stator_current(x_);
+    const Phases i_A = phases_from_vec(i_s_A);
+    Phases v = inverter_.leg_voltages(half, i_A, u_dc_V_);
+    const double sign = f.dead_upper ? 1.0 : -1.0;
+    const double share = clamp01(sign * i_A[x] * inverter_.leg().inv_threshold_per_A);
+    v[x] += share * (-sign * (0.5 * u_dc_V_ + drop_V_) - v[x]);
+    apply(vec_from_phases(v), i_s_A, h_s);
+    filter_.advance(part_step_, v[0] - v[1], v[1] - v[2]);
 }
 
 // The motor turns on its rotor flux alone; the sensors see the inverter's voltages without load.

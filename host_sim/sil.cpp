@@ -12,6 +12,7 @@
 #include "firmware.hpp"
 #include "firmware_setup.hpp"
 #include "live_parameter.hpp"
+#include "sil_handle.hpp"
 
 // The firmware's own numbers are the interface's.
 constexpr bool same(std::uint32_t ours, std::uint32_t firmware)
@@ -30,27 +31,24 @@ static_assert(same(ZH_FAULT_OVER_CURRENT, FAULT_OVER_CURRENT));
 static_assert(same(ZH_FAULT_NON_FINITE, FAULT_NON_FINITE));
 static_assert(same(ZH_FAULT_CONFIG, FAULT_CONFIG));
 static_assert(same(ZH_FAULT_TABLE_CRC, FAULT_TABLE_CRC));
-
-struct zh_sil {
-    zh::Firmware firmware;
-    std::uint32_t steps = 0;
-};
+static_assert(same(ZH_SIL_COMMISSION, SEQUENCE_CMD_COMMISSION));
+static_assert(same(ZH_CONFIDENCE_DEGRADED, SUPERVISOR_DEGRADED));
+static_assert(same(ZH_CONFIDENCE_LOST, SUPERVISOR_IMPRESSED));
+static_assert(same(ZH_REASON_UNSURE, SUPERVISOR_UNSURE));
+static_assert(same(ZH_REASON_RESIDUAL, SUPERVISOR_RESIDUAL));
+static_assert(same(ZH_REASON_FLUX, SUPERVISOR_FLUX));
+static_assert(same(ZH_REASON_LOST, SUPERVISOR_LOST));
+static_assert(same(ZH_REASON_STILL, SUPERVISOR_STILL));
 
 namespace {
 
 using zh::fail;
 
-constexpr std::uint32_t all_commands = ZH_SIL_RUN | ZH_SIL_FAULT_RESET | ZH_SIL_TORQUE_OFF;
-constexpr float rpm_per_rad_s = 30.0F / NUM_PI;
+using zh::hand_out;
 
-// Writes what the caller's struct has room for, its struct_size untouched.
-template <typename T> void hand_out(const T &value, T *out)
-{
-    const std::size_t size = std::min<std::size_t>(out->struct_size, sizeof value);
-    constexpr std::size_t head = sizeof value.struct_size;
-    std::memcpy(reinterpret_cast<std::byte *>(out) + head,
-                reinterpret_cast<const std::byte *>(&value) + head, size - head);
-}
+constexpr std::uint32_t all_commands =
+    ZH_SIL_RUN | ZH_SIL_FAULT_RESET | ZH_SIL_TORQUE_OFF | ZH_SIL_COMMISSION;
+constexpr float rpm_per_rad_s = 30.0F / NUM_PI;
 
 zh_sil_out gates_off()
 {
@@ -74,6 +72,42 @@ void show_estimator(const unit_t &unit, zh_sil_out &o)
     o.x_rad_s = x.value(unit);
 }
 
+std::uint32_t commissioning_of(const unit_t &unit)
+{
+    switch (unit.commissioned.status) {
+    case COMMISSIONING_DONE:
+        return ZH_COMMISSIONING_DONE;
+    case COMMISSIONING_REFUSED:
+        return ZH_COMMISSIONING_REFUSED;
+    case COMMISSIONING_BUSY:
+    default:
+        return unit.machine.id == SEQUENCE_COMMISSIONING ? ZH_COMMISSIONING_BUSY
+                                                         : ZH_COMMISSIONING_NONE;
+    }
+}
+
+// What came with version 4.
+void show_rest(const unit_t &unit, const unit_telemetry_t &t, bool brake_on, zh_sil_out &o)
+{
+    const drive_config_t &cfg = unit_config(&unit)->drive;
+    const vector_state_t &vector = unit.drive.modes.vector;
+    o.confidence = t.confidence;
+    o.reasons = t.supervisor_reasons;
+    o.commissioning = commissioning_of(unit);
+    o.speed_bound_rpm = rpm_per_rad_s * t.omega_m_bound_rad_s;
+    o.speed_ref_rpm = rpm_per_rad_s * vector.speed.omega_ref_rad_s / cfg.motor.pole_pairs;
+    o.i_d_ref_A = unit.last.i_ref_A.d;
+    o.lambda_ref_Wb = cfg.modes.vector.flux.lambda_ref_Wb - vector.flux_reduction_Wb;
+    o.Rs_hat_ohm = t.Rs_hat_ohm;
+    o.leg_loss_pu = unit.drive.modes.premagnetise.leg_loss_pu;
+    o.u_s_alpha_V = unit.last.u_s_V.alpha;
+    o.u_s_beta_V = unit.last.u_s_V.beta;
+    o.i_s_alpha_A = unit.last.meas.i_s_A.alpha;
+    o.i_s_beta_A = unit.last.meas.i_s_A.beta;
+    o.u_dc_V = unit.last.meas.u_dc_V;
+    o.brake_on = brake_on ? 1U : 0U;
+}
+
 zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
 {
     const unit_telemetry_t t = firmware.telemetry();
@@ -95,6 +129,7 @@ zh_sil_out output_of(const zh::Firmware &firmware, const hal_output_t &output)
     o.stator_frequency_Hz = t.stator_frequency_Hz;
     show_estimator(firmware.unit(), o);
     o.speed_unknown = t.speed_unknown;
+    show_rest(firmware.unit(), t, output.brake_on, o);
     return o;
 }
 
@@ -116,6 +151,12 @@ unit_command_t command_of(const zh_sil_in &in, std::uint32_t sequence)
         command.torque_ref_Nm = torque_mode ? in.torque_ref_Nm : 0.0F;
     }
     return command;
+}
+
+// Version 1's struct at least.
+bool writable(const zh_sil_out *out)
+{
+    return out != nullptr && out->struct_size >= offsetof(zh_sil_out, speed_unknown);
 }
 
 // What of the input the drive could not take; it has seen it all the same.
@@ -157,7 +198,7 @@ zh_sil *zh_sil_open(const char *motor_dir, const char *board_toml, const char *o
         const zh::MotorDir dir = zh::MotorDir::load(motor_dir);
         params_t params = zh::nominal_params(dir.motor, zh::load_board(board_toml));
         zh::apply_overrides(params, overrides != nullptr ? overrides : "", "overrides");
-        return new zh_sil{.firmware = zh::Firmware(params, dir.gain)};
+        return new zh_sil{.firmware = zh::Firmware(params, dir.gain), .opened = params};
     });
 }
 
@@ -166,9 +207,19 @@ void zh_sil_close(zh_sil *handle)
     delete handle;
 }
 
+int zh::step(zh_sil &drive, const zh_sil_in &in, bool broken, zh_sil_out &out)
+{
+    const unit_command_t command = command_of(in, ++drive.steps);
+    const std::uint16_t inputs = broken ? HAL_INPUT_BREAK : 0U;
+    const hal_sample_t sample{in.i_u, in.i_v, in.i_w, in.u_uv, in.u_vw, in.u_dc, 0, inputs};
+    drive.output = drive.firmware.step(sample, command);
+    out = output_of(drive.firmware, drive.output);
+    return input_status(in);
+}
+
 int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
 {
-    if (out == nullptr || out->struct_size < offsetof(zh_sil_out, speed_unknown)) {
+    if (!writable(out)) {
         return fail(ZH_BAD_ARGUMENT, "zh_sil_step: out: is NULL or its struct_size too small; set "
                                      "it to sizeof(zh_sil_out)");
     }
@@ -177,11 +228,20 @@ int zh_sil_step(zh_sil *handle, const zh_sil_in *in, zh_sil_out *out)
         return fail(ZH_BAD_ARGUMENT, "zh_sil_step: handle or in: is NULL or in's struct_size too "
                                      "small; set it to sizeof(zh_sil_in)");
     }
-    const unit_command_t command = command_of(*in, ++handle->steps);
-    const hal_sample_t sample{in->i_u, in->i_v, in->i_w, in->u_uv, in->u_vw, in->u_dc, 0, 0};
-    const hal_output_t output = handle->firmware.step(sample, command);
-    hand_out(output_of(handle->firmware, output), out);
-    return input_status(*in);
+    zh_sil_out now;
+    const int status = zh::step(*handle, *in, false, now);
+    hand_out(now, out);
+    return status;
+}
+
+int zh_sil_look(const zh_sil *handle, zh_sil_out *out)
+{
+    if (handle == nullptr || !writable(out)) {
+        return fail(ZH_BAD_ARGUMENT, "zh_sil_look: handle or out: is NULL or out's struct_size too "
+                                     "small; set it to sizeof(zh_sil_out)");
+    }
+    hand_out(output_of(handle->firmware, handle->output), out);
+    return ZH_OK;
 }
 
 int zh_sil_get(const zh_sil *handle, const char *name, float *value)

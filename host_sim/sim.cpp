@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "c_boundary.hpp"
+#include "commissioning_of.hpp"
 #include "emulated_core.hpp"
 #include "experiment.hpp"
 #include "firmware_setup.hpp"
@@ -80,25 +81,6 @@ params_t firmware_params(const zh_sim_job &job, const zh::MotorDir &dir, const z
     return params;
 }
 
-zh_commissioning found(const zh::Outcome &out)
-{
-    static_assert(ZH_COMMISSIONING_LEVELS == COMMISSIONING_LEVELS);
-    const commissioning_result_t &r = out.commissioning;
-    zh_commissioning c{};
-    c.done = out.commissioned ? 1U : 0U;
-    c.refusal = static_cast<std::uint32_t>(out.refusal);
-    c.Rs_ohm = r.Rs_ohm;
-    c.lost_V = r.lost_V;
-    c.sigma_Ls_H = r.sigma_Ls_H;
-    c.Rr_gamma_ohm = r.Rr_gamma_ohm;
-    c.M_gamma_H = r.M_gamma_H;
-    c.bias_A = r.bias_A;
-    std::copy_n(r.level_A, COMMISSIONING_LEVELS, c.level_A);
-    std::copy_n(r.flux_Wb, COMMISSIONING_LEVELS, c.flux_Wb);
-    std::copy_n(r.error_V, COMMISSIONING_LEVELS, c.error_V);
-    return c;
-}
-
 } // namespace
 
 bool zh::sized(const zh_sim_job *job, const zh_sim_result *result)
@@ -129,7 +111,8 @@ void zh::show(const zh::Outcome &outcome, std::uint32_t flags, zh_sim_result &re
     result.loop_ns_per_step = outcome.loop_ns_per_step;
     result.controller_ns_per_step = outcome.controller_ns_per_step;
     result.plant_ns_per_step = outcome.plant_ns_per_step;
-    result.commissioning = found(outcome);
+    result.commissioning =
+        zh::commissioning_of(outcome.commissioned, outcome.refusal, outcome.commissioning);
     const bool hashed = (flags & ZH_SIM_HASH_SIGNALS) != 0;
     result.signal_hashes = hashed ? outcome.signal_hashes.data() : nullptr;
 }
@@ -146,6 +129,16 @@ zh::Scenario zh::scenario_of(const char *source, const char *overrides)
     return read_scenario(read(source, overrides, "scenario"));
 }
 
+zh::Rig zh::rig_of(const char *source, const char *overrides)
+{
+    return read_rig(read(source, overrides, "rig"));
+}
+
+zh::Board zh::board_of(const char *source, const char *overrides)
+{
+    return read_board(read(source, overrides, "board"));
+}
+
 zh::Run zh::run_of(const zh_sim_job &job)
 {
     if (job.motor_dir == nullptr) {
@@ -153,8 +146,8 @@ zh::Run zh::run_of(const zh_sim_job &job)
     }
     zh::Run run;
     run.scenario = zh::scenario_of(job.scenario, job.scenario_overrides);
-    run.rig = zh::read_rig(read(job.rig, job.rig_overrides, "rig"));
-    run.board = zh::read_board(read(job.board, job.board_overrides, "board"));
+    run.rig = zh::rig_of(job.rig, job.rig_overrides);
+    run.board = zh::board_of(job.board, job.board_overrides);
     const zh::MotorDir dir = zh::MotorDir::load(job.motor_dir);
     run.gain = job.gain != nullptr && job.gain_entries > 0
                    ? zh::gain_from_floats({job.gain, 4 * std::size_t{job.gain_entries}})

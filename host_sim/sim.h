@@ -21,11 +21,13 @@ extern "C" {
  * trip, no warning. No image has this option. */
 #define ZH_SIM_GUARD_RECORDED (1u << 3)
 
-/* Bits of trip. The run continues (except after DIVERGED) unless ZH_SIM_STOP_AT_TRIP is set. */
+/* Bits of trip. The run continues (except after DIVERGED and SLOW) unless ZH_SIM_STOP_AT_TRIP is
+ * set. */
 #define ZH_TRIP_FIRMWARE (1u << 0) /* any fault of the firmware */
 #define ZH_TRIP_SPEED    (1u << 1) /* true |w| > 3000 min^-1 */
 #define ZH_TRIP_CURRENT  (1u << 2) /* true |i_s| > 60 A, power invariant */
 #define ZH_TRIP_DIVERGED (1u << 3) /* the plant diverged: the run ends */
+#define ZH_TRIP_SLOW     (1u << 4) /* firmware: above 250 us of CPU time per period: it ends */
 
 typedef struct {
     uint32_t struct_size;  /* sizeof(zh_sim_job), set by the caller */
@@ -53,23 +55,6 @@ typedef struct {
     /* NULL, or a gain table to use instead of the motor's: 4 floats per entry as in l_gain.json. */
     const float *gain;
 } zh_sim_job;
-
-#define ZH_COMMISSIONING_LEVELS 8u
-
-/* Result of commissioning (firmware/law/mode/commissioning.h); vectors power invariant. */
-typedef struct {
-    uint32_t done;
-    uint32_t refusal; /* commissioning_refusal_t */
-    float Rs_ohm;
-    float lost_V;
-    float sigma_Ls_H;
-    float Rr_gamma_ohm; /* (M/Lr)^2 Rr */
-    float M_gamma_H;    /* M^2/Lr for small changes about bias_A */
-    float bias_A;
-    float level_A[ZH_COMMISSIONING_LEVELS];
-    float flux_Wb[ZH_COMMISSIONING_LEVELS];
-    float error_V[ZH_COMMISSIONING_LEVELS];
-} zh_commissioning;
 
 typedef struct {
     uint32_t struct_size; /* sizeof(zh_sim_result), set by the caller */

@@ -7,9 +7,11 @@
 
 namespace zh {
 
-// Both throw ConfigError. A scenario by path, or its text; overrides: NULL or lines.
+// All throw ConfigError. A file by path, or its text; overrides: NULL or lines.
 Run run_of(const zh_sim_job &job);
 Scenario scenario_of(const char *source, const char *overrides);
+Rig rig_of(const char *source, const char *overrides);
+Board board_of(const char *source, const char *overrides);
 
 // Large enough, both of them, for what this library reads and writes.
 bool sized(const zh_sim_job *job, const zh_sim_result *result);

@@ -90,6 +90,32 @@ void time_split(const Run &run, Outcome &out)
     }
 }
 
+// An estimator of somebody else's may take any time: a run that would take hours ends.
+class Patience {
+public:
+    explicit Patience(std::uint64_t steps) : from_steps_(steps)
+    {
+    }
+    bool over(std::uint64_t steps)
+    {
+        if (steps - from_steps_ < look_every) {
+            return false;
+        }
+        const double now_s = cpu_time_s();
+        const bool slow = now_s - from_s_ > most_s * static_cast<double>(steps - from_steps_);
+        from_steps_ = steps;
+        from_s_ = now_s;
+        return slow;
+    }
+
+private:
+    static constexpr std::uint64_t look_every = 256;
+    static constexpr double most_s = 250e-6; // of CPU time for a period
+
+    std::uint64_t from_steps_;
+    double from_s_ = cpu_time_s();
+};
+
 void run_to_end(Loop &loop)
 {
     run_until(loop, std::numeric_limits<std::uint64_t>::max());
@@ -175,7 +201,12 @@ private:
 void run_until(Loop &loop, std::uint64_t steps)
 {
     PlantCommand command;
+    Patience patience(loop.steps());
     while (loop.steps() < steps && loop.goes_on()) {
+        if (patience.over(loop.steps())) {
+            loop.too_slow();
+            break;
+        }
         loop.control(loop.plant().sample(), command);
         if (loop.ended()) {
             break;

@@ -114,7 +114,7 @@ public:
     Recorder(const Recorder &) = delete;
     Recorder &operator=(const Recorder &) = delete;
 
-    void ask(hal_sample_t &, const unit_command_t &) override
+    void ask(hal_sample_t &, unit_command_t &) override
     {
     }
     bool answer(const unit_t &unit, hal_output_t &) override
