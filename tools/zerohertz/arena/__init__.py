@@ -1,0 +1,1 @@
+"""Estimators against each other, in the same drive on the same plants."""
