@@ -89,7 +89,7 @@ def events(count: int, **columns: npt.ArrayLike) -> npt.NDArray[Any]:
 def built_library(name: str) -> Path:
     """The library of one estimator alone, built if out of date."""
     target = f"zh_estimator_{name}"
-    return ensure_built(target).folder / "host_sim" / f"lib{target}.so"
+    return ensure_built(target).library(target)
 
 
 @functools.cache
