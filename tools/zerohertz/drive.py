@@ -3,234 +3,113 @@
     with Drive("gain_tables/hasegawa2005", "host_sim/boards/paper.toml") as drive:
         out = drive.step(8192, 8192, 8192, 8192, 8192, 11592, speed_ref_rpm=60.0, run=True)
 
-Each call of `step` runs one control period on six ADC words. The caller owns the plant and its
-clock.
+Each call of `step` runs one control period on six ADC words; `run` takes an array of them. The
+caller owns the plant and its clock; `zerohertz.plant.Plant` is one.
 Parameters are items of the drive: drive["adapt_kp"] reads one, drive["adapt_kp"] = 5.0 sets it.
+`signals` reads what the firmware computes inside, `snapshot` and `restore` take the whole state.
 """
 
 from __future__ import annotations
 
 import ctypes
-import functools
 import os
-from collections.abc import Iterator, Mapping
-from ctypes import (
-    POINTER,
-    Structure,
-    byref,
-    c_char_p,
-    c_float,
-    c_int,
-    c_uint16,
-    c_uint32,
-    c_void_p,
-)
-from dataclasses import dataclass, fields
-from enum import IntEnum, IntFlag
-from typing import Any, Self
+from collections.abc import Iterator, Mapping, Sequence
+from ctypes import byref, c_double, c_float, c_void_p
+from struct import Struct
+from typing import Any, Protocol
 
-from zerohertz.build import ensure_built
+import numpy.typing as npt
+
 from zerohertz.errors import UserError
+from zerohertz.sil import (
+    Handle,
+    StrPath,
+    check,
+    last_error,
+    library,
+    override_lines,
+    raise_last_error,
+)
+from zerohertz.sil_rows import (
+    COMMISSION,
+    FAULT_RESET,
+    RUN,
+    TORQUE_MODE,
+    TORQUE_OFF,
+    Recording,
+    inputs,
+    numbers,
+    outputs,
+    signal_list,
+    signal_numbers,
+)
+from zerohertz.sil_types import (
+    FLAGS,
+    OUT,
+    OUTPUT_NAMES,
+    Access,
+    Commissioned,
+    Commissioning,
+    Confidence,
+    Fault,
+    Output,
+    Parameter,
+    RawCommissioning,
+    RawIn,
+    RawOut,
+    RawParameter,
+    Reason,
+    Refusal,
+    Rows,
+    Signal,
+    State,
+    commissioned,
+)
+from zerohertz.terminals import Terminals
 
-VERSION = 3
-StrPath = str | os.PathLike[str]
+__all__ = [
+    "Access",
+    "Commissioned",
+    "Commissioning",
+    "Confidence",
+    "Drive",
+    "Fault",
+    "Handle",
+    "Output",
+    "Parameter",
+    "PlantLike",
+    "Reason",
+    "Refusal",
+    "Rows",
+    "Signal",
+    "State",
+    "StrPath",
+    "check",
+    "last_error",
+    "library",
+    "override_lines",
+    "parameters",
+    "raise_last_error",
+    "signal_list",
+    "step_many",
+]
 
-_RUN, _FAULT_RESET, _TORQUE_OFF = 1, 2, 4
-
-
-class State(IntEnum):
-    """States of the drive, numbers as in sil.h."""
-
-    BOOT = 0
-    SELF_TEST = 1
-    READY = 2
-    PREMAGNETISE = 3
-    RUN = 4
-    RAMP_DOWN = 5
-    COAST = 6
-    COMMISSIONING = 7
-    FAULT = 8
-    TORQUE_OFF = 9
-
-
-class Fault(IntFlag):
-    """Fault bits, as in fault_list.def."""
-
-    OVER_CURRENT = 1 << 0
-    DC_OVER_VOLTAGE = 1 << 1
-    DC_UNDER_VOLTAGE = 1 << 2
-    NON_FINITE = 1 << 3
-    ADC_RANGE = 1 << 4
-    CURRENT_SUM = 1 << 5
-    OVER_SPEED = 1 << 6
-    CONFIG = 1 << 7
-    CURRENT_OFFSET = 1 << 8
-    TABLE_CRC = 1 << 9
-    PERIOD_LATE = 1 << 10
-    PERIOD_OVERRUN = 1 << 11
-    STATOR_RESISTANCE = 1 << 12
-    ORIENTATION_LOST = 1 << 13
-    OVERLOAD = 1 << 14
-    CURRENT_SENSOR = 1 << 15
-    VOLTAGE_SENSOR = 1 << 16
-    OPEN_PHASE = 1 << 17
-    EARTH_FAULT = 1 << 18
-    STALL = 1 << 19
-    OBSERVER = 1 << 20
-    COMMAND_TIMEOUT = 1 << 21
-    DERATED = 1 << 22
-    REGENERATION = 1 << 23
-    MAINS_LOST = 1 << 24
-    BRAKE_INPUT = 1 << 25
-    STORE = 1 << 26
-    COMMISSIONING = 1 << 27
-    FLYING_START = 1 << 28
-    UNDERLOAD = 1 << 29
-    ADC_FROZEN = 1 << 30
-    SPEED_DEVIATION = 1 << 31
-
-
-class Access(IntEnum):
-    """When a parameter may change."""
-
-    ANY_TIME = 0
-    GATES_OFF = 1
-    AT_OPEN = 2
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of the firmware (param_list.def)."""
-
-    name: str
-    unit: str
-    text: str
-    minimum: float
-    maximum: float
-    initial: float
-    access: Access
-    whole: bool
-    group: str
-    choices: tuple[str, ...]  # names of the values 0, 1, ...; none: a number
+_OUT_VALUES = Struct(
+    "<4x" + "".join("I" if OUT[name].kind == "u" else "f" for name in OUTPUT_NAMES)
+)
+_FLAG_AT = tuple(k for k, name in enumerate(OUTPUT_NAMES) if name in FLAGS)
 
 
-@dataclass(frozen=True, slots=True)
-class Output:
-    """Duties, state and telemetry of one control period; vectors power invariant."""
+class PlantLike(Protocol):
+    """What `Drive.commission` needs of a plant; zerohertz.plant.Plant has it."""
 
-    duty_u: float
-    duty_v: float
-    duty_w: float
-    gates_on: bool
-    state: int
-    faults: int
-    speed_hat_rpm: float
-    lambda_Wb: float
-    lambda_angle_rad: float
-    i_d_A: float
-    i_q_A: float
-    i_q_ref_A: float
-    e1_alpha_A: float
-    e1_beta_A: float
-    stator_frequency_Hz: float
-    l1_re: float  # 1/s
-    l1_im: float
-    l2_re: float  # ohm
-    l2_im: float
-    x_rad_s: float
-    speed_unknown: bool = False  # then speed_hat_rpm is NaN
+    def sample(self) -> Sequence[int]:
+        """The six ADC words at the present crest."""
+        ...
 
-
-class _In(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        *((name, c_uint16) for name in ("i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc")),
-        ("speed_ref_rpm", c_float),
-        ("torque_ref_Nm", c_float),
-        ("mode", c_uint32),
-        ("command", c_uint32),
-    )
-
-
-_WHOLE = ("gates_on", "state", "faults", "speed_unknown")
-_FLAGS = ("gates_on", "speed_unknown")
-
-
-class _Out(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        *((f.name, c_uint32 if f.name in _WHOLE else c_float) for f in fields(Output)),
-    )
-
-
-class _NameInfo(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("access", c_uint32),
-        ("whole", c_uint32),
-        ("minimum", c_float),
-        ("maximum", c_float),
-        ("initial", c_float),
-        ("unit", c_char_p),
-        ("text", c_char_p),
-        ("group", c_char_p),
-        ("choice", POINTER(c_char_p)),
-    )
-
-
-_PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
-    "zh_sil_version": (c_uint32, ()),
-    "zh_sil_error": (c_char_p, ()),
-    "zh_sil_open": (c_void_p, (c_char_p, c_char_p, c_char_p)),
-    "zh_sil_close": (None, (c_void_p,)),
-    "zh_sil_step": (c_int, (c_void_p, POINTER(_In), POINTER(_Out))),
-    "zh_sil_get": (c_int, (c_void_p, c_char_p, POINTER(c_float))),
-    "zh_sil_set": (c_int, (c_void_p, c_char_p, c_float)),
-    "zh_sil_name_count": (c_uint32, ()),
-    "zh_sil_name": (c_char_p, (c_uint32,)),
-    "zh_sil_describe": (c_int, (c_uint32, POINTER(_NameInfo))),
-}
-
-
-@functools.cache
-def library() -> ctypes.CDLL:
-    """The SIL library, built if out of date; ZEROHERTZ_SIL names another one."""
-    path = ensure_built().sil_library
-    try:
-        lib = ctypes.CDLL(os.fspath(path))
-        for name, (result, arguments) in _PROTOTYPES.items():
-            function = getattr(lib, name)
-            function.restype, function.argtypes = result, arguments
-    except (OSError, AttributeError) as error:
-        raise UserError(f"{path}: cannot be loaded ({error}); build it again") from None
-    if lib.zh_sil_version() != VERSION:
-        raise UserError(f"{path}: is version {lib.zh_sil_version()}, not {VERSION}; build it again")
-    return lib
-
-
-def raise_last_error() -> None:
-    """Raise UserError with the library's text for its last failure on this thread."""
-    raise UserError(library().zh_sil_error().decode(errors="replace"))
-
-
-def check(status: int) -> None:
-    if status != 0:
-        raise_last_error()
-
-
-def override_lines(values: Mapping[str, Any]) -> bytes:
-    """name=value lines; a list of numbers or points is written as in TOML."""
-    return "\n".join(f"{name}={_value_text(value)}" for name, value in values.items()).encode()
-
-
-def _value_text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return value
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_value_text(item) for item in value) + "]"
-    return repr(float(value))
+    def advance(self, duties: Sequence[float], gates_on: bool) -> None:
+        """To the next crest. The plant keeps the timer's delay of one period."""
+        ...
 
 
 def parameters() -> tuple[Parameter, ...]:
@@ -238,7 +117,7 @@ def parameters() -> tuple[Parameter, ...]:
     lib = library()
     found = []
     for index in range(lib.zh_sil_name_count()):
-        info = _NameInfo(struct_size=ctypes.sizeof(_NameInfo))
+        info = RawParameter(struct_size=ctypes.sizeof(RawParameter))
         check(lib.zh_sil_describe(index, byref(info)))
         found.append(
             Parameter(
@@ -257,37 +136,10 @@ def parameters() -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-def _choices(info: _NameInfo) -> tuple[str, ...]:
+def _choices(info: RawParameter) -> tuple[str, ...]:
     if not info.choice:
         return ()
     return tuple(info.choice[k].decode() for k in range(int(info.maximum) + 1))
-
-
-class Handle:
-    """An object of the library, freed by close(), a with block or the garbage collector."""
-
-    _CLOSE: str  # name of the library's function
-    _handle: int | None
-    _lib: ctypes.CDLL
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()
-
-    def close(self) -> None:
-        if self._handle:
-            getattr(self._lib, self._CLOSE)(self._handle)
-            self._handle = None
-
-    def _open_handle(self) -> int:
-        if not self._handle:
-            raise UserError(f"{type(self).__name__}: is closed; open another one")
-        return self._handle
 
 
 class Drive(Handle):
@@ -303,13 +155,13 @@ class Drive(Handle):
         self,
         motor_dir: StrPath,
         board: StrPath,
-        overrides: Mapping[str, float] | None = None,
+        overrides: Mapping[str, Any] | None = None,
     ) -> None:
         """Raise UserError, which names file and key, when the library refuses an input."""
         self._handle = None
         self._lib = library()
-        self._in = _In(struct_size=ctypes.sizeof(_In))
-        self._out = _Out(struct_size=ctypes.sizeof(_Out))
+        self._in = RawIn(struct_size=ctypes.sizeof(RawIn))
+        self._out = RawOut(struct_size=ctypes.sizeof(RawOut))
         lines = override_lines(overrides or {})
         self._handle = self._lib.zh_sil_open(os.fsencode(motor_dir), os.fsencode(board), lines)
         if not self._handle:
@@ -324,28 +176,141 @@ class Drive(Handle):
         u_vw: int,
         u_dc: int,
         *,
-        speed_ref_rpm: float,
+        speed_ref_rpm: float = 0.0,
+        torque_ref_Nm: float | None = None,
         run: bool = False,
         fault_reset: bool = False,
         torque_off: bool = False,
+        commission: bool = False,
     ) -> Output:
         """Run one control period on the ADC words sampled at this carrier crest.
 
-        The returned duties act from the next crest to the one after; gates_on False acts at once.
-        Raise UserError for a reference that is not finite; the drive has then tripped.
+        With a torque reference the drive controls torque instead of speed. The returned duties act
+        from the next crest to the one after; gates_on False acts at once. Raise UserError for a
+        reference that is not finite; the drive has then tripped.
         """
         words = (i_u, i_v, i_w, u_uv, u_vw, u_dc)
         if min(words) < 0 or max(words) > 0xFFFF:
-            raise UserError(f"Drive.step: {words} are not six words of 0 .. 65535; clip them")
-        command = _RUN * run | _FAULT_RESET * fault_reset | _TORQUE_OFF * torque_off
+            raise UserError(
+                f"Drive.step: i_u .. u_dc: {words} are not six words of 0 .. 65535; clip them"
+            )
         raw = self._in
         raw.i_u, raw.i_v, raw.i_w, raw.u_uv, raw.u_vw, raw.u_dc = words
-        raw.speed_ref_rpm, raw.command = speed_ref_rpm, command
-        check(self._lib.zh_sil_step(self._open_handle(), byref(raw), byref(self._out)))
-        out = self._out
-        return Output(
-            *(bool(getattr(out, n)) if n in _FLAGS else getattr(out, n) for n in _OUTPUT_NAMES)
+        raw.speed_ref_rpm, raw.torque_ref_Nm = speed_ref_rpm, torque_ref_Nm or 0.0
+        raw.mode = 0 if torque_ref_Nm is None else TORQUE_MODE
+        raw.command = (
+            RUN * run
+            | FAULT_RESET * fault_reset
+            | TORQUE_OFF * torque_off
+            | COMMISSION * commission
         )
+        check(self._lib.zh_sil_step(self._open_handle(), byref(raw), byref(self._out)))
+        return _output(self._out)
+
+    def run(
+        self,
+        words: npt.ArrayLike,
+        *,
+        speed_ref_rpm: npt.ArrayLike = 0.0,
+        torque_ref_Nm: npt.ArrayLike | None = None,
+        run: npt.ArrayLike = False,
+        fault_reset: npt.ArrayLike = False,
+        torque_off: npt.ArrayLike = False,
+        commission: npt.ArrayLike = False,
+        signals: Sequence[str] = (),
+    ) -> Rows:
+        """Run one control period per row of words, shape (periods, 6); the same as single steps.
+
+        References and commands are numbers or arrays, one value per period. Returns one row per
+        period with the fields of Output, and of every signal named (float64). A reference that is
+        not finite raises UserError after the last period.
+        """
+        where = "Drive.run"
+        rows = inputs(where, words, speed_ref_rpm, torque_ref_Nm,
+                       run, fault_reset, torque_off, commission)  # fmt: skip
+        recording = Recording(where, signals, len(rows))
+        out = outputs(len(rows))
+        status = self._lib.zh_sil_run(
+            self._open_handle(), rows.ctypes.data, out.ctypes.data, len(rows), recording.pointer
+        )
+        check(status)
+        return recording.joined(out)
+
+    def telemetry(self) -> Output:
+        """What the last step gave; before the first, gates off."""
+        check(self._lib.zh_sil_look(self._open_handle(), byref(self._out)))
+        return _output(self._out)
+
+    def signals(self, names: Sequence[str] | None = None) -> dict[str, float]:
+        """Signals of the last period by name; all of them by default (signal_list())."""
+        chosen = tuple(signal_numbers()) if names is None else tuple(names)
+        wanted = numbers("Drive.signals", chosen if names is None else names)
+        values = (c_double * len(chosen))()
+        check(self._lib.zh_sil_signals(self._open_handle(), wanted, len(chosen), values))
+        return dict(zip(chosen, values, strict=True))
+
+    def reset(self) -> None:
+        """As just opened, parameters too."""
+        check(self._lib.zh_sil_reset(self._open_handle()))
+
+    def snapshot(self) -> bytes:
+        """The whole state, parameters too; of this process or for another one.
+
+        UserError for an estimator in Python: its objects are not in the drive's memory.
+        """
+        if hasattr(self._lib, "zh_python_bridge_register"):
+            raise UserError("Drive.snapshot: an estimator in Python has no snapshot; use one in C")
+        buffer = ctypes.create_string_buffer(self._lib.zh_sil_snapshot_bytes())
+        check(self._lib.zh_sil_snapshot(self._open_handle(), buffer, len(buffer)))
+        return buffer.raw
+
+    def restore(self, snapshot: bytes) -> None:
+        """Continue from a snapshot, bit for bit.
+
+        It may come from another Drive, if that was opened with the same motor, board and overrides.
+        UserError, and nothing changes, if not, or if it is damaged.
+        """
+        if not isinstance(snapshot, (bytes, bytearray)):
+            raise UserError("Drive.restore: snapshot: is no bytes; give what snapshot() returned")
+        raw = bytes(snapshot)
+        check(self._lib.zh_sil_restore(self._open_handle(), raw, len(raw)))
+
+    def fit_terminals(self, **parameters: float | str) -> Terminals:
+        """Give it a board with terminals (zerohertz.terminals); only with the gates off.
+
+        Parameters as in tools/docs/terminals.md, all off by default. `run` and the references of
+        a step are then what a host asks, beside the contacts.
+        """
+        return Terminals(self._open_handle(), parameters)
+
+    def commissioned(self) -> Commissioned:
+        """Result of the last commissioning; zeros until found."""
+        raw = RawCommissioning()
+        check(self._lib.zh_sil_commissioned(self._open_handle(), byref(raw)))
+        return commissioned(raw)
+
+    def commission(self, plant: PlantLike, timeout_s: float = 120.0) -> Commissioned:
+        """Identify the motor at standstill on a plant; the gates have to be off.
+
+        A refusal is a result (`refusal`); UserError when the drive trips otherwise or takes longer.
+        """
+        if not timeout_s > 0.0:
+            raise UserError(f"Drive.commission: timeout_s: {timeout_s} is not positive")
+        ready = busy = False
+        for _ in range(round(timeout_s / self["period_s"])):
+            out = self.step(*plant.sample(), commission=ready)
+            plant.advance(out.duties, out.gates_on)
+            ready = ready or out.state == State.READY
+            busy = busy or out.commissioning == Commissioning.BUSY
+            if busy and out.commissioning != Commissioning.BUSY:
+                break
+            if out.state == State.FAULT:
+                raise UserError(f"Drive.commission: plant: the drive tripped: {Fault(out.faults)}")
+        else:
+            raise UserError(f"Drive.commission: timeout_s: not done after {timeout_s} s")
+        out = self.step(*plant.sample())
+        plant.advance(out.duties, out.gates_on)
+        return self.commissioned()
 
     def __getitem__(self, name: str) -> float:
         value = c_float()
@@ -359,4 +324,29 @@ class Drive(Handle):
         return iter(p.name for p in parameters())
 
 
-_OUTPUT_NAMES = tuple(f.name for f in fields(Output))
+def step_many(
+    drives: Sequence[Drive],
+    words: npt.ArrayLike,
+    *,
+    speed_ref_rpm: npt.ArrayLike = 0.0,
+    torque_ref_Nm: npt.ArrayLike | None = None,
+    run: npt.ArrayLike = False,
+    fault_reset: npt.ArrayLike = False,
+    torque_off: npt.ArrayLike = False,
+) -> Rows:
+    """One control period of each drive, one row of words (drives, 6) each; as single steps do."""
+    where = "step_many"
+    rows = inputs(where, words, speed_ref_rpm, torque_ref_Nm, run, fault_reset, torque_off, False)
+    if len(drives) != len(rows):
+        raise UserError(f"{where}: words: has {len(rows)} rows for {len(drives)} drives")
+    out = outputs(len(rows))
+    handles = (c_void_p * len(drives))(*(drive._open_handle() for drive in drives))
+    check(library().zh_sil_step_many(handles, rows.ctypes.data, out.ctypes.data, len(rows)))
+    return out[list(OUTPUT_NAMES)]
+
+
+def _output(raw: RawOut) -> Output:
+    values: list[Any] = list(_OUT_VALUES.unpack(raw))
+    for k in _FLAG_AT:
+        values[k] = bool(values[k])
+    return Output(*values)

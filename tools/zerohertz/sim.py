@@ -23,7 +23,8 @@ import numpy.typing as npt
 from zerohertz.drive import check, library, override_lines
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
-from zerohertz.sim_structs import CURVES, FOUND, RawCommissioning, RawJob, RawResult
+from zerohertz.sil_types import Commissioned, commissioned
+from zerohertz.sim_structs import RawJob, RawResult
 
 HOST_SIM = ROOT / "host_sim"
 
@@ -40,6 +41,7 @@ class Trip(IntFlag):
     SPEED = 2  # true |w| > 3000 min^-1
     CURRENT = 4  # true |i_s| > 60 A, power invariant
     DIVERGED = 8  # the plant's numbers
+    SLOW = 16  # the firmware: more than 250 us of CPU time per period
 
 
 @dataclass(frozen=True)
@@ -65,23 +67,6 @@ class Job:
     stop_at_trip: bool = False
     time_split: bool = False
     guard_recorded: bool = False  # the guard of the speed counts and does not act
-
-
-@dataclass(frozen=True)
-class Commissioned:
-    """Result of the firmware's self-commissioning (zh_commissioning of sim.h)."""
-
-    done: bool
-    refusal: int
-    Rs_ohm: float
-    lost_V: float
-    sigma_Ls_H: float
-    Rr_gamma_ohm: float
-    M_gamma_H: float
-    bias_A: float
-    level_A: tuple[float, ...]
-    flux_Wb: tuple[float, ...]
-    error_V: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -219,16 +204,7 @@ def _record(lib: ctypes.CDLL, result: RawResult) -> Record:
         loop_ns_per_step=result.loop_ns_per_step,
         controller_ns_per_step=result.controller_ns_per_step,
         plant_ns_per_step=result.plant_ns_per_step,
-        commissioned=_commissioned(result.commissioning),
-    )
-
-
-def _commissioned(raw: RawCommissioning) -> Commissioned:
-    return Commissioned(
-        done=bool(raw.done),
-        refusal=raw.refusal,
-        **{name: getattr(raw, name) for name in FOUND},
-        **{name: tuple(getattr(raw, name)) for name in CURVES},
+        commissioned=commissioned(result.commissioning),
     )
 
 

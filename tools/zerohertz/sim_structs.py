@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from ctypes import POINTER, Structure, c_char_p, c_double, c_float, c_uint32, c_uint64, c_void_p
 
-COMMISSIONING_LEVELS = 8
-FOUND = ("Rs_ohm", "lost_V", "sigma_Ls_H", "Rr_gamma_ohm", "M_gamma_H", "bias_A")
-CURVES = ("level_A", "flux_Wb", "error_V")
+from zerohertz.sil_types import RawCommissioning
 
 
 class RawJob(Structure):
@@ -29,17 +27,6 @@ class RawJob(Structure):
         ("firmware_config", c_char_p),
         ("firmware", c_char_p),
         ("gain", POINTER(c_float)),
-    )
-
-
-class RawCommissioning(Structure):
-    """zh_commissioning"""
-
-    _fields_ = (
-        ("done", c_uint32),
-        ("refusal", c_uint32),
-        *((name, c_float) for name in FOUND),
-        *((name, c_float * COMMISSIONING_LEVELS) for name in CURVES),
     )
 
 
