@@ -65,6 +65,11 @@ def read_board(path: Path) -> Board:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise UserError(f"{path}: cannot be read: {error}; correct it") from None
+    return board_of(data, path)
+
+
+def board_of(data: Mapping[str, Any], path: Path) -> Board:
+    """Of a file's content."""
     given = dict(_flat(data, path))
     for key in given:
         if key not in _NUMBERS and key not in _OTHERS:

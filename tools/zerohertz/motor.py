@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from zerohertz.errors import UserError
+from zerohertz.toml_file import toml_value, with_line
 
 METHODS = ("gamma_pr", "closed_form", "pole_shift", "zero")
 STEP_ELEC_PER_MIN = 2  # the paper's quantisation of the gain table
@@ -205,7 +206,7 @@ def load_motor(path: Path | str) -> Motor:
     try:
         return motor_from_dict(data, str(file))
     except MotorError as error:
-        raise MotorError(_with_line(str(error), str(file), text)) from None
+        raise MotorError(with_line(str(error), str(file), text)) from None
 
 
 def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
@@ -225,21 +226,10 @@ def motor_from_dict(data: Mapping[str, Any], file: str = "motor.toml") -> Motor:
         file=file,
     )
     _require_plausible(motor, file)
+    _require_nameplate(motor, file)
     _require_leakage(motor.circuit, file)
     _require_schedule(motor.design, file)
     return motor
-
-
-def _with_line(message: str, file: str, text: str) -> str:
-    """`file: section.key: ...` with the line of the key, where the text has it."""
-    named = re.match(rf"{re.escape(file)}: (\w+)\.(\w+): ", message)
-    section = ""
-    for number, line in enumerate(text.splitlines() if named else (), start=1):
-        if header := re.match(r"\s*\[(\w+)\]", line):
-            section = header[1]
-        elif section == named[1] and re.match(rf"\s*{named[2]}\s*=", line):
-            return f"{file}:{number}" + message.removeprefix(file)
-    return message
 
 
 def with_design(motor: Motor, **changes: Any) -> Motor:
@@ -253,7 +243,7 @@ def motor_toml(motor: Motor) -> str:
     """Text of a motor.toml with the motor's inputs."""
     lines: list[str] = []
     for section, content in motor.inputs().items():
-        lines += [f"[{section}]"] + [f"{k} = {_toml_value(v)}" for k, v in content.items()] + [""]
+        lines += [f"[{section}]"] + [f"{k} = {toml_value(v)}" for k, v in content.items()] + [""]
     return "\n".join(lines)
 
 
@@ -334,6 +324,19 @@ _RESISTANCE_PU = (1e-4, 3.0)
 _REACTANCE_PU = (0.05, 50.0)
 
 
+# A motor's inertia lies within this factor of the usual one, with its load below the second.
+J_RATIO = 12.0
+J_RATIO_COUPLED = 500.0
+POWER_TOLERANCE = 0.05  # plates are rounded
+_YIELD = (0.15, 0.97)  # efficiency times cos phi: a very small motor's, and the largest's
+_PERIOD_S = (20e-6, 2e-3)  # what the firmware takes (param_list.def)
+
+
+def usual_J_kg_m2(torque_Nm: float) -> float:
+    """What a motor of this torque usually has."""
+    return 6e-4 * torque_Nm**1.25
+
+
 def _require_plausible(motor: Motor, file: str) -> None:
     plate = motor.nameplate
     rated_ohm = plate.voltage_V / (math.sqrt(3.0) * plate.current_A)
@@ -363,6 +366,36 @@ def _require_plausible(motor: Motor, file: str) -> None:
         )
 
 
+def _require_nameplate(motor: Motor, file: str) -> None:
+    """Values that contradict one another, with both."""
+    plate, J_kg_m2, period_s = motor.nameplate, motor.mechanics.J_kg_m2, motor.design.period_s
+    drawn_W = math.sqrt(3.0) * plate.voltage_V * plate.current_A
+    if not _YIELD[0] < plate.power_W / drawn_W < _YIELD[1]:
+        raise MotorError(
+            f"{file}: nameplate.power_W: is {plate.power_W:g} W, and voltage_V = "
+            f"{plate.voltage_V:g} with current_A = {plate.current_A:g} draw {drawn_W:.4g} VA; "
+            "look at its unit, and at the connection that voltage and current are of"
+        )
+    torque_Nm = plate.power_W / (plate.speed_rpm * math.pi / 30.0)
+    if abs(plate.torque_Nm / torque_Nm - 1.0) > POWER_TOLERANCE:
+        raise MotorError(
+            f"{file}: nameplate.torque_Nm: is {plate.torque_Nm:g} Nm, and power_W = "
+            f"{plate.power_W:g} at speed_rpm = {plate.speed_rpm:g} is {torque_Nm:.4g} Nm; correct "
+            "the one that is wrong"
+        )
+    usual = usual_J_kg_m2(plate.torque_Nm)
+    if not usual / J_RATIO < J_kg_m2 < usual * J_RATIO_COUPLED:
+        raise MotorError(
+            f"{file}: mechanics.J_kg_m2: is {J_kg_m2:g} kg m2; a motor of {plate.torque_Nm:g} Nm "
+            f"has about {usual:.2g}; look at its unit"
+        )
+    if not _PERIOD_S[0] <= period_s <= _PERIOD_S[1]:
+        raise MotorError(
+            f"{file}: design.period_s: is {period_s:g} s; the firmware takes {_PERIOD_S[0]:g} .. "
+            f"{_PERIOD_S[1]:g}: 200e-6 if 200 us was meant"
+        )
+
+
 def _require_schedule(design: Design, file: str) -> None:
     given = [key for key in _SCHEDULE if getattr(design, key) is not None]
     if not given:
@@ -381,8 +414,3 @@ def _require_schedule(design: Design, file: str) -> None:
 
 def _canonical(content: Any) -> bytes:
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-
-
-def _toml_value(value: Any) -> str:
-    # TOML's basic string has JSON's escapes; repr of a float is its shortest exact decimal.
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -28,13 +28,15 @@ class Board:
     toml: str
     period_s: float = PERIOD_S
     i_trip_max_A: float = math.inf
+    senses_voltage: bool = True  # of the lines; else the duty alone tells it
 
     @classmethod
-    def of_plate(cls, plate: Plate) -> Self:
+    def of_plate(cls, plate: Plate, period_s: float = PERIOD_S) -> Self:
         """Of the motor's size: full scales 2.5 x rated peak current, 1.5 x the dc link."""
         dc_V = round(math.sqrt(2.0) * plate.voltage_V)
-        current_A = 2.5 * math.sqrt(2.0) * plate.current_A
-        return cls(_toml("scaled to the motor", 14, current_A, 1.5 * dc_V, 1.5 * dc_V, dc_V))
+        current_A, most_V = 2.5 * math.sqrt(2.0) * plate.current_A, 1.5 * dc_V
+        text = _toml("scaled to the motor", 14, current_A, most_V, most_V, dc_V, period_s)
+        return cls(text, period_s)
 
     @classmethod
     def of_file(cls, path: Path) -> Self:

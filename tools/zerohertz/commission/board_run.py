@@ -14,10 +14,10 @@ import numpy as np
 
 from zerohertz.commission.board import Board
 from zerohertz.commission.folder import parameters_of
-from zerohertz.commission.plate import Plate, guess
+from zerohertz.commission.plate import Plate, guess, magnetising_A
 from zerohertz.commission.run import start_parameters
 from zerohertz.commission.solve import Identified
-from zerohertz.commission.tuning import CONTINUOUS, PEAK, TRIP, limit_A
+from zerohertz.commission.tuning import CONTINUOUS, MAGNETISE, PEAK, TRIP, limit_A
 from zerohertz.drive import Fault, State
 from zerohertz.errors import UserError
 from zerohertz.link import client as link
@@ -61,7 +61,8 @@ def commission(
     The drive has to be unlocked: it is told another motor than its own.
     """
     _can(drive, plate, pause)
-    with borrowed(drive, _unknown(drive, plate) | start_parameters(plate) | OTHER_MOTOR_S):
+    start = start_parameters(plate, drive.parameter("i_trip_A").initial)
+    with borrowed(drive, _unknown(drive, plate) | start | OTHER_MOTOR_S):
         try:
             seen, seconds = _follow(drive, say, pause)
         finally:
@@ -130,10 +131,11 @@ def _can(drive: Client, plate: Plate, pause: Pause) -> None:
             "image of these sources"
         ) from None
     most_A = limit_A(plate, drive.parameter("i_trip_A").initial)
-    if most_A < plate.current_vector_A:
+    least_A = magnetising_A(plate) / MAGNETISE
+    if most_A < least_A:
         raise UserError(
-            f"this board trips at {drive.parameter('i_trip_A').initial:.3g} A; a motor of "
-            f"{plate.current_A:.3g} A rms needs {TRIP * PEAK * plate.current_vector_A:.3g} A"
+            f"this board trips at {drive.parameter('i_trip_A').initial:.3g} A; to magnetise a "
+            f"motor of {plate.current_A:.3g} A rms takes {TRIP * PEAK * least_A:.3g} A"
         )
     at_rest(drive, pause)
     status = drive.status()
@@ -148,7 +150,8 @@ def _can(drive: Client, plate: Plate, pause: Pause) -> None:
 def _unknown(drive: Client, plate: Plate) -> dict[str, float]:
     """Circuit as guessed, limits of the plate."""
     trip_A = TRIP * PEAK * limit_A(plate, drive.parameter("i_trip_A").initial)
-    limits = {"i_trip_A": trip_A, "overload_motor_A": CONTINUOUS * plate.current_vector_A}
+    overload_A = min(CONTINUOUS * plate.current_vector_A, trip_A / (TRIP * PEAK))
+    limits = {"i_trip_A": trip_A, "overload_motor_A": overload_A}
     return _circuit(guess(plate), plate) | limits
 
 

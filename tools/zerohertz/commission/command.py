@@ -26,13 +26,20 @@ from zerohertz.link.command import (
     unlock_drive,
 )
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT
+from zerohertz.options import Json
 
 if TYPE_CHECKING:
+    from zerohertz.commission.board import Board
     from zerohertz.commission.campaign import Row
     from zerohertz.commission.finding import Finding
+    from zerohertz.commission.plate import Plate
     from zerohertz.link.client import Client
+    from zerohertz.motor import Nameplate
 
 
+FolderArgument = Annotated[
+    Path | None, typer.Argument(metavar="[NAME]", help="Configuration: the folder of zh new.")
+]
 RigOption = Annotated[
     str | None, typer.Option(help="Simulated rig: a name in host_sim/rigs/motors, or a file.")
 ]
@@ -64,6 +71,7 @@ def register_campaign(campaign: typer.Typer) -> None:
 
 
 def commission(
+    folder: FolderArgument = None,
     rig: RigOption = None,
     plate: PlateOption = None,
     out: OutOption = None,
@@ -77,42 +85,88 @@ def commission(
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
     seed: Annotated[int, typer.Option(min=1, help="Seed of the sensor noise.")] = 1,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Identify a motor at standstill with the firmware, and derive all parameters.
 
     --rig identifies the motor of a simulated rig. --plate identifies the motor of a drive, reached
     by --port or --sil and unlocked. The section [nameplate] is the only input: kW, line voltage and
     current (V, A rms), Hz, min^-1, cos phi, star or delta. With --out it writes motor.toml for
-    `zh design`, board.toml and firmware.toml. Exit 1 if the firmware rejects its result.
+    `zh design`, board.toml and firmware.toml. With a configuration, plate and board are its own,
+    and the circuit goes into its motor.toml. Exit 1 if the firmware rejects its result.
     """
     linked = port is not None or sil
-    _require_one_motor(rig, plate, linked)
+    asked = _asked(folder, rig, plate, board, out, linked)
     _require_its_options(board, save, linked)
     # Here and not above: other commands need not wait for scipy.
     from zerohertz.commission import finding
-    from zerohertz.commission.folder import rig_file
-    from zerohertz.commission.plate import read_plate, warnings
+    from zerohertz.commission.plate import warnings
 
-    path = rig_file(rig or plate or "")
-    told = read_plate(path)
+    told = asked.plate
     notes = Console(stderr=True, highlight=False)
     for doubt in warnings(told):
         notes.print(f"warning: nameplate: {doubt}")
     if linked:
         with open_client(port, baud, sil, tcp, key, share=True) as drive:
             unlock_drive(drive, unlock, key)
-            found = finding.of_drive(drive, path.stem, told, notes.print, rotate)
+            found = finding.of_drive(
+                drive, asked.name, told, notes.print, rotate, board=asked.board
+            )
             if save:
                 _keep(drive, found, notes)
     else:
-        found = finding.of_rig(path, told, board, rotate, seed)
-    if out is not None:
+        found = finding.of_rig(asked.file, told, asked.board, rotate, seed)
+    if folder is not None:
+        _fill_in(folder, found, notes)
+    elif out is not None:
         _write(found, out, notes)
-    print(json.dumps(found.as_dict()) if as_json else found.text())
+    print(json.dumps(found.as_dict()) if as_json else found.text(), flush=True)
+    if folder is not None and found.motor is not None:
+        from zerohertz.configuration.derive import derive
+
+        derive(folder, table=False)
     raise typer.Exit(0 if found.refusal is None else 1)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Asked:
+    """file: the rig, where it is simulated; board: None for one of the motor's size."""
+
+    name: str
+    file: Path
+    plate: Plate
+    board: Board | None
+
+
+def _asked(
+    folder: Path | None,
+    rig: str | None,
+    plate: str | None,
+    board: Path | None,
+    out: Path | None,
+    linked: bool,
+) -> _Asked:
+    from zerohertz.commission.board import Board
+    from zerohertz.commission.folder import rig_file
+    from zerohertz.commission.plate import read_plate
+
+    if folder is None:
+        _require_one_motor(rig, plate, linked)
+        path = rig_file(rig or plate or "")
+        return _Asked(path.stem, path, read_plate(path), board and Board.of_file(board))
+    for option, given in (("--plate", plate), ("--board", board), ("--out", out)):
+        if given is not None:
+            raise UserError(f"{option}: {folder} says it; leave it out")
+    if (rig is not None) == linked:
+        raise UserError("give --rig NAME, or --port DEVICE or --sil")
+    from zerohertz.configuration.checks import require_consistent
+    from zerohertz.configuration.derive import board_of
+    from zerohertz.configuration.files import read_configuration
+
+    c = read_configuration(folder)
+    require_consistent(c)
+    path = rig_file(rig) if rig is not None else Path()
+    return _Asked(rig or c.name, path, c.motor.plate, board_of(c))
 
 
 def _require_one_motor(rig: str | None, plate: str | None, linked: bool) -> None:
@@ -136,6 +190,16 @@ def _keep(drive: Client, found: Finding, notes: Console) -> None:
         notes.print("set and saved in the drive, gain table off until it has this motor's")
 
 
+def _fill_in(folder: Path, found: Finding, notes: Console) -> None:
+    from zerohertz.configuration.command import fill_in
+
+    if found.motor is None:
+        notes.print(f"{folder}: left as it is")
+        return
+    fill_in(folder, found)
+    notes.print(f"written to {folder / 'motor.toml'}; next: tools/zh design {folder}")
+
+
 def _write(found: Finding, out: Path, notes: Console) -> None:
     """As files, unless nothing was found."""
     if found.motor is not None:
@@ -144,31 +208,70 @@ def _write(found: Finding, out: Path, notes: Console) -> None:
         notes.print(f"written to {folder}; next: tools/zh design {folder}")
 
 
+@dataclasses.dataclass(frozen=True)
+class _Tried:
+    """asked: the nameplate with the application's speed and load."""
+
+    folder: Path
+    rig: Path
+    asked: Nameplate | None = None
+    slowest_pu: float = 0.0
+
+    @property
+    def speed(self) -> str:
+        return "rated speed" if self.asked is None else "the largest speed"
+
+    @property
+    def load(self) -> str:
+        return "rated load" if self.asked is None else f"a load of {self.asked.torque_Nm:.3g} Nm"
+
+
+def _tried(folder: Path, rig: str | None) -> _Tried:
+    from zerohertz.commission.folder import rig_file
+    from zerohertz.configuration.files import is_configuration
+
+    if is_configuration(folder):
+        from zerohertz.configuration.checks import speed_rpm
+        from zerohertz.configuration.derive import derive, nameplate_asked, rig_of
+
+        c = derive(folder)
+        path = rig_of(c) if rig is None else rig_file(rig)
+        slowest_pu = c.application.slowest_rpm / speed_rpm(c)
+        return _Tried(c.derived, path, nameplate_asked(c), slowest_pu)
+    if rig is None:
+        raise UserError(f"--rig: is missing; {folder} is no configuration, which has its own")
+    if not (folder / "l_gain.json").exists():
+        raise UserError(f"{folder}: has no l_gain.json; run tools/zh design {folder} first")
+    return _Tried(folder, rig_file(rig))
+
+
 def trial(
     folder: Annotated[
-        Path, typer.Argument(help="Folder written by zh commission, with a gain table.")
+        Path,
+        typer.Argument(help="Configuration, or a folder of zh commission with a gain table."),
     ],
     rig: Annotated[
-        str, typer.Option(help="Simulated rig: a name in host_sim/rigs/motors, or a file.")
-    ],
+        str | None,
+        typer.Option(
+            help="Simulated rig: a name in host_sim/rigs/motors, or a file; a "
+            "configuration has its own."
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=1, help="Seed of the sensor noise.")] = 1,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Try a commissioned motor: a speed step, rated load on and off, and operation near zero.
 
     Near zero: rated load in both directions at 5 % and 2 % of rated speed, drifting Rs, slow
-    crossings. Exit 1 if the drive does not hold all of them.
+    crossings. A configuration is asked for its own speed and load, and for nothing below its
+    slowest speed. Exit 1 if the drive does not hold all of them.
     """
-    from zerohertz.commission.folder import rig_file
     from zerohertz.commission.slow import run_slow
     from zerohertz.commission.trial import run_trial
 
-    if not (folder / "l_gain.json").exists():
-        raise UserError(f"{folder}: has no l_gain.json; run tools/zh design {folder} first")
-    seen = run_trial(folder, rig_file(rig), seed)
-    slow = run_slow(folder, rig_file(rig), seed)
+    tried = _tried(folder, rig)
+    seen = run_trial(tried.folder, tried.rig, seed, tried.asked)
+    slow = run_slow(tried.folder, tried.rig, seed, tried.asked, tried.slowest_pu)
     if as_json:
         fields = {f.name: getattr(seen, f.name) for f in dataclasses.fields(seen)}
         del fields["record"]
@@ -176,13 +279,15 @@ def trial(
     else:
         fault = f", fault bits {seen.fault:#x}" if seen.fault else ""
         print(f"{folder.name}: {seen.word}{fault}")
-        print(f"  speed step to 90 % in {seen.rise_s:.2f} s; rated load takes", end=" ")
-        print(f"{100.0 * seen.dip_pu:.1f} % of rated speed for a moment")
+        print(f"  speed step to 90 % in {seen.rise_s:.2f} s; {tried.load} takes", end=" ")
+        print(f"{100.0 * seen.dip_pu:.1f} % of {tried.speed} for a moment")
         print(f"  settled: speed off by {100.0 * seen.speed_err_pu:.2f} %", end=", ")
         print(f"flux angle by {seen.angle_err_deg:.1f} degrees")
         for mission in slow:
             off = f"speed off by {100.0 * mission.speed_err_pu:.2f} % at most"
             print(f"  {mission.mission}: {mission.word}, {off}")
+        if tried.slowest_pu > 0.0:
+            print(f"  below {100.0 * tried.slowest_pu:.0f} % of the largest speed: not asked for")
     raise typer.Exit(0 if seen.held and all(mission.held for mission in slow) else 1)
 
 
@@ -199,9 +304,7 @@ def commissioning(
     ] = None,
     seed: Annotated[int, typer.Option(min=1, help="Seed of the sensor noise.")] = 1,
     write: Annotated[bool, typer.Option(help="Write tools/docs/commissioning.md.")] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Commission motors from their nameplates, and check that they run with the result."""
     from zerohertz.commission import campaign

@@ -29,6 +29,7 @@ class Finding:
     seconds: float
     motor: Identified | None
     mechanics: Mechanics | None = None
+    rig: Path | None = None  # simulated motor; None: a drive's
 
     @property
     def refusal(self) -> str | None:
@@ -68,9 +69,9 @@ class Finding:
         return "\n".join(lines)
 
 
-def of_rig(path: Path, plate: Plate, board_file: Path | None, rotate: bool, seed: int) -> Finding:
-    """By the firmware in the simulated rig; rotate: then turned."""
-    board = Board.of_file(board_file) if board_file is not None else Board.of_plate(plate)
+def of_rig(path: Path, plate: Plate, board: Board | None, rotate: bool, seed: int) -> Finding:
+    """By the firmware in the simulated rig; without a board, on one of the motor's size."""
+    board = board or Board.of_plate(plate)
     seen, seconds = firmware.commission(path, plate, board, seed)
     motor = solve(seen, plate) if seen.done else None
     mechanics = None
@@ -78,7 +79,7 @@ def of_rig(path: Path, plate: Plate, board_file: Path | None, rotate: bool, seed
         mechanics, seen = turn_rig(path, seen, plate, board, seed)
         motor = solve(seen, plate)
         plate = dataclasses.replace(plate, J_kg_m2=mechanics.J_kg_m2)
-    return Finding(path.stem, plate, board, seen, seconds, motor, mechanics)
+    return Finding(path.stem, plate, board, seen, seconds, motor, mechanics, path.absolute())
 
 
 def of_drive(
@@ -88,14 +89,17 @@ def of_drive(
     say: Callable[[str], None],
     rotate: bool = False,
     pause: board_run.Pause = time.sleep,
+    board: Board | None = None,
 ) -> Finding:
-    """By a drive on its line; rotate: then turned, without a gain table, which it has none of."""
-    board = Board.of_drive(drive)
+    """By a drive on its line; rotate: then turned, without a gain table, which it has none of.
+    board: what is known of it, or else as the drive says."""
+    board = board or Board.of_drive(drive)
     seen, seconds = board_run.commission(drive, plate, say, pause)
     motor = solve(seen, plate) if seen.done else None
     mechanics = None
     if motor is not None and rotate:
         say("turning")
+        _ = drive.signals  # a table; read while the shaft turns, it lets a command run out
         with board_run.borrowed(drive, board_run.values_of(motor, plate, board)):
             mechanics, seen = turn(drive, seen, plate, pause)
         motor = solve(seen, plate)

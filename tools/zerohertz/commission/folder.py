@@ -14,20 +14,27 @@ from zerohertz.commission.board import Board
 from zerohertz.commission.plate import Plate, read_plate
 from zerohertz.commission.run import inertia_kg_m2, motor_of
 from zerohertz.commission.solve import Identified
-from zerohertz.commission.tuning import design_of, firmware_parameters
+from zerohertz.commission.tuning import DUTY, design_of, firmware_parameters
 from zerohertz.errors import UserError
 from zerohertz.motor import Circuit, motor_toml
 from zerohertz.paths import ROOT
 
 RIGS = ROOT / "host_sim" / "rigs" / "motors"
+LOW_VOLTAGE = "im_bench"  # too small a voltage for the campaigns over RIGS
 MOTOR, BOARD, FIRMWARE = "motor.toml", "board.toml", "firmware.toml"
+
+
+def rig_named(name: str) -> Path:
+    """Of host_sim/rigs/motors, or the low-voltage machine beside it."""
+    path = RIGS / f"{name}.toml"
+    return path if name != LOW_VOLTAGE else RIGS.parent / path.name
 
 
 def rig_file(name: str) -> Path:
     """A rig by its name in host_sim/rigs/motors, or by its path."""
-    path = Path(name) if name.endswith(".toml") else RIGS / f"{name}.toml"
+    path = Path(name) if name.endswith(".toml") else rig_named(name)
     if not path.is_file():
-        known = ", ".join(sorted(p.stem for p in RIGS.glob("*.toml")))
+        known = ", ".join([*sorted(p.stem for p in RIGS.glob("*.toml")), LOW_VOLTAGE])
         raise UserError(f"there is no {path}; known are {known}, or give a file")
     return path
 
@@ -57,7 +64,8 @@ def store(
 def parameters_of(found: Identified, plate: Plate, board: Board) -> dict[str, float]:
     """Of the firmware."""
     J_kg_m2 = inertia_kg_m2(plate)
-    return firmware_parameters(found, plate, J_kg_m2, board.period_s, board.i_trip_max_A)
+    values = firmware_parameters(found, plate, J_kg_m2, board.period_s, board.i_trip_max_A)
+    return values if board.senses_voltage else values | {"voltage_source": DUTY}
 
 
 def stored_parameters(folder: Path) -> dict[str, float]:

@@ -155,6 +155,11 @@ def guess(plate: Plate) -> Circuit:
     )
 
 
+def magnetising_A(plate: Plate) -> float:
+    """Of that guess, at rated voltage and frequency."""
+    return plate.voltage_V / (plate.omega_rad_s * guess(plate).Ls_H)
+
+
 def level_s(plate: Plate) -> float:
     """Eight rotor time constants: load angle of the rotor at rated slip, and saturation's share."""
     load_over_magnetising = plate.cos_phi / math.sqrt(1.0 - plate.cos_phi**2)

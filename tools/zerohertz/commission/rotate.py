@@ -40,6 +40,7 @@ LOW, MIDDLE, HIGH = 0.3, 0.5, 0.75  # of rated speed
 INNER = 0.2  # of the ramp at either end that is left out: the speed controller swings in
 TORQUE_PU = 0.2  # of rated torque at most, for the inertia that is assumed
 RAMP_S = 1.0  # at least: a serial line gives a hundred samples a second
+SAMPLES, TRIES = 10, 4  # inside a ramp; each try on half the slew of the one before
 SETTLE_S, HOLD_S = 1.0, 2.0
 NEAR_PU = 0.005
 SENSORS, BLEND = 0.0, 2.0  # voltage_source
@@ -50,7 +51,7 @@ _SIGNALS = (
     *("u_s_alpha_V", "u_s_beta_V", "i_s_alpha_A", "i_s_beta_A"),
     *("omega_e_hat_rad_s", "omega_s_hat_rad_s", "state"),
 )
-_COMMAND_EVERY = 20  # samples
+_COMMAND_EVERY, _COMMAND_S = 20, 0.5  # samples; sooner on a line whose samples take longer
 _VALID_S = 3.0
 _PATIENCE_S = 120.0  # of the drive's time
 _PERIODS = 10  # of the simulated drive, from sample to sample
@@ -128,14 +129,25 @@ def turn(
 
 
 def inertia(run: _Run, Rs_ohm: float, plate: Plate) -> float:
-    run.hold(LOW)
-    (up_Nm, up), (down_Nm, down) = (
-        _ramp(run.go(pu), Rs_ohm, plate, HIGH, LOW) for pu in (HIGH, LOW)
-    )
+    (up_Nm, up), (down_Nm, down) = (_ramp(ramp, Rs_ohm, plate) for ramp in _ramps(run, plate))
     J_kg_m2 = (up_Nm - down_Nm) / (up - down)
     if not 0.0 < J_kg_m2 < 1e3:
         raise UserError(f"turning: an inertia of {J_kg_m2:.3g} kg m2 is none; is the shaft free?")
     return J_kg_m2
+
+
+def _ramps(run: _Run, plate: Plate) -> list[Samples]:
+    """The middle of a ramp up and of the same down; slower ones where samples are too few."""
+    for _ in range(TRIES):
+        run.hold(LOW)
+        ramps = [_middle(run.go(pu), plate) for pu in (HIGH, LOW)]
+        if min(len(ramp.t_s) for ramp in ramps) >= SAMPLES:
+            return ramps
+        run.slower()
+    raise UserError(
+        f"turning: fewer than {SAMPLES} samples show the speed on its ramp; is the shaft free, and "
+        "the line fast enough?"
+    )
 
 
 def friction(holds: list[Samples], Rs_ohm: float, plate: Plate) -> tuple[float, float]:
@@ -159,18 +171,19 @@ def refined(found: Commissioned, Ls_H: float, current_A: float) -> Commissioned:
     return dataclasses.replace(found, flux_Wb=tuple(scale * flux for flux in found.flux_Wb))
 
 
-def _ramp(
-    samples: Samples, Rs_ohm: float, plate: Plate, high: float, low: float
-) -> tuple[float, float]:
-    """Mean torque and acceleration (mechanical) in the middle of the speed range."""
-    p, rated = plate.pole_pairs, _rad_s(plate)
-    margin = INNER * (high - low)
-    pu = samples.omega_e_rad_s / p / rated
-    inside = (pu > low + margin) & (pu < high - margin)
-    if np.count_nonzero(inside) < 10:
-        raise UserError("turning: the speed does not follow its ramp; is the shaft free?")
-    slope = np.polyfit(samples.t_s[inside], samples.omega_e_rad_s[inside] / p, 1)[0]
-    return float(np.mean(samples.torque_Nm(Rs_ohm, p)[inside])), float(slope)
+def _middle(samples: Samples, plate: Plate) -> Samples:
+    """Those in the middle of the speed range."""
+    margin = INNER * (HIGH - LOW)
+    pu = samples.omega_e_rad_s / plate.pole_pairs / _rad_s(plate)
+    inside = (pu > LOW + margin) & (pu < HIGH - margin)
+    return Samples(*(getattr(samples, f.name)[inside] for f in dataclasses.fields(Samples)))
+
+
+def _ramp(ramp: Samples, Rs_ohm: float, plate: Plate) -> tuple[float, float]:
+    """Mean torque and acceleration (mechanical)."""
+    p = plate.pole_pairs
+    slope = np.polyfit(ramp.t_s, ramp.omega_e_rad_s / p, 1)[0]
+    return float(np.mean(ramp.torque_Nm(Rs_ohm, p))), float(slope)
 
 
 def _rad_s(plate: Plate) -> float:
@@ -183,9 +196,10 @@ class _Run:
     def __init__(self, drive: Client, plate: Plate, J_kg_m2: float, pause: Pause) -> None:
         self._drive, self._rated, self._pause = drive, _rad_s(plate), pause
         self._pole_pairs, self._speed_pu, self._count = plate.pole_pairs, 0.0, 0
+        self._told = 0  # period of the last command
         most = TORQUE_PU * plate.torque_Nm / J_kg_m2
-        slew = min(most, (HIGH - LOW) * self._rated / RAMP_S)
-        values = {"speed_J_kg_m2": J_kg_m2, "speed_slew_rad_s2": slew * plate.pole_pairs}
+        self._slew = min(most, (HIGH - LOW) * self._rated / RAMP_S) * plate.pole_pairs
+        values = {"speed_J_kg_m2": J_kg_m2, "speed_slew_rad_s2": self._slew}
         # Power is compared between speeds: from one source, where there are sensors.
         self._source = drive.get(["voltage_source"])
         source = {"voltage_source": SENSORS} if self._source["voltage_source"] == BLEND else {}
@@ -225,7 +239,14 @@ class _Run:
 
     def _command(self) -> link.Status:
         self._drive.command(link.RUN, self._speed_pu * self._rated, _VALID_S)
-        return self._drive.status()
+        status = self._drive.status()
+        self._told = status.period
+        return status
+
+    def slower(self) -> None:
+        """Half the slew."""
+        self._slew /= 2.0
+        put(self._drive, {"speed_slew_rad_s2": self._slew})
 
     def go(self, speed_pu: float, near_pu: float = NEAR_PU) -> Samples:
         """To that speed, by the firmware's own estimate."""
@@ -248,7 +269,8 @@ class _Run:
         rows: list[list[float]] = []
         periods: list[int] = []
         while not periods or (periods[-1] - periods[0]) * period_s < seconds:
-            if self._count % _COMMAND_EVERY == 0:
+            silent_s = (periods[-1] - self._told) * period_s if periods else 0.0
+            if self._count % _COMMAND_EVERY == 0 or silent_s > _COMMAND_S:
                 self._command()
             self._count += 1
             period, row = self._drive.sample(list(_SIGNALS))

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from zerohertz.commission.folder import BOARD, stored_parameters
-from zerohertz.commission.trial import times
+from zerohertz.commission.trial import asked_of, times
 from zerohertz.motor import Nameplate, load_motor
 from zerohertz.sim import Job, Record, run
 
@@ -41,6 +41,12 @@ class Mission:
     @property
     def duration_s(self) -> float:
         return self.judged[-1][1]
+
+    @property
+    def slowest_pu(self) -> float:
+        """Under load: 0 where it crosses zero."""
+        speeds = [speed for _, speed in self.speed_pu[1:]]
+        return max(min(speeds), 0.0)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,12 +109,18 @@ def _crossing(load_pu: float) -> Mission:
 MISSIONS = (_loads(0.05), _loads(0.02), _drift(), _crossing(-1.0), _crossing(1.0))
 
 
-def run_slow(folder: Path, rig: Path, seed: int = 1) -> tuple[Seen, ...]:
-    """Every mission, in a run of its own."""
-    motor, parameters = load_motor(folder), stored_parameters(folder)
+def run_slow(
+    folder: Path,
+    rig: Path,
+    seed: int = 1,
+    asked: Nameplate | None = None,
+    slowest_pu: float = 0.0,
+) -> tuple[Seen, ...]:
+    """Every mission that goes no slower than that, in a run of its own."""
+    motor, parameters = asked_of(load_motor(folder), asked), stored_parameters(folder)
     start_s = times(motor, parameters).start_s
     seen = []
-    for mission in MISSIONS:
+    for mission in (m for m in MISSIONS if m.slowest_pu >= slowest_pu):
         record = run(
             Job(
                 scenario=_scenario(mission, motor.nameplate, start_s),

@@ -65,6 +65,20 @@ def solve(found: Commissioned, plate: Plate) -> Identified:
     )
 
 
+def identified(circuit: Circuit, plate: Plate) -> Identified:
+    """A circuit that is known, as it would have been found; its magnetising curve is not known."""
+    leak_H = circuit.Ls_H - circuit.M_H
+    rotor_Wb = rotor_flux_Wb(circuit, plate)
+    return Identified(
+        circuit=circuit,
+        main_flux_Wb=rated_main_flux_Wb(plate, circuit.Rs_ohm, leak_H),
+        rotor_flux_Wb=rotor_Wb,
+        i_d_A=rotor_Wb / circuit.M_H,
+        lost_V=0.0,
+        curve=(),
+    )
+
+
 def rotor_flux_Wb(circuit: Circuit, plate: Plate) -> float:
     """Rotor flux at rated voltage, frequency, current and cos phi."""
     current_A = plate.current_vector_A * complex(plate.cos_phi, -math.sqrt(1.0 - plate.cos_phi**2))

@@ -7,6 +7,7 @@ rated speed of its reference and the flux angle within 10 degrees.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from zerohertz.commission.folder import BOARD, stored_parameters
-from zerohertz.motor import Motor, load_motor
+from zerohertz.motor import Motor, Nameplate, load_motor
 from zerohertz.sim import Job, Record, run
 
 LOW, HIGH = 0.25, 0.75  # of rated speed
@@ -59,8 +60,9 @@ def times(motor: Motor, parameters: dict[str, float]) -> Times:
     return Times(start, (low, high, high + 2.0, high + 4.0))
 
 
-def run_trial(folder: Path, rig: Path, seed: int = 1) -> Trial:
-    motor, parameters = load_motor(folder), stored_parameters(folder)
+def run_trial(folder: Path, rig: Path, seed: int = 1, asked: Nameplate | None = None) -> Trial:
+    """asked: speed and torque instead of the rated ones."""
+    motor, parameters = asked_of(load_motor(folder), asked), stored_parameters(folder)
     at = times(motor, parameters)
     record = run(
         Job(
@@ -74,6 +76,10 @@ def run_trial(folder: Path, rig: Path, seed: int = 1) -> Trial:
         )
     )
     return judge(record, at, motor.nameplate.speed_rpm)
+
+
+def asked_of(motor: Motor, asked: Nameplate | None) -> Motor:
+    return motor if asked is None else dataclasses.replace(motor, nameplate=asked)
 
 
 def judge(record: Record, at: Times, rated_rpm: float) -> Trial:

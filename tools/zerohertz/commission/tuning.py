@@ -10,6 +10,7 @@ import math
 
 from zerohertz.commission.plate import Plate, threshold_A
 from zerohertz.commission.solve import Identified
+from zerohertz.errors import UserError
 from zerohertz.motor import MAX_ENTRIES, STEP_ELEC_PER_MIN, Circuit, Design
 
 # Observer: real poles p1 and -(a Rr/Lr + b |w|); p1 over the motor's own current decay a11.
@@ -38,9 +39,11 @@ CURRENT_PERIODS = 0.12
 OVERLOAD = 1.5
 CONTINUOUS = 1.05  # of rated current: plates are rounded
 TRIP = 1.3
+MAGNETISE = 0.9  # of the current limit at most: the rest is for torque
 PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
 RANGE = 1.2  # of rated frequency
 MARGIN = 0.7  # share of rated torque that the ramp takes
+DUTY = 1  # voltage_source
 
 
 def poles_per_s(circuit: Circuit) -> tuple[float, float]:
@@ -87,7 +90,7 @@ def firmware_parameters(
         **_estimator(circuit, plate, flux),
         **_speed(circuit, plate, J_kg_m2),
         **_currents(motor, plate, i_trip_max_A),
-        **_start(circuit, plate),
+        **_start(circuit, plate, i_trip_max_A),
         "current_bandwidth_rad_s": CURRENT_PERIODS / period_s,
         "lambda_max_Wb": 4.0 * flux,
         "dead_time_i_threshold_A": threshold_A(plate),
@@ -152,23 +155,28 @@ def limit_A(plate: Plate, i_trip_max_A: float) -> float:
 
 def _currents(motor: Identified, plate: Plate, i_trip_max_A: float) -> dict[str, float]:
     most_A = limit_A(plate, i_trip_max_A)
+    if motor.i_d_A > MAGNETISE * most_A:
+        raise UserError(
+            f"rated flux takes {motor.i_d_A * PEAK:.3g} A at the peak of a phase, and the current "
+            f"limit is {most_A * PEAK:.3g} A; raise the limit, or take a board for more current"
+        )
     return {
         "i_d_A": motor.i_d_A,
-        "i_d_max_A": 1.5 * motor.i_d_A,
+        "i_d_max_A": min(1.5 * motor.i_d_A, most_A),
         "i_max_A": most_A,
         "i_q_max_A": math.sqrt(most_A**2 - motor.i_d_A**2),
-        "overload_motor_A": CONTINUOUS * plate.current_vector_A,
+        "overload_motor_A": min(CONTINUOUS * plate.current_vector_A, most_A),
         "i_trip_A": TRIP * PEAK * most_A,
     }
 
 
-def _start(circuit: Circuit, plate: Plate) -> dict[str, float]:
+def _start(circuit: Circuit, plate: Plate, i_trip_max_A: float) -> dict[str, float]:
     """Rs and the inverter's loss are measured again at every start: the winding is warm or cold."""
     settle_s = min(max(6.0 / circuit.tau_per_s, 0.3), 15.0)
     return {
         "rs_measure": 1,
         "dead_time_identify": 1,
-        "rs_high_A": 0.7 * plate.current_vector_A,
+        "rs_high_A": 0.7 * min(plate.current_vector_A, limit_A(plate, i_trip_max_A)),
         "rs_level_s": settle_s,
         "premagnetise_s": settle_s,
     }
