@@ -1,0 +1,1 @@
+"""`zh bringup`: the first power-up of a board, step by step."""
