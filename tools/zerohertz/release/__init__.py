@@ -1,0 +1,1 @@
+"""What leaves the checkout: `zh wheel`, `zh fmu`, `zh release`."""
