@@ -14,10 +14,10 @@ from rich.console import Console
 
 from zerohertz.drive import State
 from zerohertz.flight.file import ENDING, Ending, Flight
-from zerohertz.flight.record import Progress, Recorded, Recording, start
+from zerohertz.flight.record import Progress, Recorded
+from zerohertz.flight.wanted import Wanted
 from zerohertz.link.command import (
     BaudOption,
-    JsonOption,
     PortOption,
     SealKeyOption,
     SilOption,
@@ -26,6 +26,7 @@ from zerohertz.link.command import (
     open_client,
 )
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT
+from zerohertz.options import Json
 
 _NEEDED = ("state", "duty_u", "duty_v", "duty_w", "gates_on")
 
@@ -43,6 +44,10 @@ def record(
     until_fault: Annotated[
         bool, typer.Option("--until-fault", help="End when a fault has opened the gates.")
     ] = False,
+    before_s: Annotated[
+        float | None,
+        typer.Option("--before-fault", min=0.0, help="Keep only so many seconds before a fault."),
+    ] = None,
     after_s: Annotated[
         float, typer.Option("--after", min=0.0, help="Seconds to record behind that fault.")
     ] = 0.1,
@@ -54,24 +59,22 @@ def record(
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """Record what the drive is given in every control period, for `zh replay --flight`.
 
+    With --before-fault it may go on for days. It keeps that many seconds, and writes them when a
+    fault has opened the gates or it is interrupted. After a gap it begins again.
+
     The recording begins with a start of the drive's control state: the drive has to be READY. It
-    measures its current offsets again and is READY as after power-up; its thermal models go on.
+    measures its current offsets again and is READY as after power-up; a warm motor counts as cold.
     Nothing else changes: run it with `zh run` or from the studio. Exit code 1 when the link was
     too slow: the file then ends at the gap.
     """
     with open_client(port, baud, sil, tcp, key, share=True) as drive:
-        head, first = start(drive, wait_s, _say)
-        _say(f"records {head.identity} into {file}")
-        recording = Recording(drive, file, head, first)
-        periods = seconds / head.period_s
-        told = recording.run(
-            lambda p: _progress(p, head.period_s) and p.periods < periods,
-            after_s if until_fault else None,
-        )
+        ends = until_fault or before_s is not None
+        wanted = Wanted(file, seconds, before_s, after_s if ends else None)
+        told = wanted.record(drive, wait_s, _say, _progress)
     if as_json:
         print(json.dumps(_as_json(told, file), indent=2))
     else:
@@ -101,6 +104,7 @@ def _text(told: Recorded, file: Path) -> str:
             f"the link carried {told.rows_per_s * 12e-3:.1f} kB/s, the drive makes "
             f"{12e-3 / told.period_s:.1f} kB/s; at least {told.lost_periods} periods behind the "
             "last one are lost. What the file holds is whole and can be replayed."
+            + (" A fault has opened the gates." if told.fault else "")
         )
     if told.why:
         lines.append(told.why)
@@ -156,6 +160,7 @@ def _replayed(flight: Flight, found: Any) -> dict[str, Any]:
     period_s = flight.head.period_s
     return {
         "identity": flight.head.identity,
+        "dropped_periods": flight.head.middle.dropped_periods if flight.head.middle else 0,
         "periods": found.periods,
         "recorded_periods": flight.periods,
         "seconds": found.periods * period_s,
@@ -208,6 +213,9 @@ def _show(file: Path, told: dict[str, Any]) -> None:
         f"{told['periods']} of {told['recorded_periods']} periods replayed, "
         f"{told['seconds']:.3f} s; the recording was ended by {ending}"
     )
+    if told["dropped_periods"]:
+        dropped = told["dropped_periods"]
+        console.print(f"the last seconds only: {dropped} periods before them were not kept")
     if told["lost_periods"]:
         console.print(f"at least {told['lost_periods']} periods behind the last one are lost")
     if told["stopped"]:

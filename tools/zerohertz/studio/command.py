@@ -20,12 +20,13 @@ from zerohertz.errors import UserError
 from zerohertz.link.command import (
     BaudOption,
     KeyOption,
+    NameArgument,
     PortOption,
     SilOption,
     TcpOption,
+    one_configuration,
     serving_note,
     sil_job,
-    with_motor,
 )
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, Line, TcpLine, UnixLine
 from zerohertz.link.ports import BrokerEnd, line_to, socket_beside
@@ -52,6 +53,7 @@ def register(app: typer.Typer) -> None:
 
 
 def studio(
+    name: NameArgument = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
@@ -63,9 +65,7 @@ def studio(
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
-    config: Annotated[
-        str, typer.Option(help="Simulated drive: configuration, in host_sim/configs.")
-    ] = "recommended",
+    config: Annotated[str | None, typer.Option(help="Simulated drive: the same as NAME.")] = None,
     rig: Annotated[
         str | None, typer.Option(help="Simulated drive: motor, in host_sim/rigs/motors.")
     ] = None,
@@ -98,7 +98,9 @@ def studio(
         raise UserError("which drive? give --port DEVICE or --sil, or neither for a simulated one")
     secret = load_key(key)
     folder = ensure_bundle()
-    simulated = Simulated(config, rig, load_Nm, set_params or [], speed, keep)
+    simulated = Simulated(
+        one_configuration(name, config), rig, load_Nm, set_params or [], speed, keep
+    )
     with contextlib.ExitStack() as stack:
         listening = stack.enter_context(contextlib.closing(_listening(page)))
         if port is not None:
@@ -169,9 +171,7 @@ def _simulated(wanted: Simulated, tcp: int) -> Iterator[object]:
     """A drive in a thread, with a port for the other commands."""
     from zerohertz.link import server
 
-    job = sil_job(wanted.config, wanted.load_Nm, wanted.set_params)
-    if wanted.rig is not None:
-        job = with_motor(job, wanted.rig)
+    job = sil_job(wanted.config, wanted.load_Nm, wanted.set_params, wanted.rig)
     stop = threading.Event()
     end = _free_end(tcp)
     with contextlib.closing(end), server.LinkedDrive(job, keep=wanted.keep) as drive:

@@ -1,7 +1,7 @@
 """What runs behind the page on this computer: commissioning, table design, saving, a trial.
 
-One job at a time, in a thread, as one more client of the broker. Events for the page are objects
-with `job` and one of `say`, `share`, `result`, `error`.
+One job at a time and one recording beside it, each in a thread and one more client of the broker.
+Events for the page are objects with `job` and one of `say`, `share`, `result`, `error`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 from zerohertz.errors import UserError
 from zerohertz.link.client import Client
 from zerohertz.link.line import Line
-from zerohertz.paths import BUILD, ROOT
+from zerohertz.paths import BUILD, INSTALLED, ROOT
+from zerohertz.studio.flights import Flights
 
 if TYPE_CHECKING:
     from zerohertz.commission.finding import Finding
@@ -38,11 +39,14 @@ class Tools:
         self._found: Finding | None = None
         self._busy = threading.Lock()
         self._cancel = threading.Event()
+        self._flights = Flights(self._drive, FOLDER)
+        self._recording = threading.Lock()
         self._jobs: dict[str, Callable[[dict[str, Any], Tell], object]] = {
             "commission": self._commission,
             "design": self._design,
             "keep": self._keep,
             "trial": self._trial,
+            "flight": self._flight,
         }
 
     @property
@@ -61,12 +65,16 @@ class Tools:
         if name == "cancel":
             self._cancel.set()
             return
+        if name == "flight_end":
+            self._flights.cancel()
+            return
         job = self._jobs[name]
         threading.Thread(target=self._run, args=(name, job, asked, tell), daemon=True).start()
 
     def abandon(self) -> None:
         """The page has gone: nobody watches a motor that is being measured."""
         self._cancel.set()
+        self._flights.cancel()
 
     def _run(
         self, name: str, job: Callable[[dict[str, Any], Tell], object], asked: Any, tell: Tell
@@ -74,16 +82,18 @@ class Tools:
         def event(content: dict[str, Any]) -> None:
             tell({"job": name} | content)
 
-        if not self._busy.acquire(blocking=False):
+        lock = self._recording if name == "flight" else self._busy
+        if not lock.acquire(blocking=False):
             event({"error": "something else is going on; wait for it or cancel it"})
             return
         try:
-            self._cancel.clear()
+            if lock is self._busy:
+                self._cancel.clear()
             event({"result": job(asked, event)})
         except (UserError, TypeError) as error:
             event({"error": str(error)})
         finally:
-            self._busy.release()
+            lock.release()
 
     def _pause(self, seconds: float) -> None:
         time.sleep(seconds)
@@ -171,6 +181,9 @@ class Tools:
         }
         return answer
 
+    def _flight(self, _: dict[str, Any], event: Tell) -> object:
+        return self._flights.record(lambda text: event({"say": text}))
+
     def _required(self) -> Finding:
         if self._found is None:
             raise UserError("no motor has been found yet; begin with the nameplate")
@@ -181,6 +194,8 @@ def _fetch_solver(event: Tell) -> None:
     """`zh studio` starts without the solver; the first design brings it."""
     if importlib.util.find_spec("clarabel") is not None:
         return
+    if INSTALLED:
+        raise UserError("the solver is not installed; run pip install 'zerohertz[design]'")
     event({"say": "fetching the solver: 37 MB, 148 MB on disk"})
     done = subprocess.run(
         [ROOT / "tools" / "zh", "setup", "design"], capture_output=True, text=True, check=False

@@ -5,8 +5,8 @@ import { csvOf } from './recorder.js';
 
 const REFRESH_MS = 2000;
 
-/** @param {() => void} toScope */
-export function faultsTab(session, toScope) {
+/** @param {() => void} toScope  @param {Element | null} flights the flight recorder, where a computer has one */
+export function faultsTab(session, toScope, flights = null) {
   const list = h('ol', { class: 'fault-list', id: 'fault-list' });
   const count = h('p', { id: 'fault-count' });
   const now = h('div', { class: 'fault-now' });
@@ -55,7 +55,7 @@ export function faultsTab(session, toScope) {
       h('button', { onclick: csv }, 'Record as CSV'),
       h('button', { id: 'fault-reset', onclick: () => session.reset() }, 'Reset'),
       h('button', { onclick: clear }, 'Clear the list')),
-    now, count, list);
+    flights, now, count, list);
   setInterval(() => !element.hidden && refresh(), REFRESH_MS);
   return { element, shown: refresh };
 }

@@ -5,6 +5,7 @@ import { commissioningTab } from './commissioning.js';
 import { fill, h, setText, store } from './dom.js';
 import { driveBar, statusPanel } from './drive_panel.js';
 import { faultsTab } from './faults.js';
+import { FlightKeeper } from './flight_keeper.js';
 import { parametersTab } from './parameters.js';
 import { scopeTab } from './scope.js';
 import { Session } from './session.js';
@@ -28,7 +29,7 @@ export function startStudio(root, { catalog, transport, tools = null, extra = []
     ['Scope', scopeTab(session)],
     ['Parameters', parametersTab(session)],
     ...(tools ? [['Commissioning', commissioningTab(session, tools)]] : []),
-    ['Faults', faultsTab(session, () => choose('Scope'))],
+    ['Faults', faultsTab(session, () => choose('Scope'), tools && new FlightKeeper(session, tools).element)],
     ...extra,
   ];
   const { bar, choose } = tabBar(tabs);
