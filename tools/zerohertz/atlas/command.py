@@ -13,6 +13,8 @@ import typer
 from zerohertz.assignments import assignments
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
+from zerohertz.estimators import chosen
+from zerohertz.options import Estimator, Json, Workers
 from zerohertz.paths import BUILD
 
 if TYPE_CHECKING:
@@ -60,9 +62,6 @@ VariationOption = Annotated[
 VoltageOption = Annotated[
     str | None, typer.Option(help="Voltage source of the observer: sensors or duty.")
 ]
-WorkersOption = Annotated[
-    int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-]
 SchedulerOption = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, instead of --workers.")
 ]
@@ -83,7 +82,7 @@ CompareOption = Annotated[
     typer.Option("--compare", help="Only draw the maps of several configurations in one picture."),
 ]
 CountOption = Annotated[
-    int, typer.Option("--points", min=0, help="With --features: points per map; 0: all.")
+    int, typer.Option("--points", min=0, help="Only with --features: points per map; 0: all.")
 ]
 WriteOption = Annotated[
     bool,
@@ -110,7 +109,8 @@ def atlas(
     plant: PlantOption = None,
     variation: VariationOption = None,
     voltage: VoltageOption = None,
-    workers: WorkersOption = 2,
+    estimator: Estimator = None,
+    workers: Workers = 2,
     scheduler: SchedulerOption = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
     fresh: FreshOption = False,
@@ -119,9 +119,7 @@ def atlas(
     compare: CompareOption = False,
     count: CountOption = 0,
     write: WriteOption = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Run the firmware over a map of speed, load and parameter errors, and classify each point.
 
@@ -133,24 +131,24 @@ def atlas(
     from zerohertz.atlas.run import RunOptions
 
     began = time.monotonic()
+    chosen.use(estimator)
     if features or compare:
-        folder = out or BUILD / "atlas" / ("features" if features else "")
+        folder = out or BUILD / "atlas" / chosen.chosen_name() / ("features" if features else "")
         how = RunOptions(folder, workers, scheduler, fresh)
         if features:
             _features(names, how, count, write, as_json)
         else:
             _compare(names, how, maps, write)
         return
-    if names:
-        raise UserError(f"'{names[0]}': names need --features or --compare")
+    _refuse(names, count)
     setup, plants = _plants(config, _firmware(sets, voltage), plant, variation)
     bench = next(iter(plants.values()))
     if throughput:
         output.print_throughput(bench, workers, as_json)
         return
-    chosen = _chosen(standard, maps, random, seed, loaded)
+    points = _chosen(standard, maps, random, seed, loaded)
     folder = out or _folder(setup.name, voltage, variation)
-    results = _run_maps(plants, chosen, RunOptions(folder, workers, scheduler, fresh))
+    results = _run_maps(plants, points, RunOptions(folder, workers, scheduler, fresh))
     test_R = output.test_R(setup, bench, workers) if standard else None
     content = output.store(folder, setup.name, results, test_R, time.monotonic() - began)
     if as_json:
@@ -158,6 +156,16 @@ def atlas(
     else:
         output.print_table(setup.name, results)
         tell(f"rows, PNG and HTML: {short_paths(folder)}/*/")
+
+
+def _refuse(names: list[str] | None, count: int) -> None:
+    """What only a table of features has."""
+    if names:
+        raise UserError(f"'{names[0]}': names need --features or --compare")
+    if count:
+        raise UserError(
+            "--points: only with --features; a map is always whole: take --random for fewer points"
+        )
 
 
 def _plants(
@@ -173,7 +181,7 @@ def _plants(
 
 
 def _folder(config: str, voltage: str | None, variation: str | None) -> Path:
-    folder = BUILD / "atlas" / "-".join(filter(None, (config, voltage)))
+    folder = BUILD / "atlas" / "-".join(filter(None, (config, voltage, chosen.chosen_name())))
     return folder / "variations" if variation is not None else folder
 
 
@@ -194,15 +202,15 @@ def _run_maps(
 
 
 def _features(
-    chosen: list[str] | None, how: RunOptions, points: int, write: bool, as_json: bool
+    wanted: list[str] | None, how: RunOptions, points: int, write: bool, as_json: bool
 ) -> None:
     from zerohertz.atlas import features_table
     from zerohertz.atlas.features import recipes
 
-    if write and points:
-        raise UserError("--write: the page needs every point; leave out --points")
+    if write and (points or chosen.chosen_name()):
+        raise UserError("--write: the page has every point, with our estimator; leave out --points")
     began = time.monotonic()
-    names = chosen or []
+    names = wanted or []
     found = list(features_table.run_recipes(recipes(names), points, how, tell, progress_bar))
     if write:
         features_table.write_page(found, names)
@@ -228,8 +236,8 @@ def _compare(names: list[str] | None, how: RunOptions, maps: list[str] | None, w
 def _firmware(lines: list[str] | None, voltage: str | None) -> dict[str, Any]:
     if voltage is not None and voltage not in VOLTAGE:
         raise UserError(f"--voltage: '{voltage}': give sensors or duty")
-    chosen = {} if voltage is None else {"voltage_source": VOLTAGE[voltage]}
-    return chosen | assignments("--set", lines or [], numbers=True)
+    source = {} if voltage is None else {"voltage_source": VOLTAGE[voltage]}
+    return source | assignments("--set", lines or [], numbers=True)
 
 
 def _chosen(
@@ -241,7 +249,7 @@ def _chosen(
     names = [*(STANDARD if standard else ()), *(maps or ())]
     if not names and not random:
         names = ["map_i"]
-    chosen = {points[0].map: points for points in map(standard_map, names)}
+    found = {points[0].map: points for points in map(standard_map, names)}
     if random:
-        chosen["random"] = random_sample(random, seed, loaded_s)
-    return list(chosen.values())
+        found["random"] = random_sample(random, seed, loaded_s)
+    return list(found.values())

@@ -10,6 +10,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from zerohertz.options import Json, Workers
+
 
 def register(app: typer.Typer) -> None:
     """Add `zh detection`."""
@@ -26,12 +28,8 @@ def detection(
     seeds: Annotated[
         int, typer.Option(min=1, max=100, help="Number of noise seeds per figure.")
     ] = 6,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    workers: Workers = 2,
+    as_json: Json = False,
 ) -> None:
     """Test the supervisor's loss detection on the paper's experiments and on random missions.
 

@@ -29,6 +29,7 @@ from zerohertz.atlas.classes import FAR_RPM
 from zerohertz.atlas.points import NOMINAL_J_KG_M2
 from zerohertz.errors import UserError
 from zerohertz.motor import load_motor
+from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import Setup, Value
 
 # A row: run, value (inf: lost), lost, first fault, and the numbers of the draw.
@@ -68,7 +69,7 @@ class Ensemble:
 
 def plant_of(rng: np.random.Generator, J_kg_m2: float | None = None) -> dict[str, Value]:
     """True motor and mechanics, within what the atlas' random sample draws; rig overrides."""
-    circuit = load_motor("gain_tables/hasegawa2005").circuit
+    circuit = load_motor(ROOT / "gain_tables" / "hasegawa2005").circuit
     leakage = rng.uniform(0.85, 1.15)
     M_H = circuit.M_H * rng.uniform(0.92, 1.08)
     J = NOMINAL_J_KG_M2 * rng.uniform(0.6, 1.6)
@@ -216,11 +217,11 @@ def one(setup: Setup, name: str, seed: int, k: int) -> tuple[Row, sim.Record]:
 
 
 def is_lost(record: sim.Record, duration_s: float) -> bool:
-    """No torque at some time, or the shaft far from its reference at the end."""
-    on = window(record, 0.0)
+    """No torque at some time until then, or the shaft far from its reference at that time."""
+    on = window(record, 0.0, duration_s)
     if not started(record) or not on.any() or record.t_s[-1] < duration_s - 0.1:
         return True
-    last = window(record, duration_s - END_S)
+    last = window(record, duration_s - END_S, duration_s)
     off = bool((record["gates_on"][on] == 0).any())
     return off or float(np.abs(error_rpm(record)[last]).max()) > FAR_RPM
 

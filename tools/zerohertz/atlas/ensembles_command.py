@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from zerohertz.campaign.options import Json, Seed, Workers
+from zerohertz.options import Json, Seed, Workers
 
 
 def register(app: typer.Typer) -> None:

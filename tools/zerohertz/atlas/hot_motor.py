@@ -4,6 +4,10 @@ The plant heats by a law that is not the firmware's: three bodies (winding, roto
 losses that grow with the resistances, iron loss by speed; conductances, capacities and the cage's
 temperature coefficient are drawn. The firmware has two bodies, one time constant and one rise.
 
+What the plant does (`Thermal`): it heats; or it was warm before the processor started and keeps
+its last Rs and Rr, while the firmware begins as for a cold motor; or it stays as cool as it was,
+whatever the firmware's model adds. The last two then cross zero under load: Rs in use is wrong.
+
 `speed_up` divides every thermal time constant, of the plant and of the firmware, and the hour with
 it; electrically nothing is faster. Run k of a seed is the same for every number of runs.
 """
@@ -31,6 +35,7 @@ from zerohertz.atlas.bench_run import (
     window,
 )
 from zerohertz.atlas.ensembles import is_lost, plant_of
+from zerohertz.atlas.thermal import Thermal
 from zerohertz.atlas.zero_hertz import INVERTERS, drawn_sensors
 from zerohertz.scenario.setup import Setup
 
@@ -45,6 +50,9 @@ LOAD_AT_S, SETTLED_S, JUDGED_S = 1.0, 3.0, 2.0
 LOADED_S = 2.0  # a pilot run gives the losses
 POINTS = 120
 COPPER_PER_K = 0.0039
+
+CROSSING_RPM, CROSSING_RPM_PER_S = 150.0, 3.0  # from, to the same in the other direction
+RAMP_RPM_PER_S, PAUSE_S = 300.0, 2.0  # down to the crossing, and there before it begins
 
 # The bodies of a 1.5 kW motor with fan, class B at rated current: winding +80 K, rotor +100 K.
 GROUND: Mapping[str, float] = {
@@ -77,6 +85,8 @@ class Drawn:
     bodies: Mapping[str, float]
     speed_rpm: float
     speed_up: float
+    k: int
+    switched: bool
 
 
 def draw(setup: Setup, seed: int, k: int, switched: bool, speed_up: float) -> Drawn:
@@ -103,7 +113,7 @@ def draw(setup: Setup, seed: int, k: int, switched: bool, speed_up: float) -> Dr
         seed=int(rng.integers(1, 2**31)),
         firmware=told | ({"voltage_source": 1} if duty else {}),
     )
-    return Drawn(what, rig, bodies, speed_rpm, speed_up)
+    return Drawn(what, rig, bodies, speed_rpm, speed_up, k, switched)
 
 
 def about(width: float) -> tuple[float, float]:
@@ -137,30 +147,65 @@ def warm(drawn: Drawn, record: sim.Record) -> tuple[NDArray[np.float64], NDArray
 
 
 def one(
-    setup: Setup, seed: int, k: int, switched: bool = False, speed_up: float = SPEED_UP
+    setup: Setup,
+    seed: int,
+    k: int,
+    switched: bool = False,
+    speed_up: float = SPEED_UP,
+    thermal: Thermal = Thermal.HEATS,
 ) -> tuple[Row, sim.Record]:
     """Run k of a seed, and its record."""
     drawn = draw(setup, seed, k, switched, speed_up)
     setup = dataclasses.replace(setup, rig_overrides={**setup.rig_overrides, **drawn.rig})
     pilot = run(setup, dataclasses.replace(drawn.what, duration_s=LOAD_AT_S + SETTLED_S))
     Rs, Rr = warm(drawn, pilot)
-    t_s = LOAD_AT_S + np.linspace(0.0, HOUR_S / speed_up, POINTS + 1)
-    what = dataclasses.replace(
-        drawn.what,
-        rs_drift=[(0.0, 1.0), *((float(t), float(x)) for t, x in zip(t_s, Rs, strict=True))],
-        rr_drift=[(0.0, 1.0), *((float(t), float(x)) for t, x in zip(t_s, Rr, strict=True))],
-    )
+    what, rig = drawn.what, dict(drawn.rig)
+    hour_end_s = what.duration_s
+    if thermal is Thermal.HEATS:
+        t_s = LOAD_AT_S + np.linspace(0.0, HOUR_S / speed_up, POINTS + 1)
+        what = dataclasses.replace(what, rs_drift=profile(t_s, Rs), rr_drift=profile(t_s, Rr))
+    else:
+        what = then_crossing(what, drawn.speed_rpm)
+    if thermal is Thermal.WARM:
+        what = dataclasses.replace(what, rs_ratio=what.rs_ratio * float(Rs[-1]))
+        rig["motor.Rr_ohm"] *= float(Rr[-1])
+        setup = dataclasses.replace(setup, rig_overrides={**setup.rig_overrides, **rig})
     record = run(setup, what)
-    lost = is_lost(record, what.duration_s)
-    end = window(record, what.duration_s - JUDGED_S)
-    on = window(record, LOAD_AT_S + SETTLED_S)
+    return judged(drawn, record, (Rs, Rr), hour_end_s), record
+
+
+def then_crossing(what: Experiment, speed_rpm: float) -> Experiment:
+    """The same, and after the hour a slow ramp through zero with the load of the hour."""
+    begin = math.copysign(CROSSING_RPM, speed_rpm)
+    down_s = what.duration_s + abs(speed_rpm - begin) / RAMP_RPM_PER_S
+    end_s = down_s + PAUSE_S + 2.0 * CROSSING_RPM / CROSSING_RPM_PER_S
+    corners = [(what.duration_s, speed_rpm), (down_s, begin), (down_s + PAUSE_S, begin)]
+    return dataclasses.replace(
+        what, duration_s=end_s + PAUSE_S, speed_rpm=[*what.speed_rpm, *corners, (end_s, -begin)]
+    )
+
+
+def judged(
+    drawn: Drawn,
+    record: sim.Record,
+    factors: tuple[NDArray[np.float64], NDArray[np.float64]],
+    hour_end_s: float,
+) -> Row:
+    """The row of a run: errors in the hour, at its end, and in the crossing if there was one."""
+    Rs, Rr = factors
+    end = window(record, hour_end_s - JUDGED_S, hour_end_s)
+    on = window(record, LOAD_AT_S + SETTLED_S, hour_end_s)
+    after = window(record, hour_end_s)
     error = error_rpm(record)
     rows = max(1, round(1.0 / float(np.median(np.diff(record.t_s)))))
     means = [float(error[on][j : j + rows].mean()) for j in range(0, int(on.sum()), rows)]
-    off_rpm = abs(float(error[end].mean()))
-    row: Row = {
-        "run": k,
-        "switched": switched,
+    lost = is_lost(record, hour_end_s)
+    crossed = bool((record.t_s > hour_end_s + PAUSE_S).any())
+    lost_there = crossed and is_lost(record, float(record.t_s[-1]))
+    worst_there = float(abs(error[after]).max()) if crossed else 0.0
+    return {
+        "run": drawn.k,
+        "switched": drawn.switched,
         "speed_rpm": drawn.speed_rpm,
         "Rs_pu": float(Rs[-1]),
         "Rr_pu": float(Rr[-1] * drawn.rig["motor.Rr_ohm"] / RR_OHM),
@@ -168,22 +213,39 @@ def one(
         "lost": lost,
         "fault": record.first_fault,
         "error_rpm": float(error[end].mean()) * math.copysign(1.0, drawn.speed_rpm),
-        "value": math.inf if lost else off_rpm,
+        "value": math.inf if lost else abs(float(error[end].mean())),
         "worst_of_hour_rpm": math.inf if lost else max(map(abs, means), default=math.inf),
+        "crossing_worst_rpm": math.inf if lost_there else worst_there,
+        "crossed": crossed,
     }
-    return row, record
+
+
+def profile(t_s: NDArray[np.float64], factor: NDArray[np.float64]) -> list[tuple[float, float]]:
+    return [(0.0, 1.0), *((float(t), float(x)) for t, x in zip(t_s, factor, strict=True))]
 
 
 def summary(rows: list[Row]) -> dict[str, Any]:
     """Quantiles over runs; a lost one is beyond every limit."""
     found: dict[str, Any] = {"runs": len(rows), "limit_rpm": LIMIT_RPM}
-    for key in ("value", "worst_of_hour_rpm"):
-        values = np.array([row[key] for row in rows])
-        name = "error" if key == "value" else "worst_of_hour"
-        for word, q in {"median": 0.5, "p95": 0.95, "p99": 0.99, "worst": 1.0}.items():
-            at = float(np.quantile(values, q, method="higher"))
-            found[f"{name}_{word}_rpm"] = at if math.isfinite(at) else None
+    found |= quantiles("error", "_rpm", [row["value"] for row in rows])
+    found |= quantiles("worst_of_hour", "_rpm", [row["worst_of_hour_rpm"] for row in rows])
     found["within"] = sum(row["value"] <= LIMIT_RPM for row in rows)
     found["lost"] = [row["run"] for row in rows if row["lost"]]
     found["Rr_worst_pu"] = max(row["Rr_pu"] for row in rows)
+    found |= quantiles("Rs_hat", "_pu", [row["Rs_hat_pu"] for row in rows])
+    if rows[0]["crossed"]:
+        there = [row["crossing_worst_rpm"] for row in rows]
+        found |= quantiles("crossing", "_rpm", there)
+        found["crossing_lost"] = [
+            row["run"] for row in rows if math.isinf(row["crossing_worst_rpm"])
+        ]
+    return found
+
+
+def quantiles(name: str, unit: str, values: list[float]) -> dict[str, float | None]:
+    """Median, 95 %, 99 % and worst; None where a run was lost."""
+    found: dict[str, float | None] = {}
+    for word, q in {"median": 0.5, "p95": 0.95, "p99": 0.99, "worst": 1.0}.items():
+        at = float(np.quantile(np.array(values), q, method="higher"))
+        found[f"{name}_{word}{unit}"] = at if math.isfinite(at) else None
     return found

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Generator, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from zerohertz.atlas.simulate import Bench, run_points
 from zerohertz.atlas.store import Store, fingerprint
 
 ROWS_PER_PART = 500
+PART_EVERY_S = 60.0  # what a power failure costs of slow rows
 
 Tell = Callable[[str], None]
 Progress = Callable[[int], None]
@@ -50,20 +53,28 @@ def run_map(
     progress(len(rows))
     missing = [point for point in points if point.index not in done]
     if missing:
-        unsaved: list[dict[str, Any]] = []
-        try:
-            for part in run_all(bench, missing, options.workers, options.scheduler, run):
-                unsaved += part
+        parts = run_all(bench, missing, options.workers, options.scheduler, run)
+        with contextlib.closing(_stored(parts, store)) as ready:
+            for part in ready:
                 rows += part
                 progress(len(rows))
-                if len(unsaved) >= ROWS_PER_PART:
-                    store.add(unsaved)
-                    unsaved = []
-        except BaseException:
-            # Interrupted or broken: what is finished stays finished.
-            if unsaved:
-                store.add(unsaved)
-            raise
         rows.sort(key=lambda row: row["index"])
         store.finish(rows)
     return rows
+
+
+def _stored(parts: Iterable[Rows], store: Store) -> Generator[Rows, None, None]:
+    """The same parts; what is finished stays finished when the run is interrupted or breaks."""
+    unsaved: Rows = []
+    saved_s = time.monotonic()
+    try:
+        for part in parts:
+            unsaved += part
+            yield part
+            if len(unsaved) >= ROWS_PER_PART or time.monotonic() - saved_s >= PART_EVERY_S:
+                store.add(unsaved)
+                unsaved, saved_s = [], time.monotonic()
+    except BaseException:
+        if unsaved:
+            store.add(unsaved)
+        raise

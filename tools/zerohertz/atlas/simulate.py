@@ -22,6 +22,7 @@ from zerohertz.atlas.points import NOMINAL_J_KG_M2, Point
 from zerohertz.build import ensure_built
 from zerohertz.drive import State
 from zerohertz.errors import UserError
+from zerohertz.estimators.chosen import python_digest
 from zerohertz.motor import load_motor
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import Setup, Value
@@ -158,7 +159,9 @@ def run_points(bench: Bench, points: Iterable[Point]) -> list[dict[str, Any]]:
 
 @functools.cache
 def library_sha256() -> str:
-    return hashlib.sha256(ensure_built().sil_library.read_bytes()).hexdigest()
+    """Of all the code that a run executes but the plant's input."""
+    code = ensure_built().sil_library.read_bytes() + python_digest()
+    return hashlib.sha256(code).hexdigest()
 
 
 def _relative(path: Path) -> str:

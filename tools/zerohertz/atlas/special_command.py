@@ -13,6 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from zerohertz.atlas import special_drawn
+from zerohertz.atlas.thermal import Thermal
+from zerohertz.estimators import chosen
+from zerohertz.options import Estimator, Json, Workers
 
 
 def register(app: typer.Typer) -> None:
@@ -22,10 +25,6 @@ def register(app: typer.Typer) -> None:
 
 ZERO_HERTZ = "zero_hertz"
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
-WorkersOption = Annotated[
-    int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-]
 RunsOption = Annotated[
     int, typer.Option(min=1, help="zero_hertz, hot_motor, torque: runs of each kind.")
 ]
@@ -35,6 +34,13 @@ SeedOption = Annotated[
 SpeedUpOption = Annotated[
     float,
     typer.Option(min=1.0, max=60.0, help="hot_motor: factor by which heating is accelerated."),
+]
+ThermalOption = Annotated[
+    Thermal,
+    typer.Option(
+        help="hot_motor: it heats from cold; is warm when the processor starts; stays cool. "
+        "After the hour the last two cross zero slowly under load."
+    ),
 ]
 ArrivalOption = Annotated[
     float,
@@ -55,15 +61,19 @@ LoadStepOption = Annotated[
 ]
 
 
+ConfigOption = Annotated[
+    str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
+]
+
+
 def special(
     names: Annotated[
         list[str] | None, typer.Argument(help="Tests to run; default: all but the random ones.")
     ] = None,
-    config: Annotated[
-        str, typer.Option(help="Configuration: a name in host_sim/configs, or a TOML file.")
-    ] = "recommended",
-    workers: WorkersOption = 2,
-    as_json: JsonOption = False,
+    config: ConfigOption = "recommended",
+    estimator: Estimator = None,
+    workers: Workers = 2,
+    as_json: Json = False,
     runs: RunsOption = 40,
     seed: SeedOption = 1,
     seconds: Annotated[
@@ -73,6 +83,7 @@ def special(
     load_step: LoadStepOption = 0.0,
     picture: PictureOption = None,
     speed_up: SpeedUpOption = 60.0,
+    thermal: ThermalOption = Thermal.HEATS,
     modulation: Annotated[
         str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
     ] = "configured",
@@ -84,8 +95,9 @@ def special(
     zero stator frequency), hot_motor (an hour at rated torque from cold), torque (accuracy of
     torque mode). Exit 1 if a goal is missed.
     """
+    chosen.use(estimator)
     if names and len(names) == 1 and names[0] in special_drawn.TESTS:
-        special_drawn.command(names[0], config, (runs, seed, speed_up), workers, as_json)
+        special_drawn.command(names[0], config, (runs, seed, speed_up, thermal), workers, as_json)
         return
     if names == [ZERO_HERTZ]:
         if picture is not None:

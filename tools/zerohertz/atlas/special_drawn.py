@@ -18,15 +18,15 @@ TESTS = ("hot_motor", "torque")
 
 
 def command(
-    name: str, config: str, asked: tuple[int, int, float], workers: int, as_json: bool
+    name: str, config: str, asked: tuple[int, int, float, str], workers: int, as_json: bool
 ) -> None:
     """Runs, prints, and exits with 1 when a goal is missed."""
     from zerohertz.scenario.setup import load_setup
 
-    runs, seed, speed_up = asked
+    runs, seed, speed_up, thermal = asked
     setup = load_setup(config)
     if name == "hot_motor":
-        found = _hot_motor(setup, runs, seed, speed_up, workers)
+        found = _hot_motor(setup, (runs, seed, speed_up, thermal), workers)
     else:
         found = _torque(setup, runs, seed, workers)
     met = {kind: result["within"] == len(result["rows"]) for kind, result in found.items()}
@@ -38,13 +38,14 @@ def command(
         raise typer.Exit(1)
 
 
-def _hot_motor(setup: Any, runs: int, seed: int, speed_up: float, workers: int) -> Found:
+def _hot_motor(setup: Any, asked: tuple[int, int, float, str], workers: int) -> Found:
     from zerohertz.atlas import hot_motor
 
+    runs, seed, speed_up, thermal = asked
     kinds = {"averaged": (runs, False), "switched": (-(-runs // hot_motor.SWITCHED_EVERY), True)}
     found: Found = {}
     for kind, (count, switched) in kinds.items():
-        jobs = [(setup, seed, k, switched, speed_up) for k in range(count)]
+        jobs = [(setup, seed, k, switched, speed_up, thermal) for k in range(count)]
         rows = _all(_hot_row, jobs, f"hot_motor, {kind}", workers)
         found[kind] = hot_motor.summary(rows) | {"rows": rows}
     return found

@@ -28,6 +28,7 @@ from zerohertz.atlas.bench_run import (
 from zerohertz.atlas.ensembles import plant_of
 from zerohertz.atlas.zero_hertz import INVERTERS, SWITCHED_SHARE, drawn_sensors
 from zerohertz.motor import load_motor
+from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import Setup
 
 Row = dict[str, Any]
@@ -73,7 +74,7 @@ class Drawn:
 
 def plant(rng: np.random.Generator) -> dict[str, Any]:
     """M at rated flux within 15 % of what is told, Rr 30 %, one of the saturation laws."""
-    circuit = load_motor("gain_tables/hasegawa2005").circuit
+    circuit = load_motor(ROOT / "gain_tables" / "hasegawa2005").circuit
     values = plant_of(rng)
     law = SATURATIONS[int(rng.integers(len(SATURATIONS)))]
     ratio = float(rng.uniform(1.0 - M_SPREAD, 1.0 + M_SPREAD))

@@ -23,6 +23,7 @@ from zerohertz.atlas.classes import FAR_RPM
 from zerohertz.atlas.ensembles import plant_of
 from zerohertz.atlas.special import dwell_load_Nm
 from zerohertz.motor import load_motor
+from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import Setup, Value
 
 Row = dict[str, Any]
@@ -134,7 +135,7 @@ def _load(
     ask: Dwell, speed_rpm: float, i_d_A: float | None, arrived_s: float
 ) -> list[tuple[float, float]]:
     """Zero stator frequency for the nameplate's motor; the servo does the rest."""
-    M_H = load_motor("gain_tables/hasegawa2005").circuit.M_H
+    M_H = load_motor(ROOT / "gain_tables" / "hasegawa2005").circuit.M_H
     flux_Wb = M_H * (I_D_A if i_d_A is None else i_d_A)
     load_Nm = math.copysign(dwell_load_Nm(flux_Wb, abs(speed_rpm)), -speed_rpm)
     load_Nm = 0.0 if speed_rpm == 0.0 else load_Nm

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zerohertz import sim
-from zerohertz.report import style
+from zerohertz.report import gif, style
 
 FRAMES = 60
-FRAME_MS = 120
-LAST_MS = 3000  # the complete picture, before it begins again
-COLOURS = 32
+FRAME_S = 0.12
+LAST_S = 3.0  # the complete picture, before it begins again
 COLUMNS = 2400  # points of a line: more would not be seen
 
 PANELS = (
@@ -41,9 +40,8 @@ def write_gif(path: Path, row: dict[str, Any], record: sim.Record) -> None:
             for line, values in lines:
                 line.set_data(t_s[:end], values[:end])
             drawn.canvas.draw()
-            frames.append(_image(drawn))
-    times_ms = [FRAME_MS] * (len(frames) - 1) + [LAST_MS]
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=times_ms, loop=0)
+            frames.append(gif.frame(drawn))
+    gif.save(path, frames, FRAME_S, LAST_S)
 
 
 def _lines(
@@ -66,10 +64,3 @@ def _lines(
         )
     every[-1].set_xlabel("s")
     return found
-
-
-def _image(drawn: Any) -> Any:
-    from PIL import Image
-
-    whole = Image.fromarray(np.asarray(drawn.canvas.buffer_rgba()), "RGBA").convert("RGB")
-    return whole.quantize(COLOURS, dither=Image.Dither.NONE)

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zerohertz.bringup import command as bring_up
 from zerohertz.campaign import mcdc as coverage
 from zerohertz.campaign import powercut as cuts
 from zerohertz.campaign.faults.command import faults
 from zerohertz.campaign.flips.command import flips
 from zerohertz.campaign.mutation_report import Request, as_dict, run_and_show
+from zerohertz.campaign.notebooks import notebooks
 from zerohertz.campaign.skips.command import skips
+from zerohertz.campaign.updatecut import update
 from zerohertz.commission.command import register_campaign
+from zerohertz.configuration.command import register_campaign as register_configurations
 from zerohertz.console import progress_bar, tell
 from zerohertz.errors import UserError
+from zerohertz.options import Json, Workers
+
+if TYPE_CHECKING:
+    from zerohertz.campaign.fuzz import Part
 
 
 def register(app: typer.Typer) -> None:
@@ -30,16 +39,21 @@ def register(app: typer.Typer) -> None:
     def group() -> None:
         """Long campaigns; `zh test` runs samples of them."""
 
+    bring_up.register_campaign(campaign)
     register_campaign(campaign)
+    register_configurations(campaign)
 
     campaign.command("mutation")(mutation)
     campaign.command("mcdc")(mcdc)
     campaign.command("powercut")(powercut)
+    campaign.command("update")(update)
     campaign.command("fuzz")(fuzz)
+    campaign.command("fieldbus")(fieldbus)
     campaign.command("monitor")(monitor)
     campaign.command("faults")(faults)
     campaign.command("flips")(flips)
     campaign.command("skips")(skips)
+    campaign.command("notebooks")(notebooks)
 
 
 def mutation(
@@ -120,17 +134,38 @@ def fuzz(
     sil: Annotated[int, typer.Option(min=0, help="Number of frames into the SIL drive.")] = 10**7,
     image: Annotated[int, typer.Option(min=0, help="Number of frames into the image.")] = 10**5,
     seed: Annotated[int, typer.Option(min=1, help="Seed of all random inputs.")] = 2005,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
     output: Annotated[Path | None, typer.Option(help="Also write the JSON to this file.")] = None,
 ) -> None:
     """Send random frames, and check that none breaks the link or changes a duty."""
     from zerohertz.campaign import fuzz as campaign_fuzz
 
+    _tell_parts(campaign_fuzz.run_all(parser, whole, sil, image, seed), seed, as_json, output)
+
+
+def fieldbus(
+    modbus: Annotated[int, typer.Option(min=0, help="Number of frames on Modbus.")] = 10**6,
+    can: Annotated[int, typer.Option(min=0, help="Number of frames on CAN.")] = 10**7,
+    hours: Annotated[
+        float, typer.Option(min=0.0, help="Hours of a PLC's random traffic, on each bus.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(min=1, help="Seed of all random inputs.")] = 2005,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option(help="Also write the JSON to this file.")] = None,
+) -> None:
+    """Send random frames and a PLC's traffic: no duty changes, no command is lost."""
+    from zerohertz.campaign import fieldbus as buses
+
+    _tell_parts(buses.run_all(modbus, can, hours, seed), seed, as_json, output)
+
+
+def _tell_parts(found: Iterator[Part], seed: int, as_json: bool, output: Path | None) -> None:
+    """Each part as it ends; exit 1 when one does not hold."""
+    from zerohertz.campaign import fuzz as campaign_fuzz
+
     tell = sys.stderr if as_json else sys.stdout
-    parts: list[campaign_fuzz.Part] = []
-    for part in campaign_fuzz.run_all(parser, whole, sil, image, seed):
+    parts: list[Part] = []
+    for part in found:
         parts.append(part)
         word = "holds" if part.good else "DOES NOT HOLD"
         said = f"{part.name}: {part.done} of {part.wanted}, {part.seconds:.0f} s: {word}"
@@ -148,18 +183,14 @@ def monitor(
     ] = 10.0,
     sample: Annotated[int, typer.Option(min=0, help="Cases per group; 0: all.")] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random sample.")] = 2005,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
+    workers: Workers = 2,
     out: Annotated[Path | None, typer.Option(help="Folder for the result rows.")] = None,
     fresh: Annotated[
         bool,
         typer.Option("--fresh/--resume", help="Run everything again, or only what is missing."),
     ] = False,
     write: Annotated[bool, typer.Option(help="Write tools/docs/monitor.md.")] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Inject faults: each must be detected or harmless, without false alarms."""
     # Here and not above: other commands need not wait for numpy and pyarrow.

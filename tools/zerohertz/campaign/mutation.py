@@ -20,6 +20,7 @@ from zerohertz.campaign.mutation_bench import (
     SURVIVED,
     MutationBench,
     Tree,
+    is_rival,
 )
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD, ROOT
@@ -81,7 +82,7 @@ class Result:
 
 def all_mutants(folder: str, only: Sequence[str] = ()) -> list[Mutant]:
     """Mutants of the C files of a folder, or of those named in `only`."""
-    files = sorted((ROOT / folder).rglob("*.[ch]"))
+    files = sorted(f for f in (ROOT / folder).rglob("*.[ch]") if not is_rival(f))
     unknown = set(only) - {path.name for path in files}
     if unknown or not files:
         raise UserError(f"{folder}: no file {', '.join(sorted(unknown)) or '*.c'}; see its listing")

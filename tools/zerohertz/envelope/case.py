@@ -26,6 +26,7 @@ class Case:
     seed: int
     fixed: tuple[tuple[str, Value], ...] = ()
     firmware: tuple[tuple[str, float], ...] = ()  # parameters, last word
+    motor_dir: str = ""  # with another gain table for Table 1's motor; empty: the drive's own
     speed_rpm: float = 0.0
     loaded_s: float = 45.0
 

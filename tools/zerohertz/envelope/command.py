@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zerohertz.assignments import assignments
-from zerohertz.campaign.options import Fresh, Json, Out, Scheduler, Seed, Workers
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
+from zerohertz.estimators import chosen
+from zerohertz.options import Estimator, Fresh, Json, Out, Scheduler, Seed, Workers
 from zerohertz.paths import BUILD
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def envelope(
         bool, typer.Option(help="With --only: find the axis whose plain value mends the run.")
     ] = False,
     axes: Annotated[bool, typer.Option("--axes", help="Only list all axes.")] = False,
+    estimator: Estimator = None,
     workers: Workers = 2,
     scheduler: Scheduler = None,
     out: Out = None,
@@ -63,8 +65,10 @@ def envelope(
     if axes:
         _list()
         return
+    chosen.use(estimator, write)
     sample = Sample(seed, fixed(fix or []), assignments("--set", sets or [], numbers=True))
-    folder = out or BUILD / "envelope" / sample.options.replace("--", "").replace(" ", "-")
+    name = f"{sample.options} {chosen.chosen_name()}".strip()
+    folder = out or BUILD / "envelope" / name.replace("--", "").replace(" ", "-")
     if only is not None:
         raise typer.Exit(_one(sample, only, folder, why, as_json))
     if why:

@@ -11,7 +11,7 @@ from zerohertz.atlas.simulate import RPM_PER_S
 from zerohertz.envelope import axes, feasible
 from zerohertz.envelope.case import Case
 from zerohertz.envelope.feasible import Demand, Limits
-from zerohertz.envelope.motors import Drive, drive_of
+from zerohertz.envelope.motors import Drive, drive_for
 from zerohertz.envelope.plant import friction_Nm, inertia_kg_m2, rig_overrides, true_motor
 
 Points = list[list[float]]
@@ -75,7 +75,7 @@ class Mission:
 
 def limits_of(case: Case) -> Limits:
     """Of this run's motor on this drive."""
-    drive, rig = drive_of(case.word("motor")), rig_overrides(case)
+    drive, rig = drive_for(case), rig_overrides(case)
     dead_V = rig["inverter.dead_time_s"] / drive.period_s * drive.u_dc_V
     motor = true_motor(case)
     warm = (1.0 + case.number("Rs_heating")) * motor.circuit.Rs_ohm + rig["inverter.on_ohm"]
@@ -92,7 +92,7 @@ class Planner:
     """Builds a mission piece by piece; the clock goes on with each."""
 
     def __init__(self, case: Case, start_s: float) -> None:
-        self.case, self.drive, self.limits = case, drive_of(case.word("motor")), limits_of(case)
+        self.case, self.drive, self.limits = case, drive_for(case), limits_of(case)
         self.J, self.friction = inertia_kg_m2(case), friction_Nm(case)
         self.mission = Mission()
         self.t, self.rpm, self.load_Nm = start_s, 0.0, 0.0

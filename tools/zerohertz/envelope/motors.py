@@ -1,7 +1,8 @@
-"""The motors of the envelope, each with the drive that belongs to it.
+"""The motors of the envelope, each with the drive that belongs to it, at each control period.
 
 Table 1's has the configuration as it ships; rewound with other pole pairs all its electrical
-quantities stay. The others have what commissioning derives from plate and circuit.
+quantities stay. The others have what commissioning derives from plate and circuit. A gain table is
+designed for the period.
 """
 
 from __future__ import annotations
@@ -10,25 +11,30 @@ import dataclasses
 import functools
 import hashlib
 import math
+import os
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
 from zerohertz.atlas.simulate import RATED_TORQUE_NM, make_bench
 from zerohertz.campaign.rig import FIRMWARE, LINK, U_DC_V
+from zerohertz.commission.board import Board
 from zerohertz.commission.campaign import true_circuit
-from zerohertz.commission.folder import BOARD, rig_file, store, stored_parameters
+from zerohertz.commission.folder import BOARD, MOTOR, rig_file, store, stored_parameters
 from zerohertz.commission.plate import read_plate
 from zerohertz.commission.solve import Identified, rated_main_flux_Wb
 from zerohertz.envelope.axes import OWN_MOTORS
+from zerohertz.envelope.case import Case
 from zerohertz.gain_design.command import JSON_NAME
 from zerohertz.gain_design.table import design_table, table_json
-from zerohertz.motor import Circuit, load_motor
+from zerohertz.motor import Circuit, Motor, load_motor, motor_toml
 from zerohertz.param_list import Value, defaults
 from zerohertz.paths import BUILD, ROOT
 from zerohertz.scenario.setup import load_setup
 
 CONFIG = "recommended"
+TOOLS = ROOT / "tools" / "zerohertz"
 TABLE1_PAIRS = 2
 TABLE1_POWER_KW = 1.5
 TABLE1_J_KG_M2 = 0.015
@@ -75,22 +81,35 @@ class Drive:
         return self.rated_Nm * self.rated_rpm * math.pi / 30.0
 
 
+def drive_for(case: Case) -> Drive:
+    """The drive of a run."""
+    return drive_of(case.word("motor"), case.word("period_us"))
+
+
 @functools.cache
-def drive_of(name: str) -> Drive:
-    """By its name on the axis `motor`."""
+def drive_of(name: str, period_us: str = "200") -> Drive:
+    """By its names on the axes `motor` and `period_us`."""
+    period_s = float(f"{period_us}e-6")
     if name in OWN_MOTORS:
-        return _derived(name)
-    return _table1(int(name.rpartition("_p")[2]) if "_p" in name else TABLE1_PAIRS)
+        return _derived(name, period_s)
+    return _table1(int(name.rpartition("_p")[2]) if "_p" in name else TABLE1_PAIRS, period_s)
 
 
-def _table1(pairs: int) -> Drive:
+def _table1(pairs: int, period_s: float) -> Drive:
     setup = load_setup(CONFIG)
     bench, motor = make_bench(setup), load_motor(setup.motor_dir)
+    motor_dir, board, params = setup.motor_dir, setup.board, dict(bench.params)
+    shipped_s = motor.design.period_s
+    if period_s != shipped_s:
+        motor_dir = _retimed(motor, setup.board, period_s)
+        board = motor_dir / BOARD
+        # The inverter's volt-seconds come more often.
+        params["voltage_check_V"] = float(params["voltage_check_V"]) * shipped_s / period_s
     ratio = pairs / TABLE1_PAIRS
     return Drive(
-        motor_dir=setup.motor_dir,
-        board=setup.board,
-        params=dict(bench.params) | FIRMWARE | {"pole_pairs": pairs},
+        motor_dir=motor_dir,
+        board=board,
+        params=params | FIRMWARE | {"pole_pairs": pairs},
         circuit=motor.circuit,
         pole_pairs=pairs,
         rated_rpm=motor.nameplate.speed_rpm / ratio,
@@ -99,15 +118,15 @@ def _table1(pairs: int) -> Drive:
         J_kg_m2=TABLE1_J_KG_M2 * ratio**2,
         u_dc_V=U_DC_V,
         rig=LINK,
-        **_scales(setup.board),
+        **_scales(board),
     )
 
 
-def _derived(name: str) -> Drive:
+def _derived(name: str, period_s: float) -> Drive:
     """As `zh commission` leaves it, had it found the circuit without an error."""
     rig = rig_file(name)
     plate = read_plate(rig)
-    folder = _folder(rig)
+    folder = _folder(rig, period_s)
     motor = load_motor(folder)
     u_dc_V = round(math.sqrt(2.0) * plate.voltage_V)
     # Capacitor, source and chopper as large for this power and voltage as Table 1's are for its.
@@ -145,13 +164,9 @@ def _scales(board: Path) -> dict[str, float]:
     }
 
 
-def _folder(rig: Path) -> Path:
+def _folder(rig: Path, period_s: float) -> Path:
     """motor.toml, board.toml, firmware.toml and table, made once per set of inputs."""
-    tools = ROOT / "tools" / "zerohertz"
-    inputs = [rig, *sorted((tools / "commission").glob("*.py"))]
-    inputs += sorted((tools / "gain_design").glob("*.py"))
-    mark = hashlib.sha256(b"".join(path.read_bytes() for path in inputs)).hexdigest()[:16]
-    folder = BUILD / "envelope" / "motors" / f"{rig.stem}-{mark}"
+    folder = _place(rig.stem, [rig, *sorted((TOOLS / "commission").glob("*.py"))], period_s)
     if not (folder / JSON_NAME).is_file():
         plate = read_plate(rig)
         at_plate = true_circuit(rig, 0.0)
@@ -161,7 +176,37 @@ def _folder(rig: Path) -> Path:
         # The rotor's flux when the main flux is rated and no torque is asked for.
         i_d_A = main_Wb / circuit.M_H
         found = Identified(circuit, main_Wb, main_Wb, i_d_A, 0.0, ())
-        store(folder, rig.stem, found, plate)
-        table = table_json(design_table(load_motor(folder), certificate=False))
-        (folder / JSON_NAME).write_text(table, encoding="utf-8")
+        store(folder, rig.stem, found, plate, Board.of_plate(plate, period_s))
+        _design(folder)
     return folder
+
+
+def _retimed(motor: Motor, board: Path, period_s: float) -> Path:
+    """motor.toml, board.toml and table of a motor of gain_tables at another control period."""
+    folder = _place(motor.name, [Path(motor.file), board], period_s)
+    if not (folder / JSON_NAME).is_file():
+        folder.mkdir(parents=True, exist_ok=True)
+        timed = dataclasses.replace(
+            motor, design=dataclasses.replace(motor.design, period_s=period_s)
+        )
+        text = board.read_text(encoding="utf-8")
+        text = re.sub(r"(?m)^period_s = .*$", f"period_s = {period_s!r}", text)
+        (folder / BOARD).write_text(text, encoding="utf-8")
+        (folder / MOTOR).write_text(motor_toml(timed), encoding="utf-8")
+        _design(folder)
+    return folder
+
+
+def _place(name: str, inputs: list[Path], period_s: float) -> Path:
+    """The folder of what is made of these files, named by their content."""
+    inputs = inputs + sorted((TOOLS / "gain_design").glob("*.py"))
+    content = b"".join(path.read_bytes() for path in inputs) + repr(period_s).encode()
+    mark = hashlib.sha256(content).hexdigest()[:16]
+    return BUILD / "envelope" / "motors" / f"{name}-{1e6 * period_s:g}us-{mark}"
+
+
+def _design(folder: Path) -> None:
+    table = table_json(design_table(load_motor(folder), certificate=False))
+    scratch = folder / f"{JSON_NAME}.{os.getpid()}"
+    scratch.write_text(table, encoding="utf-8")
+    scratch.replace(folder / JSON_NAME)  # workers make it side by side

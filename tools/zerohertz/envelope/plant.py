@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from zerohertz.envelope.axes import CAPACITANCE, ELASTIC, PASSIVE
 from zerohertz.envelope.case import Case
-from zerohertz.envelope.motors import Drive, drive_of
+from zerohertz.envelope.motors import Drive, drive_for
 from zerohertz.motor import Circuit
 
 Array = npt.NDArray[np.float64]
@@ -53,7 +53,7 @@ class TrueMotor:
 
 def true_motor(case: Case) -> TrueMotor:
     """M is what a test at rated flux would show; the leakages are separate."""
-    drive = drive_of(case.word("motor"))
+    drive = drive_for(case)
     plate = drive.circuit
     law = case.word("saturation")
     knee_pu, exponent = SATURATION[law]
@@ -71,19 +71,19 @@ def true_motor(case: Case) -> TrueMotor:
 
 
 def inertia_kg_m2(case: Case) -> float:
-    return case.number("J_ratio") * drive_of(case.word("motor")).J_kg_m2
+    return case.number("J_ratio") * drive_for(case).J_kg_m2
 
 
 def friction_Nm(case: Case) -> float:
     """Sliding; a passive load is friction."""
-    rated_Nm = drive_of(case.word("motor")).rated_Nm
+    rated_Nm = drive_for(case).rated_Nm
     load_pu = abs(case.number("load_pu")) if case.word("load") == PASSIVE else 0.0
     return (case.number("friction_pu") + load_pu) * rated_Nm
 
 
 def rig_overrides(case: Case) -> dict[str, Any]:
     """Every value of rigs/atlas.toml that this run has otherwise."""
-    drive, motor = drive_of(case.word("motor")), true_motor(case)
+    drive, motor = drive_for(case), true_motor(case)
     friction = friction_Nm(case)
     return {
         **{f"motor.{key}": value for key, value in vars(motor.circuit).items()},
@@ -179,7 +179,7 @@ def _sensors(case: Case, drive: Drive) -> dict[str, Any]:
 
 def drifts(case: Case, begin_s: float, end_s: float) -> dict[str, Any]:
     """Offsets of the currents that move after calibration: scenario overrides."""
-    drive = drive_of(case.word("motor"))
+    drive = drive_for(case)
     amp = drive.rated_A / TABLE1_A
     found: dict[str, Any] = {}
     slots = ("faults", "faults.second", "faults.third")

@@ -22,9 +22,10 @@ from zerohertz.envelope import mission as missions
 from zerohertz.envelope.axes import Value
 from zerohertz.envelope.case import Case
 from zerohertz.envelope.mission import Mission
-from zerohertz.envelope.motors import CONFIG, Drive, drive_of
+from zerohertz.envelope.motors import CONFIG, Drive, drive_for
 from zerohertz.envelope.plant import drifts, friction_Nm, inertia_kg_m2, rig_overrides
 from zerohertz.errors import UserError
+from zerohertz.estimators.chosen import chosen_name
 from zerohertz.scenario.setup import load_setup
 
 # A row depends on these besides the firmware: a change of one makes stored rows old.
@@ -39,6 +40,8 @@ SOURCES = (
 RUN_ON_S = 0.01
 LONGEST_START_S = 60.0
 AFTER_START_S = 0.3
+FOREIGN_START_S = 6.0  # of an estimator of somebody else's with which the drive never gets ready
+TOO_SLOW = "too_slow"  # verdict of a run that was ended for it
 NOMINAL: tuple[tuple[str, Value], ...] = (
     *((name, 1.0) for name in ("Rs_ratio", "Rr_ratio", "M_ratio", "leakage_ratio", "J_ratio")),
     *((name, 0.0) for name in ("offset_A", "gain_error", "dead_time_us", "load_pu")),
@@ -60,10 +63,11 @@ class Sample:
     seed: int
     fixed: Mapping[str, Value] = dataclasses.field(default_factory=dict)
     firmware: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    motor_dir: str = ""  # as of a case
 
     def case(self, index: int) -> Case:
         fixed, firmware = sorted(self.fixed.items()), sorted(self.firmware.items())
-        return Case("", index, self.seed, tuple(fixed), tuple(firmware))
+        return Case("", index, self.seed, tuple(fixed), tuple(firmware), self.motor_dir)
 
     @property
     def options(self) -> str:
@@ -86,12 +90,14 @@ def cases_of(sample: Sample, runs: int, block: int) -> list[list[Case]]:
 
 
 @functools.cache
-def start_s(motor: str) -> float:
+def start_s(motor: str, period_us: str = "200") -> float:
     """When the drive of this motor is ready for a speed, measured once with nothing wrong."""
-    case = Case("", 0, 0, (*NOMINAL, ("motor", motor)))
-    rest = Mission(LONGEST_START_S, [[0.0, 0.0]], [[0.0, 0.0]], [[0.0, drive_of(motor).u_dc_V]])
+    case = Case("", 0, 0, (*NOMINAL, ("motor", motor), ("period_us", period_us)))
+    rest = Mission(LONGEST_START_S, [[0.0, 0.0]], [[0.0, 0.0]], [[0.0, drive_for(case).u_dc_V]])
     record = sim.run(dataclasses.replace(_job(case, rest), decimate=50))
     running = np.flatnonzero(record["state"] == State.RUN)
+    if not len(running) and chosen_name():
+        return FOREIGN_START_S
     if not len(running):
         raise UserError(f"envelope: the drive of {motor} does not start with nothing wrong")
     return float(record.t_s[running[0]]) + AFTER_START_S
@@ -109,22 +115,21 @@ class Planned:
 
 
 def planned(case: Case) -> Planned:
-    motor = case.word("motor")
-    drive = drive_of(motor)
-    mission = plans.plan(case, start_s(motor))
+    drive = drive_for(case)
+    mission = plans.plan(case, start_s(case.word("motor"), case.word("period_us")))
     why = feasible.impossible(missions.limits_of(case), missions.demand(case, mission, drive))
     return Planned(case, drive, mission, why, _job(case, mission))
 
 
 def _job(case: Case, mission: Mission) -> sim.Job:
-    drive = drive_of(case.word("motor"))
+    drive = drive_for(case)
     rig = rig_overrides(case)
     begin_s = min(1.0, 0.5 * mission.end_s)
     return sim.Job(
         scenario=_scenario(case, mission),
         rig=RIG,
         board=drive.board,
-        motor_dir=drive.motor_dir,
+        motor_dir=case.motor_dir or drive.motor_dir,
         firmware_config=drive.params,
         firmware=_told(case, drive),
         rig_overrides=rig,
@@ -218,6 +223,7 @@ def row_of(plan: Planned, record: sim.Record) -> dict[str, Any]:
         "duration_s": plan.mission.end_s,
         "impossible": plan.impossible,
         **verdict,
+        **({"verdict": TOO_SLOW} if sim.Trip.SLOW in record.trip else {}),
         "fault": bit_names(int(verdict["bits"])),
         "false_trip": fault and not plan.impossible,
         "undeclared_harm": verdict["verdict"] == UNDECLARED,

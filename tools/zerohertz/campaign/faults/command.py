@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from zerohertz.campaign.options import Fresh, Json, Out, Scheduler, Workers
 from zerohertz.console import progress_bar, tell
 from zerohertz.errors import UserError
+from zerohertz.options import Fresh, Json, Out, Scheduler, Workers
 
 
 class Which(StrEnum):

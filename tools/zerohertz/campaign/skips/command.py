@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zerohertz.campaign.options import Fresh, Json, Mode, Out, Scheduler, Seed, Workers
 from zerohertz.console import progress_bar, tell
+from zerohertz.options import Fresh, Json, Mode, Out, Scheduler, Seed, Workers
 
 if TYPE_CHECKING:
     from zerohertz.campaign.flips.campaign import Asked

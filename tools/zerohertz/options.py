@@ -1,4 +1,4 @@
-"""Options that the resumable campaigns share."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -20,3 +20,12 @@ Fresh = Annotated[
     bool, typer.Option("--fresh/--resume", help="Run everything again, or only what is missing.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+Estimator = Annotated[
+    str | None,
+    typer.Option(
+        "--estimator",
+        metavar="NAME|DIR|FILE.py:CLASS",
+        help="Another estimator for the drive: one of firmware/law/estimator, a folder made by "
+        "`zh estimator new`, or a Python class.",
+    ),
+]
