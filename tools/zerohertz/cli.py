@@ -11,6 +11,7 @@ import typer
 from zerohertz import __version__
 from zerohertz.console import short_paths
 from zerohertz.errors import UserError
+from zerohertz.paths import INSTALLED, need_checkout
 
 # Each feature brings one module with `register(app)`. The order is that of the help.
 COMMAND_MODULES = (
@@ -23,6 +24,8 @@ COMMAND_MODULES = (
     "zerohertz.modes.command",
     "zerohertz.gain_design.command",
     "zerohertz.check.command",
+    "zerohertz.configuration.command",
+    "zerohertz.bringup.command",
     "zerohertz.commission.command",
     "zerohertz.stability.command",
     "zerohertz.replay.command",
@@ -34,11 +37,31 @@ COMMAND_MODULES = (
     "zerohertz.image.command",
     "zerohertz.image.params",
     "zerohertz.flash.command",
+    "zerohertz.update.command",
     "zerohertz.bench.command",
     "zerohertz.golden.command",
     "zerohertz.testing.command",
     "zerohertz.campaign.command",
     "zerohertz.envelope.command",
+    "zerohertz.estimators.command",
+    "zerohertz.arena.command",
+    "zerohertz.release.command",
+)
+
+# They build images, pages or tests from sources, which the installed package has not.
+NEED_CHECKOUT = (
+    "bench",
+    "build",
+    "campaign",
+    "flash",
+    "fmu",
+    "new",
+    "pil",
+    "release",
+    "site",
+    "test",
+    "update",
+    "wheel",
 )
 
 # Packages that tools/zh adds when a command needs them, and the requirements-NAME.txt they are in.
@@ -54,7 +77,12 @@ LIST_OF = {
     "asammdf": "mdf",
     "playwright": "test",
     "mkdocs": "site",
+    "scikit_build_core": "wheel",
+    "fmpy": "fmi",
 }
+# The extras of the installed package (pyproject.toml) with what is in those lists.
+EXTRA_OF = {"design": "design", "draw": "plots", "campaign": "bench"}
+_OF_STUDIO = ("serial", "tornado")
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -104,11 +132,21 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _remedy(module: str) -> str | None:
+    """What installs this module; None for one that every installation has."""
+    if not INSTALLED:
+        return f"tools/zh setup {LIST_OF[module]}" if module in LIST_OF else None
+    extra = EXTRA_OF.get(LIST_OF.get(module, ""), "studio" if module in _OF_STUDIO else None)
+    return f"pip install 'zerohertz[{extra}]'" if extra else f"pip install {module}"
+
+
 def main() -> None:
     """Run one command; a mistake of the user becomes one line and exit code 2."""
     if sys.argv[1:] in ([], ["help"]):
         sys.argv[1:] = ["--help"]
     try:
+        if sys.argv[1] in NEED_CHECKOUT:
+            need_checkout(f"zh {sys.argv[1]}")
         code = make_app()(prog_name="zh", standalone_mode=False)
     except (UserError, typer.TyperException) as error:
         # Of an error of usage (no such option, value missing) only typer knows the whole text.
@@ -116,10 +154,10 @@ def main() -> None:
         print("error: " + short_paths(" ".join(text.split())), file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     except ModuleNotFoundError as error:
-        name = LIST_OF.get((error.name or "").split(".")[0])
-        if name is None:
+        remedy = _remedy((error.name or "").split(".")[0])
+        if remedy is None:
             raise
-        print(f"error: {error.name}: not installed; run tools/zh setup {name}", file=sys.stderr)
+        print(f"error: {error.name}: not installed; run {remedy}", file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         code = EXIT_INTERRUPTED

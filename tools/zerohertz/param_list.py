@@ -1,24 +1,28 @@
 """The parameter list of the firmware (firmware/parameters/*.def), as data.
 
-The same text that the firmware is built from. Python's standard library alone: the build reads it.
+The same text that the firmware is built from, with the list of the estimator in use, if it has one.
+Python's standard library alone: the build reads it.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import os
 import re
 import struct
 from dataclasses import dataclass
 from pathlib import Path
 
+from zerohertz.build import ESTIMATOR, OWN_LIST
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
 FOLDER = ROOT / "firmware" / "parameters"
 LIST = FOLDER / "param_list.def"
+FIELDBUS = "FIELDBUS"  # the group that an image has with ZH_FIELDBUS alone; the last
 # What the values of an image depend on.
-FILES = (LIST, FOLDER / "param_choices.def")
+FILES = (LIST, FOLDER / "param_fieldbus.def", FOLDER / "param_choices.def")
 
 Value = float | int
 
@@ -75,14 +79,36 @@ class Former:
     text: str  # for a reader
 
 
-def entries() -> dict[str, Entry]:
-    """Name -> parameter, in the list's order."""
-    return _entries(_read("param_list"), _read("param_choices"))
+def entries(fieldbus: bool = True, estimator: str | None = None) -> dict[str, Entry]:
+    """Name -> parameter, in the list's order; the host has those of the fieldbus.
+
+    estimator: the folder of the one whose list is at the end; by default the one in use.
+    """
+    texts = [_read("param_list")]
+    if own := own_list(estimator):
+        texts.append(own.read_text(encoding="utf-8"))
+    if fieldbus:
+        texts.append(_read("param_fieldbus"))
+    return _entries(tuple(texts), _read("param_choices"), own)
+
+
+def own_list(estimator: str | None = None) -> Path | None:
+    """The estimator's own parameters, if it has some."""
+    folder = os.environ.get(ESTIMATOR) if estimator is None else estimator
+    file = Path(folder or "", OWN_LIST)
+    return file if folder and file.is_file() else None
 
 
 @functools.cache
-def _entries(listed: str, choices: str) -> dict[str, Entry]:
-    return {entry.name: entry for entry in parse(listed, _choice_lists(choices))}
+def _entries(texts: tuple[str, ...], choices: str, own: Path | None) -> dict[str, Entry]:
+    found: dict[str, Entry] = {}
+    for text in texts:
+        where = own if own is not None and text is texts[1] else LIST
+        for entry in parse(text, _choice_lists(choices), where):
+            if entry.name in found:
+                raise UserError(f"{where}: {entry.name}: there is one already; take another name")
+            found[entry.name] = entry
+    return found
 
 
 def groups() -> dict[str, tuple[str, str]]:
@@ -114,7 +140,7 @@ def defaults() -> dict[str, Value]:
     return {name: entry.initial for name, entry in entries().items()}
 
 
-def parse(text: str, choices: dict[str, tuple[str, ...]]) -> list[Entry]:
+def parse(text: str, choices: dict[str, tuple[str, ...]], where: Path = LIST) -> list[Entry]:
     """Parameters in the list's order; UserError for a line that is not understood."""
     found: list[tuple[int, Entry]] = []
     for match in _NUMBER_ENTRY.finditer(text):
@@ -132,7 +158,8 @@ def parse(text: str, choices: dict[str, tuple[str, ...]]) -> list[Entry]:
         found.append((match.start(), entry))
     listed = len(re.findall(r"^PARAM_[FUE]\(", text, re.MULTILINE))
     if len(found) != listed or listed == 0:
-        raise UserError(f"{LIST.name}: {listed} parameters, {len(found)} understood; mend the rest")
+        said = f"{listed} parameters, {len(found)} understood; mend the rest"
+        raise UserError(f"{where.name if where == LIST else where}: {said}")
     return [entry for _, entry in sorted(found, key=lambda pair: pair[0])]
 
 

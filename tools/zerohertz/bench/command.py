@@ -13,6 +13,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from zerohertz.errors import UserError
+from zerohertz.options import Json
 from zerohertz.paths import ROOT
 
 COUNTS = ROOT / "tools" / "docs" / "bench_counts.json"
@@ -24,7 +25,6 @@ GOALS = {"averaged": 2000.0, "switched": 500.0, "design": 4.0}
 # Times motulator's simulated seconds per CPU second.
 PEER_GOALS = {"averaged": 4000.0, "switched": 2000.0}
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 FunctionsOption = Annotated[
     bool,
     typer.Option("--functions", help="Only instructions by function and slot; writes the page."),
@@ -66,7 +66,7 @@ def bench(
     peer: Annotated[
         bool, typer.Option("--peer", help="Only compare the speed of the SIL with motulator 0.5.0.")
     ] = False,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """Measure the simulation, the gain design, the control period and the flash images.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +14,12 @@ from zerohertz.check.certificate import Report, certify
 from zerohertz.check.stored_table import StoredTable, read_stored_table
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
+from zerohertz.options import Json
 from zerohertz.paths import BUILD, ROOT
+
+# What a folder may be besides a motor's: it -> the motor folder, or None. The check shares no code
+# with the design, so the room of configurations adds its own here.
+other_folders: list[Callable[[Path], Path | None]] = []
 
 
 def register(app: typer.Typer) -> None:
@@ -27,9 +33,7 @@ def certify_tables(
             metavar="MOTOR_DIR", help="Motor folders; default: every one in gain_tables."
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
     plot: Annotated[
         bool,
         typer.Option("--plot", help="Also draw root loci (Fig. 4) and gamma, in build/certify."),
@@ -67,6 +71,9 @@ def certify_tables(
 
 def _folder(given: Path) -> Path:
     """Of a motor; it may be named by its motor.toml."""
+    for resolve in other_folders:
+        if (found := resolve(given)) is not None:
+            return found
     folder = given.parent if given.name == "motor.toml" else given
     if given.exists() and not folder.is_dir():
         raise UserError(f"{given}: is not a motor folder; name the one with l_gain.json")

@@ -12,11 +12,13 @@ import numpy as np
 import typer
 from rich.console import Console
 
+from zerohertz.configuration.files import is_configuration
 from zerohertz.console import progress_bar, short_paths
 from zerohertz.errors import UserError
 from zerohertz.gain_design.stored import JSON_NAME, read_table_json, require_folder_name
 from zerohertz.gain_design.table import Table, design_table, gains_of, table_json
 from zerohertz.motor import METHODS, Motor, load_motor, motor_toml, with_design
+from zerohertz.options import Json
 from zerohertz.paths import ROOT, make_folder
 
 # Solvers and processors differ in the last digits; a redesign has to agree within this.
@@ -68,9 +70,7 @@ def design(
         Path | None,
         typer.Option(help="Write MOTOR/motor.toml and MOTOR/l_gain.json to this folder."),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Design the observer gain tables (l_gain.json).
 
@@ -116,7 +116,11 @@ def _motors(given: list[Path]) -> list[tuple[Path, Motor]]:
 
 
 def motor_folder(given: Path) -> Path:
-    """The motor's folder, which may be named by its motor.toml."""
+    """The motor's folder, which may be named by its motor.toml, or be a configuration's."""
+    if is_configuration(given):
+        from zerohertz.configuration.derive import derive
+
+        return derive(given, table=False).derived
     folder = given.parent if given.name == "motor.toml" else given
     if given.exists() and not folder.is_dir():
         raise UserError(f"{given}: is not a motor folder; name the one with motor.toml")

@@ -11,6 +11,7 @@ import typer
 
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
+from zerohertz.options import Json, Workers
 
 if TYPE_CHECKING:
     from zerohertz.golden.store import Difference, Golden
@@ -34,12 +35,8 @@ def golden(
     write: Annotated[
         bool, typer.Option("--write", help="Store the present hashes of all runs, to be committed.")
     ] = False,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    workers: Workers = 2,
+    as_json: Json = False,
 ) -> None:
     """Compare every traced signal with its committed hash. Exit 1 if one bit differs.
 

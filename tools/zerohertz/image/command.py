@@ -13,6 +13,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from zerohertz.errors import UserError
+from zerohertz.estimators import chosen
+from zerohertz.options import Estimator, Json
 
 if TYPE_CHECKING:
     from zerohertz import sim
@@ -38,6 +40,8 @@ ALL_OPTIONS = {
 # A start that the short scenario has time for. What it finds is of little use: the drive falls back
 # to I-f and returns, again and again, which is what makes its worst period.
 SHORT_START = {"rs_level_s": 0.05, "premagnetise_s": 0.2}
+# Boards whose objects also make a program of the emulated board, with the table of `recommended`.
+BOARDS = ("stm32g431_esc", "stm32g431_ihm08m1")
 MACHINES = {"an386": "mps2-an386", "an500": "mps2-an500"}
 
 
@@ -69,12 +73,22 @@ def pil(
     machine: Annotated[
         str, typer.Option(help="Emulated machine: an386 (Cortex-M4F) or an500 (Cortex-M7).")
     ] = "an386",
+    estimator: Estimator = None,
+    board: Annotated[
+        str | None,
+        typer.Option(
+            help="The firmware's objects as built for this board: stm32g431_esc or "
+            "stm32g431_ihm08m1. Runs the experiments of `recommended`."
+        ),
+    ] = None,
     max_periods: Annotated[
         int | None, typer.Option(min=1, help="Stop each run after this many control periods.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    fieldbus: Annotated[
+        str | None,
+        typer.Option(help="A master on this bus commands, not a scenario: modbus, canopen, all."),
+    ] = None,
+    as_json: Json = False,
 ) -> None:
     """Run the flash image on an emulated core in closed loop, and compare it with the SIL.
 
@@ -84,16 +98,47 @@ def pil(
     """
     if machine not in MACHINES:
         raise UserError(f"--machine: no '{machine}'; there are {', '.join(MACHINES)}")
-    chosen = experiments(scenario, config)
+    if board is not None and board not in BOARDS:
+        raise UserError(f"--board: no '{board}'; there are {', '.join(BOARDS)}")
+    if board is not None and config not in (None, "recommended", "all_options"):
+        raise UserError(f"--config: {board} has no gain table of '{config}'; leave it out")
+    chosen.use(estimator)
+    if fieldbus is not None:
+        found = [(Experiment(bus, "fieldbus"), on_a_bus(bus, machine)) for bus in buses(fieldbus)]
+        _report(found, as_json)
+        return
+    to_run = experiments(scenario, config or ("recommended" if board else None))
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     runs = []
     with Progress(*columns, TimeRemainingColumn(), console=console) as progress:
-        task = progress.add_task("processor in the loop", total=len(chosen))
-        for experiment in chosen:
+        task = progress.add_task("processor in the loop", total=len(to_run))
+        for experiment in to_run:
             progress.update(task, description=experiment.name)
-            runs.append((experiment, measure(experiment, MACHINES[machine], max_periods)))
+            runs.append((experiment, measure(experiment, MACHINES[machine], max_periods, board)))
             progress.advance(task)
+    _report(runs, as_json)
+
+
+def buses(name: str) -> list[str]:
+    """Those whose session to run; UserError with the choices for a name that is none."""
+    from zerohertz.image.bus_session import SESSIONS
+
+    if name != "all" and name not in SESSIONS:
+        raise UserError(f"--fieldbus: no '{name}'; there are all, {', '.join(SESSIONS)}")
+    return [bus for bus in SESSIONS if name in ("all", bus)]
+
+
+def on_a_bus(bus: str, machine: str) -> loop.PilRun:
+    """The session of its master on the image with fieldbuses."""
+    from zerohertz.build import build_image
+    from zerohertz.image.bus_session import SESSIONS
+
+    return SESSIONS[bus]().on_the_image(build_image("qemu_mps2_fieldbus"), MACHINES[machine])[0]
+
+
+def _report(runs: list[tuple[Experiment, loop.PilRun]], as_json: bool) -> None:
+    """Exit 1 when a bit differs."""
     result = summary(runs)
     if as_json:
         print(json.dumps(result))
@@ -143,12 +188,14 @@ def job_of(experiment: Experiment, max_periods: int | None) -> sim.Job:
     )
 
 
-def measure(experiment: Experiment, machine: str, max_periods: int | None) -> loop.PilRun:
-    """One run on the emulated core."""
+def measure(
+    experiment: Experiment, machine: str, max_periods: int | None, board: str | None = None
+) -> loop.PilRun:
+    """One run on the emulated core, of its own image or of a board's objects."""
     from zerohertz.build import build_image
     from zerohertz.image import loop
 
-    image = build_image(PRESETS[experiment.config])
+    image = build_image(board, "zh_mps2") if board else build_image(PRESETS[experiment.config])
     return loop.run(job_of(experiment, max_periods), image, machine=machine)
 
 
@@ -186,7 +233,8 @@ def _mean_instructions(runs: list[tuple[Experiment, Any]]) -> float:
 
 
 def _as_json(run: Any) -> dict[str, Any]:
-    words = {f.name: getattr(run, f.name) for f in dataclasses.fields(run) if f.name != "each"}
+    figures = (f.name for f in dataclasses.fields(run) if f.name not in ("each", "bus_said"))
+    words = {name: getattr(run, name) for name in figures}
     return words | {
         "end": run.end.name.lower(),
         "periods_per_s": round(run.periods_per_s),

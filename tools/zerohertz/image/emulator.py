@@ -91,12 +91,14 @@ def emulator(
     link_frames: bytes | None = b"",
     kept: tuple[int, bytes] | None = None,
     plugin: str | None = None,
+    files: dict[str, bytes] | None = None,
 ) -> Iterator[Emulator]:
     """The image, started in a folder of its own; killed when the block is left early.
 
     `link_frames` is what its host link hears first; None: what somebody writes into LINK_FILE, and
     it waits for that whenever it has time to listen (StepLine); `kept` an address in RAM and what
-    stands there from before the reset; `plugin` the emulator's argument of that name.
+    stands there from before the reset; `plugin` the emulator's argument of that name; `files` lie
+    in its folder.
     """
     with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
         folder = Path(name)
@@ -106,6 +108,8 @@ def emulator(
             os.mkfifo(folder / LINK_FILE)
         elif link_frames:
             (folder / LINK_FILE).write_bytes(link_frames)
+        for file, data in (files or {}).items():
+            (folder / file).write_bytes(data)
         before: tuple[str, ...] = ()
         kernel = elf
         if kept is not None:

@@ -104,6 +104,8 @@ class PilRun:
     difference: str  # period, signal and both words; empty when none
     each: Periods = field(repr=False, compare=False)
     record: sim.Record | None = field(default=None, repr=False, compare=False)
+    # By file, what the drive said on its fieldbuses.
+    bus_said: dict[str, bytes] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def periods_per_s(self) -> float:
@@ -120,6 +122,7 @@ class _Job(Structure):
         ("inject_address", c_uint32),
         ("record", POINTER(RawResult)),
         ("words", c_char_p),
+        ("bus", c_uint32),
     )
 
 
@@ -158,6 +161,7 @@ def run(
     kept: tuple[int, bytes] | None = None,
     plugin: str | None = None,
     words: Path | None = None,
+    bus_files: dict[str, bytes] | None = None,
 ) -> PilRun:
     """The image against the plant. UserError when it does not start or is of other sources.
 
@@ -172,7 +176,7 @@ def run(
     raw, keep = sim._raw_job(job)
     result = _Result(struct_size=ctypes.sizeof(_Result))
     record = RawResult(struct_size=ctypes.sizeof(RawResult))
-    with emulator(elf, machine, link_frames, kept, plugin) as image:
+    with emulator(elf, machine, link_frames, kept, plugin, bus_files) as image:
         pil = _Job(
             struct_size=ctypes.sizeof(_Job),
             inject=inject,
@@ -181,6 +185,7 @@ def run(
             folder=os.fsencode(image.folder),
             inject_address=inject_address or 0,
             words=os.fsencode(words) if words is not None else None,
+            bus=int(bus_files is not None),
         )
         if inject_address is not None:
             pil.record = ctypes.pointer(record)
@@ -192,11 +197,12 @@ def run(
             image.process.kill()
         exit_code = image.wait()
         text = image.text
+        bus_said = {file.name: file.read_bytes() for file in image.folder.glob("*_said")}
         if talker is not None:
             talker.join()
     del keep
     each = _periods(lib, result)
-    ended = _ended(result, each, exit_code, text)
+    ended = dataclasses.replace(_ended(result, each, exit_code, text), bus_said=bus_said)
     if inject_address is None:
         return ended
     return dataclasses.replace(ended, record=_record(record, each))

@@ -15,7 +15,7 @@ from zerohertz.gain_design.crc32c import crc32c
 from zerohertz.gain_design.stored import JSON_NAME, read_motor_table
 from zerohertz.image.param_values import image_values
 from zerohertz.motor import load_motor
-from zerohertz.param_list import FILES, entries, float32
+from zerohertz.param_list import FILES, entries, float32, own_list
 from zerohertz.param_rules import RULES
 from zerohertz.scenario.setup import config_file, load_setup
 
@@ -30,7 +30,9 @@ class Header:
     inputs: tuple[Path, ...]
 
 
-def header(config: str, board: str | None = None, motor: Path | None = None) -> Header:
+def header(
+    config: str, board: str | None = None, motor: Path | None = None, fieldbus: bool = False
+) -> Header:
     """For a configuration; `board` and `motor` go instead of those that it names."""
     setup = load_setup(config)
     folder = setup.motor_dir if motor is None else motor
@@ -39,6 +41,8 @@ def header(config: str, board: str | None = None, motor: Path | None = None) -> 
     values = image_values(
         load_motor(folder), read_board(board_toml), setup.params, config_file(config)
     )
+    if not fieldbus:
+        values = {p: value for p, value in values.items() if p in entries(fieldbus=False)}
     _require_period(values, table["inputs"]["design"]["period_s"], folder)
     name = table["motor"]
     whole = {p: parameter.whole for p, parameter in entries().items()}
@@ -63,7 +67,8 @@ def header(config: str, board: str | None = None, motor: Path | None = None) -> 
     }}
 """
     motor_files = (folder / "motor.toml", folder / JSON_NAME)
-    return Header(text, (config_file(config), board_toml, *motor_files, *FILES, RULES))
+    lists = (*FILES, own) if (own := own_list()) else FILES
+    return Header(text, (config_file(config), board_toml, *motor_files, *lists, RULES))
 
 
 def _require_period(values: dict[str, float], designed_s: float, folder: Path) -> None:

@@ -9,11 +9,11 @@ import typer
 from rich.console import Console
 
 from zerohertz.errors import UserError
-from zerohertz.image import fault_page, param_page
+from zerohertz.image import canopen_eds, fault_page, modbus_page, param_page, terminal_page
 from zerohertz.image.param_header import header
 from zerohertz.paths import ROOT
 
-_PAGES = (param_page, fault_page)
+_PAGES = (param_page, fault_page, modbus_page, canopen_eds, terminal_page)
 
 
 def register(app: typer.Typer) -> None:
@@ -36,11 +36,14 @@ def params(
     ] = None,
     write: Annotated[Path | None, typer.Option(help="File to write; default: stdout.")] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Exit 1 if parameters.md or faults.md is out of date.")
+        bool, typer.Option("--check", help="Exit 1 if a generated page is out of date.")
     ] = False,
     page: Annotated[
         bool,
-        typer.Option("--page", help="Write parameters.md and faults.md in tools/docs instead."),
+        typer.Option(
+            "--page",
+            help="Write parameters.md, faults.md, terminals.md, modbus.md and zerohertz.eds.",
+        ),
     ] = False,
 ) -> None:
     """Write a configuration as the C header that a flash image is built with.
@@ -71,4 +74,4 @@ def _check(console: Console) -> None:
         console.print(f"{path}: not fresh; run tools/zh params --page", highlight=False)
     if stale:
         raise typer.Exit(1)
-    console.print("the pages of parameters and faults are fresh", highlight=False)
+    console.print("the pages of parameters, faults and registers are fresh", highlight=False)

@@ -19,6 +19,9 @@ from zerohertz.errors import UserError
 EXCEPTION_FRAME_BYTES = 4 * (8 + 18 + 1)
 
 _FUNCTION = re.compile(r"^([0-9a-f]{8}) <([^>]+)>:$")
+# The linker's way to a function that is too far off for a branch: its address follows.
+_VENEER = re.compile(r"__(.+)_veneer")
+_WORD = re.compile(r"\.word\t0x([0-9a-f]{8})")
 _TARGET = re.compile(r"\b[0-9a-f]+ <([^>+]+)(\+0x[0-9a-f]+)?>")
 _RANGE = re.compile(r"([rsd])(\d+)-[rsd](\d+)")
 
@@ -42,14 +45,22 @@ def disassembly(elf: Path, objdump: str = "arm-none-eabi-objdump") -> str:
 def functions(text: str) -> dict[str, Function]:
     """All functions of a disassembly made with --no-show-raw-insn."""
     found: dict[str, Function] = {}
+    names: dict[int, str] = {}
+    veneers: dict[str, int] = {}
     current: Function | None = None
     for line in text.splitlines():
         if head := _FUNCTION.match(line):
             current = found.setdefault(head[2], Function(head[2]))
+            names[int(head[1], 16)] = head[2]
+        elif current is not None and _VENEER.fullmatch(current.name):
+            if word := _WORD.search(line):
+                veneers.setdefault(current.name, int(word[1], 16) & ~1)
         elif current is not None and "\t" in line:
             _, _, code = line.partition(":\t")
             mnemonic, _, operands = code.partition("\t")
             _read(current, mnemonic.strip(), operands.split("@")[0].split(";")[0].strip())
+    for veneer, address in veneers.items():
+        found[veneer].calls.add(names.get(address, f"0x{address:08x}"))
     return found
 
 

@@ -25,10 +25,12 @@ from zerohertz.errors import UserError
 from zerohertz.link import client as link
 from zerohertz.link.client import Client, RefusedError
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, SerialLine, TcpLine
+from zerohertz.link.modbus_end import modbus_end
 from zerohertz.link.parameters import record_lines
 from zerohertz.link.ports import BrokerEnd, line_to
 from zerohertz.link.recording import Recording, recording, write
 from zerohertz.link.siphash import load_key
+from zerohertz.options import Json
 
 RPM_PER_RAD_S = 30.0 / math.pi
 EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
@@ -51,11 +53,18 @@ KeyOption = Annotated[
         "--key", metavar="FILE", help="Unlock with the key in this file: 32 hexadecimal digits."
     ),
 ]
+NameArgument = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[NAME]",
+        help="Configuration: a folder of zh new, or a name in host_sim/configs; default: "
+        "recommended.",
+    ),
+]
 SealKeyOption = Annotated[
     Path | None,
     typer.Option("--key", metavar="FILE", help="File with the drive's key: 32 hexadecimal digits."),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -90,9 +99,8 @@ def open_client(
 
 
 def serve(
-    config: Annotated[
-        str, typer.Option(help="Configuration, in host_sim/configs.")
-    ] = "recommended",
+    name: NameArgument = None,
+    config: Annotated[str | None, typer.Option(help="The same as NAME.")] = None,
     rig: Annotated[
         str | None,
         typer.Option(help="Motor to connect, in host_sim/rigs/motors, on a board that fits it."),
@@ -115,6 +123,13 @@ def serve(
     pty: Annotated[
         bool, typer.Option("--pty", help="Serve on a pseudo-terminal instead of TCP.")
     ] = False,
+    modbus: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PORT|pty",
+            help="Serve the Modbus slave as well: RTU frames on this TCP port, or a terminal.",
+        ),
+    ] = None,
     keep: Annotated[
         Path | None,
         typer.Option(
@@ -125,14 +140,18 @@ def serve(
     """Run the firmware on a simulated rig and serve its host link until interrupted."""
     from zerohertz.link import server
 
+    job = sil_job(one_configuration(name, config), load_Nm, set_params or [], rig)
     end = server.PtyEnd() if pty else BrokerEnd(tcp)
-    job = sil_job(config, load_Nm, set_params or [])
-    if rig is not None:
-        job = with_motor(job, rig)
-    with contextlib.closing(end), server.LinkedDrive(job, keep=keep) as drive:
+    with contextlib.ExitStack() as open_ends:
+        open_ends.enter_context(contextlib.closing(end))
+        bus = modbus_end(modbus) if modbus is not None else None
+        if bus is not None:
+            open_ends.enter_context(contextlib.closing(bus))
+            print(f"zh: Modbus RTU on {bus.name}", file=sys.stderr)
+        drive = open_ends.enter_context(server.LinkedDrive(job, keep=keep))
         where = f"--port {end.name}" if pty else None
         print(serving_note(end.name, tcp, where), file=sys.stderr)
-        server.serve(drive, end, speed)
+        server.serve(drive, end, speed, modbus=bus)
 
 
 def serving_note(name: str, tcp: int, where: str | None = None) -> str:
@@ -142,8 +161,30 @@ def serving_note(name: str, tcp: int, where: str | None = None) -> str:
     return f"zh: serving on {name}; try: tools/zh connect {where}"
 
 
-def sil_job(config: str, load_Nm: str, assignments: list[str]) -> Any:
-    """A rig at rest with a load torque, its drive waiting for commands."""
+def one_configuration(name: str | None, config: str | None) -> str:
+    """Of the argument and the option that say the same."""
+    if name is not None and config is not None:
+        raise UserError(f"--config {config}: NAME is {name}; leave one of them out")
+    return name or config or "recommended"
+
+
+def sil_job(config: str, load_Nm: str, assignments: list[str], rig: str | None = None) -> Any:
+    """A rig at rest with a load torque, its drive waiting for commands.
+
+    rig: another motor, on a board of its size, or on that of the folder of zh new.
+    """
+    job = _configured_job(config, load_Nm, assignments)
+    if rig is None:
+        return job
+    from zerohertz.commission.folder import rig_file
+    from zerohertz.configuration.files import is_configuration
+
+    if is_configuration(config):
+        return dataclasses.replace(job, rig=rig_file(rig))
+    return with_motor(job, rig)
+
+
+def _configured_job(config: str, load_Nm: str, assignments: list[str]) -> Any:
     from zerohertz import sim
     from zerohertz.scenario.setup import SCENARIOS, load_setup
 
@@ -185,7 +226,7 @@ def connect(
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """Identify the drive and show its state."""
     with open_client(port, baud, sil, tcp) as drive:
@@ -220,7 +261,7 @@ def get(
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """Show parameters of the drive, by group."""
     with open_client(port, baud, sil, tcp) as drive:
@@ -420,7 +461,7 @@ def faults(
     baud: BaudOption = DEFAULT_BAUD,
     sil: SilOption = False,
     tcp: TcpOption = DEFAULT_TCP_PORT,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """List the drive's faults, and read the record of the last one that opened the gates."""
     with open_client(port, baud, sil, tcp, key) as drive:

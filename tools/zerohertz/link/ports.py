@@ -31,6 +31,8 @@ class Hub:
         self._lockout = Lockout()
         self._listeners: list[socket.socket] = []
         self._peers: set[socket.socket] = set()
+        self._closed = False
+        self._guard = threading.Lock()  # of both
 
     def __enter__(self) -> Self:
         return self
@@ -76,7 +78,10 @@ class Hub:
             with contextlib.suppress(OSError):
                 listener.shutdown(socket.SHUT_RDWR)
             listener.close()
-        for peer in list(self._peers):
+        with self._guard:
+            self._closed = True
+            peers = list(self._peers)
+        for peer in peers:
             with contextlib.suppress(OSError):
                 peer.shutdown(socket.SHUT_RDWR)
 
@@ -96,14 +101,19 @@ class Hub:
             threading.Thread(target=self._talk, args=(peer,), daemon=True).start()
 
     def _talk(self, peer: socket.socket) -> None:
+        with self._guard:
+            if self._closed:  # it came in just before the door shut
+                peer.close()
+                return
+            self._peers.add(peer)
         guest = self.guest()
-        self._peers.add(peer)
         try:
             with contextlib.suppress(OSError), peer:
                 while data := peer.recv(_CHUNK_BYTES):
                     peer.sendall(guest.feed(data))
         finally:
-            self._peers.discard(peer)
+            with self._guard:
+                self._peers.discard(peer)
             guest.leave()
 
 

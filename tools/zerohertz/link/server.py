@@ -16,6 +16,7 @@ from ctypes import (
     c_char_p,
     c_double,
     c_int,
+    c_uint8,
     c_uint32,
     c_uint64,
     c_void_p,
@@ -29,7 +30,9 @@ from zerohertz.drive import check, library, raise_last_error
 
 _CHUNK_BYTES = 4096
 _SLICE_S = 2e-3  # of the drive's time, between two looks at the line
-_LAG_S = 0.5  # a machine that is slower than the drive's clock: time is given up, not caught up
+# A machine that is slower than the drive's clock gives time up. Caught up, seconds of the drive
+# would pass before a host that was held up too says a word.
+_LAG_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,10 @@ class SilState:
     digest: int  # of every duty and gate so far
     time_s: float
     speed_rpm: float
+    u_dc_V: float
+    i_u_A: float  # at the drive's terminals
+    i_v_A: float
+    i_w_A: float
 
 
 class _State(Structure):
@@ -51,7 +58,12 @@ class _State(Structure):
         ("digest", c_uint64),
         ("time_s", c_double),
         ("speed_rpm", c_double),
+        *((name, c_double) for name in ("u_dc_V", "i_u_A", "i_v_A", "i_w_A")),
     )
+
+
+class _CanFrame(Structure):
+    _fields_ = (("id", c_uint32), ("length", c_uint32), ("data", c_uint8 * 8))
 
 
 class LinkedDrive:
@@ -68,6 +80,12 @@ class LinkedDrive:
             *(c_void_p, c_uint32, c_char_p, POINTER(c_uint32)),
             *(c_void_p, POINTER(c_uint32)),
         )
+        lib.zh_link_modbus_put.restype = lib.zh_link_modbus_take.restype = c_int
+        lib.zh_link_modbus_put.argtypes = (c_void_p, c_char_p, c_uint32)
+        lib.zh_link_modbus_take.argtypes = (c_void_p, c_void_p, POINTER(c_uint32))
+        lib.zh_link_can_put.restype = lib.zh_link_can_take.restype = c_int
+        lib.zh_link_can_put.argtypes = (c_void_p, POINTER(_CanFrame))
+        lib.zh_link_can_take.argtypes = (c_void_p, POINTER(_CanFrame), POINTER(c_uint32))
         lib.zh_link_get_state.restype = c_int
         lib.zh_link_get_state.argtypes = (c_void_p, POINTER(_State))
         lib.zh_link_close.restype, lib.zh_link_close.argtypes = None, (c_void_p,)
@@ -98,11 +116,34 @@ class LinkedDrive:
         check(self._lib.zh_link_run(self._handle, *arguments))
         return taken.value, self._sent.raw[: said.value]
 
+    def modbus(self, received: bytes = b"") -> bytes:
+        """Bytes onto the drive's Modbus line for the next periods; what it has said there."""
+        check(self._lib.zh_link_modbus_put(self._handle, received, len(received)))
+        said = c_uint32(_CHUNK_BYTES)
+        check(self._lib.zh_link_modbus_take(self._handle, self._sent, byref(said)))
+        return self._sent.raw[: said.value]
+
+    def can_put(self, number: int, data: bytes) -> None:
+        """A frame onto the drive's CAN line."""
+        frame = _CanFrame(number, len(data), (c_uint8 * 8)(*data))
+        check(self._lib.zh_link_can_put(self._handle, byref(frame)))
+
+    def can_take(self) -> list[tuple[int, bytes]]:
+        """What the drive has sent since: identifiers and data."""
+        frames, frame, taken = [], _CanFrame(), c_uint32(1)
+        while True:
+            check(self._lib.zh_link_can_take(self._handle, byref(frame), byref(taken)))
+            if not taken.value:
+                return frames
+            frames.append((frame.id, bytes(frame.data[: frame.length])))
+
     @property
     def state(self) -> SilState:
         raw = _State(struct_size=ctypes.sizeof(_State))
         check(self._lib.zh_link_get_state(self._handle, byref(raw)))
-        return SilState(bool(raw.gates_on), raw.periods, raw.digest, raw.time_s, raw.speed_rpm)
+        names = (name for name, _ in _State._fields_ if name != "struct_size")
+        values = {name: getattr(raw, name) for name in names}
+        return SilState(**values | {"gates_on": bool(raw.gates_on)})
 
 
 class DirectLine:
@@ -161,6 +202,7 @@ def serve(
     end: _End,
     speed: float,
     going_on: Callable[[], bool] = lambda: True,
+    modbus: _End | None = None,
 ) -> None:
     """Until `going_on` says no. speed: drive seconds per second, 0: as fast as it goes."""
     drive.run(1)
@@ -178,3 +220,5 @@ def serve(
             time.sleep(left_s)
         taken, said = drive.run(periods, waiting)
         waiting = waiting[taken:]
+        if modbus is not None:
+            drive.modbus(modbus.exchange(drive.modbus(), 0.0))

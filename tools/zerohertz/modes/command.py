@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from zerohertz.errors import UserError
+from zerohertz.options import Json
 from zerohertz.paths import ROOT
 
 PAGE = ROOT / "tools" / "docs" / "modes.md"
@@ -32,9 +33,7 @@ def register(app: typer.Typer) -> None:
 def modes(
     names: Annotated[list[str] | None, typer.Argument(help="Groups to run; default: all.")] = None,
     write: Annotated[bool, typer.Option(help="Write tools/docs/modes.md (all groups).")] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Test the range and the modes of operation. Exit 1 if a run misses its goal."""
     from zerohertz.modes.cases import GROUPS

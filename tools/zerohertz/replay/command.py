@@ -14,6 +14,7 @@ import typer
 from zerohertz.errors import UserError
 from zerohertz.flight.command import replay_flight
 from zerohertz.motor import Motor, load_motor
+from zerohertz.options import Json
 from zerohertz.replay import plot
 from zerohertz.replay.log import (
     Declaration,
@@ -101,7 +102,6 @@ OutOption = Annotated[
 SignalsOption = Annotated[
     str, typer.Option(help="With --flight: names with commas; none: every signal.")
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -130,7 +130,7 @@ def replay(
     until: UntilOption = math.inf,
     override: SetOption = None,
     plot_file: PlotOption = None,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """Run the firmware's observer on a recorded log and compare its speed with the sensor's.
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from zerohertz.atlas import bench_run, special
 from zerohertz.atlas.bench_run import POLE_PAIRS, RR_OHM
-from zerohertz.report import style
+from zerohertz.report import gif, style
 from zerohertz.scenario.setup import Setup
 from zerohertz.sim import Record
 
@@ -24,7 +24,6 @@ TIMES_REAL_TIME = 5.0
 FRAME_S = 0.09  # of the picture
 HOLD_S = 1.5  # the last frame, before it begins again
 SIZE_IN, DPI = (9.2, 4.6), 96
-COLORS = 40
 TRAIL_S = 5.0
 FLUX_STEP_WB = 0.01  # the wedge turns in steps: a frame costs what moved
 MOST_RPM, MOST_NM = 175.0, 12.0
@@ -58,7 +57,7 @@ def write_gif(setup: Setup, path: Path, load_pu: float, rs_ratio: float) -> Made
     keep = bench_run.window(record, special.SETTLE_S - 2.0, what.duration_s - 2.0)
     columns = {name: column[keep] for name, column in record.columns.items()}
     frames = _frames(columns, f"load {100 * load_pu:.0f} % of rated, true Rs × {rs_ratio:g}")
-    _save(path, frames)
+    gif.save(path, frames, FRAME_S, HOLD_S)
     return Made(len(frames), path.stat().st_size, *_worst(record, keep))
 
 
@@ -89,7 +88,7 @@ def _frames(columns: dict[str, Row], text: str) -> list[Any]:
             drawn.canvas.restore_region(still)
             for part in moving:
                 part.draw(int(row))
-            pictures.append(_picture(drawn))
+            pictures.append(gif.frame(drawn))
     return pictures
 
 
@@ -173,22 +172,3 @@ def _speed_rpm(torque_Nm: NDArray[Any], f_s_Hz: float, flux_Wb: float) -> NDArra
     """Where the slip Rr T / (p lambda^2) leaves this stator frequency."""
     slip_rad_s = RR_OHM * torque_Nm / (POLE_PAIRS * flux_Wb**2)
     return (2.0 * math.pi * f_s_Hz - slip_rad_s) / POLE_PAIRS * 30.0 / math.pi
-
-
-def _picture(drawn: Any) -> Any:
-    from PIL import Image
-
-    return Image.fromarray(np.asarray(drawn.canvas.buffer_rgba())[..., :3].copy())
-
-
-def _save(path: Path, frames: list[Any]) -> None:
-    """One palette for all: a frame then costs only what moved."""
-    from PIL import Image
-
-    palette = frames[-1].quantize(COLORS, method=Image.Quantize.MAXCOVERAGE, dither=0)
-    drawn = [frame.quantize(palette=palette, dither=0) for frame in frames]
-    lasts_ms = [round(1e3 * FRAME_S)] * (len(drawn) - 1) + [round(1e3 * HOLD_S)]
-    drawn[0].save(
-        path, format="GIF", save_all=True, append_images=drawn[1:], duration=lasts_ms, loop=0,
-        optimize=False,
-    )  # fmt: skip

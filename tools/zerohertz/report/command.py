@@ -12,6 +12,7 @@ from rich.table import Table
 
 from zerohertz.console import short_paths
 from zerohertz.errors import UserError
+from zerohertz.options import Workers
 from zerohertz.paths import BUILD, make_folder
 
 if TYPE_CHECKING:
@@ -31,9 +32,7 @@ def demo(
     seeds: Annotated[
         int, typer.Option(min=1, max=100, help="Number of noise seeds per experiment.")
     ] = 6,
-    workers: Annotated[
-        int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-    ] = 2,
+    workers: Workers = 2,
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = OUT,
     design: Annotated[
         bool, typer.Option("--design", help="Also design the gain tables afresh and compare them.")

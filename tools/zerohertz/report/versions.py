@@ -22,14 +22,15 @@ def versions() -> list[tuple[str, str]]:
     ]
     return [
         ("zerohertz", __version__),
-        ("source", _source()),
+        ("source", source()),
         ("compiler", _first_line("gcc", "--version")),
         ("Python", f"{platform.python_version()}; {', '.join(libraries)}"),
         ("system", f"{platform.system()} {platform.machine()}"),
     ]
 
 
-def _source() -> str:
+def source() -> str:
+    """The checkout, by its commit."""
     commit = _first_line("git", "-C", str(ROOT), "rev-parse", "--short=12", "HEAD")
     if not commit:
         return "not a git checkout"

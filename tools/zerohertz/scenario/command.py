@@ -13,6 +13,8 @@ from rich.table import Table
 
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
+from zerohertz.estimators import chosen
+from zerohertz.options import Estimator, Json, Workers
 from zerohertz.paths import BUILD, make_folder
 
 if TYPE_CHECKING:
@@ -21,10 +23,7 @@ if TYPE_CHECKING:
 IDENTIFY_LOG = BUILD / "identify" / "log.jsonl"
 
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
-WorkersOption = Annotated[
-    int, typer.Option("-j", "--workers", min=1, help="Number of parallel processes.")
-]
+RequireOption = Annotated[int | None, typer.Option(help="Exit 1 if fewer figures than this match.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -42,14 +41,13 @@ def figures(
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Compute the sensitivities again; takes minutes.")
     ] = False,
-    workers: WorkersOption = 2,
-    require: Annotated[
-        int | None, typer.Option(help="Exit 1 if fewer figures than this match.")
-    ] = None,
+    estimator: Estimator = None,
+    workers: Workers = 2,
+    require: RequireOption = None,
     write: Annotated[
         bool, typer.Option("--write", help="Store the result in tools/docs, to be committed.")
     ] = False,
-    as_json: JsonOption = False,
+    as_json: Json = False,
 ) -> None:
     """Run the experiments of Hasegawa (2005), Figs. 6-18, and judge them.
 
@@ -70,6 +68,7 @@ def figures(
     from zerohertz.scenario.sensitivity import sensitivity as compute_sensitivity
     from zerohertz.scenario.setup import load_setup
 
+    chosen.use(estimator, write)
     setup = load_setup(config)
     paper = setup.name == "paper"
     evaluated = evaluate.evaluate_figures if paper else evaluate.evaluate_situations
@@ -158,7 +157,7 @@ def _acting(content: dict[str, Any], result: Any) -> str:
 def identify(
     hours: Annotated[float, typer.Option(min=0.001, help="Computing time, in hours.")] = 1.0,
     seed: Annotated[int, typer.Option(help="Seed of the random search.")] = 1,
-    workers: WorkersOption = 2,
+    workers: Workers = 2,
     log: Annotated[
         Path,
         typer.Option(

@@ -72,14 +72,21 @@ class Setup:
 
 
 def config_file(name: str | Path) -> Path:
-    """A configuration by name, or a TOML file."""
+    """A configuration by name, a TOML file, or a folder made by `zh new`: derived when needed."""
     path = Path(name)
     if path.suffix == ".toml":
         return path
+    if (path / "application.toml").is_file():
+        # Here and not above: the build has the standard library alone, and names a file.
+        from zerohertz.configuration.derive import derive, firmware_file
+
+        return firmware_file(derive(path, guessed=True))
     path = CONFIGS / f"{name}.toml"
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in CONFIGS.glob("*.toml")))
-        raise UserError(f"--config: no '{name}'; there are {known}, or name a TOML file")
+        raise UserError(
+            f"--config: no '{name}'; there are {known}, or name a TOML file or a folder"
+        )
     return path
 
 
@@ -102,7 +109,7 @@ def load_setup(name: str | Path) -> Setup:
         motor_dir=ROOT / "gain_tables" / head["motor"],
         board=ROOT / "host_sim" / "boards" / f"{head['board']}.toml",
         rig=ROOT / "host_sim" / "rigs" / f"{head['rig']}.toml",
-        params=_params(data.get("params", {}), path),
+        params=parameters_of(data.get("params", {}), path),
     )
     for key, needed in (("motor", setup.motor_dir), ("board", setup.board), ("rig", setup.rig)):
         if not needed.exists():
@@ -127,8 +134,12 @@ def event_s(scenario: Path) -> float:
     return float(head[key])
 
 
-def _params(content: Any, path: Path) -> dict[str, Value]:
-    known = param_list.entries()
+def parameters_of(content: Any, path: Path, estimator: str | None = None) -> dict[str, Value]:
+    """Parameters of the firmware in a TOML file, choices by name or number.
+
+    estimator: the folder of the one whose own parameters they may be; by default the one in use.
+    """
+    known = param_list.entries(estimator=estimator)
     params: dict[str, Value] = {}
     for name, value in content.items():
         if name not in known:

@@ -25,7 +25,8 @@ def site(
     """Write a static site: the drive in the browser, and the documentation.
 
     Open index.html from the folder; no server is needed. The first time it installs emscripten from
-    Debian (109 MB to fetch, 0.8 GB installed) and builds firmware and plant as WebAssembly.
+    Debian (109 MB to fetch, 0.8 GB installed) and doxygen (6 MB, 22 MB installed), and builds
+    firmware and plant as WebAssembly.
     """
     from zerohertz.console import short_paths, tell
     from zerohertz.paths import make_folder

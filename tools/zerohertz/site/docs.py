@@ -13,9 +13,10 @@ from urllib.parse import unquote, urlsplit
 
 import yaml
 
+from zerohertz.console import tell
 from zerohertz.errors import UserError
 from zerohertz.paths import BUILD
-from zerohertz.site import pages, twin_page
+from zerohertz.site import c_reference, pages, twin_page
 
 CONFIG = Path(__file__).with_name("mkdocs.yml")
 STYLE = Path(__file__).with_name("site.css")
@@ -32,6 +33,8 @@ def build(out: Path, made: Mapping[str, str]) -> int:
     shutil.rmtree(WORK, ignore_errors=True)
     folder = WORK / "pages"
     pages.stage(sources, folder)
+    if not c_reference.write(folder, WORK):
+        tell("zh: no doxygen here: the page of the C interface says how to get it")
     for name, text in made.items():
         (folder / name).write_text(text, encoding="utf-8")
     shutil.copyfile(STYLE, folder / STYLE.name)

@@ -17,15 +17,19 @@ from typing import Any
 
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
+from zerohertz.site import c_headers
 
 START = "tools/docs/start.md"
 MOVED = {START: "index.md", "README.md": "overview.md"}
 LANGUAGES = {".h": "c", ".py": "python"}
 PICTURES = (".gif", ".png", ".svg")
 # What the site makes itself.
-GENERATED = ("signals.md", "python.md", "twin.html", "studio.html")
+GENERATED = ("signals.md", "python.md", "twin.html", "studio.html", "c/index.md")
 PAGE_FOLDERS = ("firmware", "gain_tables", "hal", "host_sim", "tools")
-PYTHON_MODULES = ("zerohertz.drive", "zerohertz.sim", "zerohertz.sim_steps")
+PYTHON_MODULES = tuple(
+    f"zerohertz.{name}"
+    for name in ("drive", "sil_types", "plant", "sim", "sim_steps", "estimator", "gym")
+)
 _SIGNALS = ROOT / "firmware" / "unit" / "signal_list.def"
 _SIGNAL = re.compile(r'^SIGNAL_([FU])\(\s*(\w+),(?:[^"]|\n)*?"([^"]*)"\)', re.MULTILINE)
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
@@ -115,7 +119,7 @@ def python_page() -> str:
 
 def _described(node: ast.AST, level: str) -> list[str]:
     """A public class with its methods, or a function."""
-    if not isinstance(node, (ast.ClassDef, ast.FunctionDef)) or node.name.startswith("_"):
+    if not isinstance(node, (ast.ClassDef, ast.FunctionDef)) or node.name.startswith(("_", "Raw")):
         return []
     text = ast.get_docstring(node) or ""
     if isinstance(node, ast.ClassDef):
@@ -182,6 +186,8 @@ def _page_of(name: str, anchor: str, sources: list[str]) -> str | None:
         if candidate in sources:
             rest = f"#{anchor}" if anchor and "#" not in candidate else ""
             return place(candidate) + rest
+    if c_headers.installed() and ROOT / name in c_headers.headers():
+        return f"c/{name}.md"
     return None
 
 

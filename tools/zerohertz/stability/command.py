@@ -12,6 +12,7 @@ import typer
 
 from zerohertz.console import progress_bar, short_paths, tell
 from zerohertz.errors import UserError
+from zerohertz.options import Json
 from zerohertz.paths import BUILD, ROOT
 
 PLANES = ("frequency", "speed")
@@ -122,9 +123,7 @@ def stability(
     html: HtmlOption = None,
     compare: CompareOption = None,
     dwell: DwellOption = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Linearise motor, firmware and shaft at each operating point, and map where they are stable.
 

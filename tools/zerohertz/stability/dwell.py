@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zerohertz.motor import load_motor
+from zerohertz.paths import ROOT
 from zerohertz.report import style
 
 NOISE_A = 0.02
@@ -56,8 +57,8 @@ class Machine:
         )
 
 
-def machine(motor_dir: str = "gain_tables/hasegawa2005_recommended") -> Machine:
-    c = load_motor(motor_dir).circuit
+def machine() -> Machine:
+    c = load_motor(ROOT / "gain_tables" / "hasegawa2005_recommended").circuit
     kr = c.M_H / c.Lr_H
     return Machine(c.Rs_ohm, c.Rr_ohm / c.Lr_H, c.M_H, kr, c.Ls_H - kr * c.M_H)
 

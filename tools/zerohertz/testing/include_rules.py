@@ -46,6 +46,14 @@ MAY_INCLUDE = {
         *(*_BASE, *_ROOMS, "firmware/guard", _LAW),
         *("firmware/sequence", "firmware/host", "hal/include"),
     ),
+    "firmware/fieldbus": (
+        *(*_BASE, *_ROOMS, "firmware/guard", _LAW),
+        *("firmware/sequence", "firmware/host", "firmware/unit", "hal/include"),
+    ),
+    "firmware/terminals": (
+        *(*_BASE, *_ROOMS, "firmware/guard", _LAW),
+        *("firmware/sequence", "firmware/host", "firmware/unit", "hal/include"),
+    ),
     "hal/include": (),
 }
 # The background works on devices, as one struct of operations (CONVENTIONS 9). The list of signals
