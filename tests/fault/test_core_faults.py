@@ -19,7 +19,7 @@ from zerohertz.image import loop
 from zerohertz.image.emulator import EXIT_DONE, emulator
 from zerohertz.image.loop import End, Inject
 
-PERIOD = 12_000
+PERIOD = 10_000  # the running check takes some 3000 for a pass over the image
 PERIODS = 15_000
 
 WILD_ACCESS, STACK_OVERFLOW, DIVISION_BY_ZERO, UNDEFINED = 110, 111, 112, 113

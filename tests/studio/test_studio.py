@@ -16,9 +16,12 @@ import pytest
 from asammdf import MDF
 from playwright.sync_api import Page, expect
 from studio_setup import PICTURES, Opener, free_port, served, studio
-from test_broker import joined, serving
+from test_broker import joined, serving, until
 
 from zerohertz.commission.board_run import at_rest
+from zerohertz.drive import State
+from zerohertz.flight.file import Flight
+from zerohertz.flight.replay import replay
 from zerohertz.link import client as link
 from zerohertz.link.client import RefusedError
 from zerohertz.link.command import take
@@ -266,6 +269,28 @@ def test_a_fault_is_explained_and_its_record_opened(page: Page, drive: int) -> N
     picture(page, "studio_fault_record")
     page.click("#live")
     expect(page.locator(".chip").first).to_contain_text("speed_ref_rpm")
+
+
+def test_the_seconds_before_a_fault_become_a_flight(opened: Opener) -> None:
+    # Slow, so that a loaded machine reads what the drive writes.
+    slow = served("--speed", "0.3", "--set", "command_timeout_s=1")
+    with slow as port, studio("--sil", "--tcp", str(port)) as address, opened(address) as page:
+        page.click("#tab-faults")
+        page.click("#flight-begin")
+        expect(page.locator("#flight-said")).to_contain_text("records ZeroHertz", timeout=RUN_S)
+        with joined(port, "test") as client:
+            # The recording has started the drive's state anew: offsets are measured again.
+            until("READY", lambda: client.status().state == State.READY, 60.0)
+            client.command(link.RUN, 5.0)  # and no word more: command_timeout_s
+            expect(page.locator("#state")).to_have_text("FAULT", timeout=RUN_S)
+        expect(page.locator("#flight-said")).to_contain_text("s to the fault", timeout=RUN_S)
+        picture(page, "studio_flight")
+        said = page.inner_text("#flight-said")
+    file = re.search(r"--flight (\S+)", said)
+    assert file is not None
+    again = replay(Flight.read(Path(file[1])), ["state"])
+    assert (again.differs, again.ended) == (False, "")
+    assert State.FAULT in again.signals["state"]
 
 
 def test_a_trigger_records_every_period_round_the_start(page: Page) -> None:

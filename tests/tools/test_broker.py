@@ -37,12 +37,12 @@ def job() -> sim.Job:
 
 
 @contextlib.contextmanager
-def serving(end: BrokerEnd | PtyEnd) -> Iterator[None]:
-    """The drive in a thread, four times as fast as a real one."""
+def serving(end: BrokerEnd | PtyEnd, speed: float = 4.0) -> Iterator[None]:
+    """The drive in a thread; speed: drive seconds per second."""
     stop = threading.Event()
     with LinkedDrive(job()) as drive, contextlib.closing(end):
         drive.run(5300)  # offsets, and the second without a challenge
-        arguments = (drive, end, 4.0, lambda: not stop.is_set())
+        arguments = (drive, end, speed, lambda: not stop.is_set())
         thread = threading.Thread(target=serve, args=arguments, daemon=True)
         thread.start()
         try:

@@ -152,9 +152,12 @@ def test_values_that_only_fit_together_are_set_whatever_their_order() -> None:
             board_run.put(client, {"M_H": 0.28})
 
 
-def test_a_drive_turns_its_motor_too_and_is_then_as_it_was() -> None:
+# A sample every 2 ms. One every 70 ms: the drive's tables take longer than a command holds, and the
+# fastest ramp has 8 samples in its middle.
+@pytest.mark.parametrize("periods", [10, 350])
+def test_a_drive_turns_its_motor_too_and_is_then_as_it_was(periods: int) -> None:
     with served() as drive:
-        client = unlocked(drive, 10)  # a sample every 2 ms
+        client = unlocked(drive, periods)
         before = client.get(list(client.parameters))
         found = finding.of_drive(client, RIG, PLATE, silent, rotate=True, pause=pause_of(drive))
         assert client.get(list(client.parameters)) == before

@@ -6,12 +6,13 @@ import dataclasses
 import json
 import math
 
+import numpy as np
 import pytest
 from test_special import record
 from typer.testing import CliRunner
 
 from zerohertz.atlas import hot_motor, torque
-from zerohertz.atlas.bench_run import RATED_TORQUE_NM
+from zerohertz.atlas.bench_run import NAMEPLATE_RS_OHM, RATED_TORQUE_NM
 from zerohertz.cli import make_app
 from zerohertz.scenario.setup import load_setup
 
@@ -120,9 +121,13 @@ def test_m_that_is_found_at_speed_mends_the_torque_at_low_speed(setup):
 def test_summaries_count_what_was_lost():
     rows = [
         {"run": k, "value": v, "worst_of_hour_rpm": v, "lost": math.isinf(v), "Rr_pu": 1.2}
+        | {"Rs_hat_pu": 1.0 + k / 10.0, "crossed": True, "crossing_worst_rpm": 10.0 * v}
         for k, v in enumerate((1.0, 4.4, 4.6, math.inf))
     ]
     found = hot_motor.summary(rows)
+    assert (found["crossing_median_rpm"], found["crossing_worst_rpm"]) == (46.0, None)
+    assert found["crossing_lost"] == [3]
+    assert found["Rs_hat_worst_pu"] == 1.3
     assert found["within"] == 2
     assert found["lost"] == [3]
     assert found["error_median_rpm"] == 4.6
@@ -148,3 +153,21 @@ def test_the_commands_print_one_json_object_and_fail_when_a_goal_is_missed():
     done = CliRunner().invoke(make_app(), ["special", "torque", *options, "--config", "paper"])
     assert done.exit_code == 1, done.output
     assert json.loads(done.stdout)["met"]["slow"] is False
+
+
+def test_a_warm_start_has_the_last_values_from_the_beginning(setup):
+    row, record = hot_motor.one(setup, SEED, 0, thermal=hot_motor.Thermal.WARM)
+    drawn = hot_motor.draw(setup, SEED, 0, False, 60.0)
+    Rs_pu = record["Rs_true_ohm"] / (drawn.what.rs_ratio * NAMEPLATE_RS_OHM)
+    Rs_pu = Rs_pu[record.t_s < drawn.what.duration_s]
+    assert Rs_pu == pytest.approx(row["Rs_pu"], rel=1e-5)
+    assert row["Rs_pu"] > 1.2
+    assert row["crossing_worst_rpm"] > 30.0  # Rs in use is a quarter too high
+    end_s = drawn.what.duration_s
+    assert abs(record["speed_ref_rpm"][record.t_s > end_s + 20.0]).max() == pytest.approx(150.0)
+
+
+def test_a_motor_that_stays_cool_gets_an_Rs_that_is_too_high(setup):
+    row, record = hot_motor.one(setup, SEED, 0, thermal=hot_motor.Thermal.COOL)
+    assert np.ptp(record["Rs_true_ohm"]) == 0.0
+    assert row["Rs_hat_pu"] > 1.15

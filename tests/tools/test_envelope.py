@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from zerohertz import sim
+from zerohertz.check.certificate import check_entry
+from zerohertz.check.stored_table import read_stored_table
 from zerohertz.cli import make_app
 from zerohertz.drive import Fault, State
 from zerohertz.envelope import (
@@ -29,9 +32,11 @@ from zerohertz.envelope import (
 from zerohertz.envelope.axes import AXES
 from zerohertz.envelope.case import Case
 from zerohertz.envelope.mission import Change, Hold, Mission, TorqueWindow
+from zerohertz.envelope.motors import drive_of
 from zerohertz.envelope.plant import TrueMotor, true_motor
 from zerohertz.errors import UserError
-from zerohertz.motor import Circuit
+from zerohertz.gain_design.table import design_table, table_json
+from zerohertz.motor import Circuit, load_motor
 
 PERIOD_S = 2e-4
 SEED = 2005
@@ -160,13 +165,13 @@ def test_a_planned_mission_asks_for_what_there_is(index: int, fixed: Any) -> Non
     for points in (plan.speed, plan.load, plan.u_dc):
         times = [t for t, _ in points]
         assert times == sorted(times)
-    demand = mission.demand(case, plan, run.drive_of("table1"))
+    demand = mission.demand(case, plan, drive_of("table1"))
     assert feasible.impossible(mission.limits_of(case), demand) == ""
     # The same with three times the load is not.
     plan.load = [[t, 3.0 * torque + 30.0] for t, torque in plan.load]
     if not plan.torque:
         assert feasible.impossible(
-            mission.limits_of(case), mission.demand(case, plan, run.drive_of("table1"))
+            mission.limits_of(case), mission.demand(case, plan, drive_of("table1"))
         )
 
 
@@ -262,7 +267,7 @@ def row(impossible: str = "", **changed: Any) -> dict[str, Any]:
         ("J_ratio", 2.3),
     )
     case = Case("", 0, SEED, fixed)
-    drive = run.drive_of("table1")
+    drive = drive_of("table1")
     plan = run.Planned(case, drive, MADE_UP, impossible, sim.Job())
     return run.row_of(plan, record(**changed))
 
@@ -337,7 +342,7 @@ def test_the_axis_that_mends_a_run_is_found(monkeypatch: pytest.MonkeyPatch) -> 
 def test_the_true_motor_has_the_drawn_inductance_at_rated_flux() -> None:
     for law in axes.BY_NAME["saturation"].choices:
         case = Case("", 3, SEED, (("motor", "table1"), ("saturation", law), ("M_ratio", 0.9)))
-        flux_Wb = run.drive_of("table1").flux_Wb
+        flux_Wb = drive_of("table1").flux_Wb
         assert float(true_motor(case).M_H(flux_Wb)) == pytest.approx(0.9 * 0.102, rel=1e-9)
 
 
@@ -376,3 +381,22 @@ def test_the_page_shows_every_axis() -> None:
     rows = [row() | {"index": k} for k in range(4)]
     text = page.page_text(campaign.Result(SEED_2005, rows), "tools/zh envelope")
     assert all(f"| {axis.name} |" in text for axis in AXES)
+
+
+@pytest.mark.parametrize("motor", ["table1", "im_1kw5_200v"])
+@pytest.mark.parametrize("period_us", ["100", "62.5"])
+def test_every_period_has_a_table_of_its_own_that_can_be_proven(motor, period_us, tmp_path):
+    drive = drive_of(motor, period_us)
+    designed = load_motor(drive.motor_dir)
+    assert drive.period_s == designed.design.period_s == pytest.approx(1e-6 * float(period_us))
+    shutil.copy(drive.motor_dir / "motor.toml", tmp_path)
+    text = table_json(design_table(designed))
+    (tmp_path / "l_gain.json").write_text(text)
+    proven, used = read_stored_table(tmp_path), read_stored_table(drive.motor_dir)
+    assert proven.gain == used.gain
+    assert not any(check_entry(proven, k).failing for k in range(0, len(proven.gain), 150))
+
+
+def test_the_voltage_check_leaves_room_for_an_inverter_that_switches_more_often():
+    volts = [float(drive_of("table1", us).known["voltage_check_V"]) for us in ("200", "100")]
+    assert volts[1] == 2.0 * volts[0] > 0.0

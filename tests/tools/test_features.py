@@ -156,6 +156,7 @@ def test_overrides_are_written_for_the_reader():
         (["recommended"], "--features or --compare"),
         (["--compare", "--map", "i", "--map", "ii"], "draws only one"),
         (["--compare", "--map", "iii"], "no such map"),
+        (["--map", "i", "--points", "9"], "--points: only with --features"),
     ],
 )
 def test_bad_input_is_one_line(line, text, monkeypatch, capsys):

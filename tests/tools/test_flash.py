@@ -13,11 +13,13 @@ from zerohertz.errors import UserError
 from zerohertz.flash import command
 
 ELF = Path("/images/firmware.elf")
+LOADER = Path("/images/loader/loader.elf")
 
 
 @pytest.fixture
 def app(monkeypatch: pytest.MonkeyPatch) -> typer.Typer:
-    monkeypatch.setattr(build, "build_image", lambda preset: ELF)
+    made = {"all": ELF, "zh_boot": LOADER}
+    monkeypatch.setattr(build, "build_image", lambda preset, target: made[target])
     app = typer.Typer()
     command.register(app)
     app.command("other")(lambda: None)
@@ -32,6 +34,13 @@ def programmer(folder: Path, name: str, exit_code: int) -> Path:
     return script
 
 
+def test_the_loader_goes_where_the_part_starts(app: typer.Typer) -> None:
+    command = ["flash", "--dry-run", "--tool", "st-flash", "--loader"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0
+    assert result.stdout == "st-flash --reset write /images/loader/loader.bin 0x08000000\n"
+
+
 def test_dry_run_prints_the_command_and_runs_nothing(app: typer.Typer) -> None:
     result = CliRunner().invoke(app, ["flash", "--dry-run", "--tool", "openocd"])
     assert result.exit_code == 0
@@ -39,6 +48,13 @@ def test_dry_run_prints_the_command_and_runs_nothing(app: typer.Typer) -> None:
         "openocd -f interface/stlink.cfg -f target/stm32f4x.cfg "
         "-c 'program {/images/firmware.elf} verify reset exit'\n"
     )
+
+
+@pytest.mark.parametrize("board", ["stm32g431_esc", "stm32g431_ihm08m1"])
+def test_boards_of_one_folder_have_names_of_their_own(app: typer.Typer, board: str) -> None:
+    result = CliRunner().invoke(app, ["flash", "--dry-run", "--tool", "openocd", "--board", board])
+    assert result.exit_code == 0
+    assert "-f target/stm32g4x.cfg" in result.stdout
 
 
 def test_st_flash_gets_the_binary_and_its_address(

@@ -50,7 +50,7 @@ class Desk:
     ) -> Recorded:
         """`work` is given the period, again and again, until it says no."""
         head, first = start(self.client, 10.0, NOBODY_SAYS)
-        recording = Recording(self.client, self.file, head, first)
+        recording = Recording(self.client, FlightWriter(self.file, head), head, first)
         return recording.run(lambda p: work(self.client, p.periods), after_fault_s)
 
 
@@ -218,10 +218,14 @@ def test_the_table_is_found_by_its_crc() -> None:
 
 @pytest.fixture
 def served() -> Iterator[int]:
-    """A drive behind a broker, ten times as fast as real time; its port."""
+    yield from broker_of(QUICK)
+
+
+def broker_of(changed: list[str]) -> Iterator[int]:
+    """A drive behind a broker, in real time; its port."""
     going_on = [True]
     end = BrokerEnd(0)
-    with LinkedDrive(sil_job("recommended", "0", QUICK)) as drive:
+    with LinkedDrive(sil_job("recommended", "0", changed)) as drive:
         thread = threading.Thread(
             target=server.serve, args=(drive, end, 1.0, lambda: going_on[0]), daemon=True
         )
@@ -242,13 +246,14 @@ def test_one_client_records_while_another_runs_the_drive(served: int, tmp_path: 
     file = tmp_path / "b.flight"
     with client(served, "recorder") as recorder, client(served, "studio") as studio:
         assert studio.session
-        first = start(recorder, 20.0, NOBODY_SAYS)
-        recording = Recording(recorder, file, *first)
+        head, first = start(recorder, 20.0, NOBODY_SAYS)
+        recording = Recording(recorder, FlightWriter(file, head), head, first)
 
         def work(progress: Progress) -> bool:
             studio.command(RUN, 60.0, 5.0)
-            assert studio.status().faults == 0
-            return progress.periods < 6000
+            now = studio.status()
+            assert now.faults == 0
+            return progress.periods < 6000 or now.state != State.RUN
 
         told = recording.run(work)
         studio.stop()

@@ -107,6 +107,30 @@ def test_what_no_motor_has_is_a_slip_of_the_unit(
         motor_from_dict(content)
 
 
+@pytest.mark.parametrize(
+    ("section", "key", "value", "text"),
+    [
+        (
+            "nameplate",
+            "power_W",
+            1.5,
+            "is 1.5 W, and voltage_V = 200 with current_A = 6.2",
+        ),
+        ("nameplate", "voltage_V", 115.0, "draw 1235 VA; look at its unit, and at the connection"),
+        ("nameplate", "torque_Nm", 0.84, "is 0.84 Nm, and power_W = 1500 at speed_rpm = 1710 is"),
+        ("mechanics", "J_kg_m2", 150.0, "is 150 kg m2; a motor of 8.4 Nm has about 0.0086"),
+        ("mechanics", "J_kg_m2", 1.5e-5, "a motor of 8.4 Nm has about 0.0086"),
+        ("design", "period_s", 200.0, "is 200 s; the firmware takes 2e-05 .. 0.002"),
+    ],
+)
+def test_values_that_contradict_one_another_are_refused_with_both(
+    content: dict, section: str, key: str, value: float, text: str
+) -> None:
+    content[section][key] = value
+    with pytest.raises(MotorError, match=re.escape(text)):
+        motor_from_dict(content)
+
+
 def test_ten_henry_are_the_firmware_s_end_even_where_the_nameplate_agrees(content: dict) -> None:
     content["nameplate"] |= {"voltage_V": 28300.0}
     content["circuit"] |= {"Rs_ohm": 93.0, "Rr_ohm": 50.0, "Ls_H": 11.0, "Lr_H": 10.2, "M_H": 10.2}

@@ -15,7 +15,7 @@ from zerohertz.gain_design.command import default_motor_dirs
 from zerohertz.image.param_header import header
 from zerohertz.image.param_values import image_values
 from zerohertz.motor import load_motor
-from zerohertz.param_list import entries, float32
+from zerohertz.param_list import FIELDBUS, entries, float32
 from zerohertz.paths import ROOT
 from zerohertz.scenario.setup import CONFIGS, load_setup
 
@@ -52,8 +52,17 @@ def test_a_configuration_gives_the_parameters_of_the_sil(config: str) -> None:
     setup = load_setup(config)
     with Drive(setup.motor_dir, setup.board, setup.params) as drive:
         wanted = {name: drive[name] for name in drive}
-    found = dict(re.findall(r"\.(\w+) = ([^,]+),", header(config).text))
+    found = dict(re.findall(r"\.(\w+) = ([^,]+),", header(config, fieldbus=True).text))
     assert {name: float32(float(text.rstrip("fu"))) for name, text in found.items()} == wanted
+
+
+def test_an_image_without_a_fieldbus_lacks_its_parameters_alone() -> None:
+    with_bus, without = (header("recommended", fieldbus=given).text for given in (True, False))
+    lines = [line for line in with_bus.splitlines() if line not in without.splitlines()]
+    names = re.findall(r"\.(\w+) =", "\n".join(lines))
+    assert names == [name for name in entries() if name not in entries(fieldbus=False)]
+    assert len(names) == 3
+    assert all(entries()[name].group == FIELDBUS for name in names)
 
 
 def test_the_script_names_what_the_header_was_made_from(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def test_the_current_limit_gives_i_d_priority(tmp_path):
 
 def test_the_defaults_are_read_for_every_parameter():
     known = param_list.defaults()
-    text = (setup.ROOT / "firmware" / "parameters" / "param_list.def").read_text()
+    text = "".join(file.read_text() for file in param_list.FILES)
     lines = [
         line for line in text.splitlines() if line.startswith(("PARAM_F(", "PARAM_U(", "PARAM_E("))
     ]

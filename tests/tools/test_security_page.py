@@ -18,7 +18,13 @@ def known_tests() -> str:
     names = [f for p in files for f in re.findall(r"\b(test_\w+)\(", p.read_text("utf-8"))]
     cmake = (ROOT / "tests/fuzz/CMakeLists.txt").read_text("utf-8")
     fuzz = re.findall(r"NAME (fuzz\.\w+)", cmake)
-    return " ".join([*names, *fuzz, "fuzz.fuzz_link"])
+    return " ".join([*names, *fuzz, "fuzz.fuzz_link", *campaigns()])
+
+
+def campaigns() -> list[str]:
+    """`powercut.update` stands for all runs of that name."""
+    cmake = (ROOT / "tests/boot/CMakeLists.txt").read_text("utf-8")
+    return re.findall(r"set\(name (powercut\.\w+)\.", cmake)
 
 
 def test_each_invariant_names_tests_that_exist() -> None:

@@ -25,7 +25,8 @@ BLOCKS = {
     "tim": ("TIM1",),
     "adc": ("ADC1", "ADC2", "ADC3"),
     "adc_common": ("C_ADC",),
-    "usart": ("USART3",),
+    "usart": ("USART3", "UART4"),
+    "can": ("CAN1",),
     "iwdg": ("IWDG",),
     "rng": ("RNG",),
     "dbg": ("DBG",),
@@ -89,7 +90,8 @@ def read(text: dict[str, str], folder: Path) -> Header:
     ]
     lines += [f'p("{name}", {name});' for name in fields]
     lines += [f'p("{name}", STM32_{name}_BASE);' for name in bases]
-    lines += ['p("IRQ_ADC", STM32_IRQ_ADC);']
+    irqs = re.findall(r"#define STM32_(IRQ_\w+)\s", addresses)
+    lines += [f'p("{name}", STM32_{name});' for name in irqs]
     for name, content in text.items():
         (folder / name).write_text(content)
     (folder / "dump.c").write_text(
@@ -164,7 +166,8 @@ def test_every_block_and_interrupt_is_where_st_says(header: Header, svd: dict[st
     assert {BASES.get(name, name) for name in header.bases} == used
     assert wrong_bases(header, svd) == []
     numbers = {i.name: i.value for p in svd.values() for i in p.interrupts or ()}
-    assert header.values["IRQ_ADC"] == numbers["ADC_IRQ"]
+    for name, irq in {"ADC": "ADC", "CAN": "CAN1_RX0", "UART4": "UART4", "TIM7": "TIM7"}.items():
+        assert header.values[f"IRQ_{name}"] == numbers[f"{irq}_IRQ"]
 
 
 def test_option_bytes_are_out_of_reach(header: Header) -> None:

@@ -46,7 +46,7 @@ Object.defineProperty(navigator, 'serial', { value: { requestPort: async () => (
 
 @contextmanager
 def bridged(line: Line) -> Iterator[str]:
-    """Script for a page whose serial port is this line."""
+    """Script for a page whose serial port is this line; at the end nobody reads the line."""
     sockets = bind_sockets(0, "127.0.0.1")
     port = sockets[0].getsockname()[1]
     loop = asyncio.new_event_loop()
@@ -58,30 +58,32 @@ def bridged(line: Line) -> Iterator[str]:
     finally:
         asyncio.run_coroutine_threadsafe(_unplug(opened), loop).result(60.0)
         loop.call_soon_threadsafe(loop.stop)
-        thread.join(5.0)
+        thread.join(60.0)
 
 
 async def _unplug(opened: list[_Port]) -> None:
     for port in opened:
+        port.unplugged.set()
         port.close()
         await asyncio.to_thread(port.pump.join)
 
 
 class _Port(WebSocketHandler):
-    _closed = False
     pump: threading.Thread
+    unplugged: threading.Event
 
     def check_origin(self, origin: str) -> bool:
         return True
 
     def open(self, *args: str, **kwargs: str) -> None:
+        self.unplugged = threading.Event()
         self.pump = threading.Thread(target=self._pump, daemon=True)
         self.pump.start()
         self.settings["opened"].append(self)
 
     def _pump(self) -> None:
         loop: asyncio.AbstractEventLoop = self.settings["loop"]
-        while not self._closed:
+        while not self.unplugged.is_set():
             with contextlib.suppress(UserError):
                 if data := self.settings["line"].receive(0.05):
                     asyncio.run_coroutine_threadsafe(self._send(data), loop)
@@ -95,7 +97,7 @@ class _Port(WebSocketHandler):
             self.settings["line"].send(message)
 
     def on_close(self) -> None:
-        self._closed = True
+        self.unplugged.set()
 
 
 def _serve(loop: asyncio.AbstractEventLoop, sockets: Any, line: Line, opened: list[_Port]) -> None:
