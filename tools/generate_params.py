@@ -7,10 +7,12 @@ Python's standard library alone: a build needs nothing of tools/requirements.txt
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+from zerohertz.build import ESTIMATOR
 from zerohertz.errors import UserError
 from zerohertz.generated import write_depfile
 from zerohertz.image.param_header import header
@@ -21,11 +23,15 @@ def main() -> int:
     parser.add_argument("--config", required=True, help="of host_sim/configs, or a TOML file")
     parser.add_argument("--board", help="of host_sim/boards, or a TOML file; not the config's")
     parser.add_argument("--motor", type=Path, help="motor folder; not the config's")
+    parser.add_argument("--estimator-params", type=Path, help="list of the estimator's own")
+    parser.add_argument("--fieldbus", action="store_true", help="the image has one")
     parser.add_argument("--out", type=Path, required=True, help="the header")
     parser.add_argument("--depfile", type=Path, help="what it depends on, for make and ninja")
     given = parser.parse_args()
+    if given.estimator_params:
+        os.environ[ESTIMATOR] = str(given.estimator_params.parent)
     try:
-        made = header(given.config, given.board, given.motor)
+        made = header(given.config, given.board, given.motor, given.fieldbus)
         given.out.parent.mkdir(parents=True, exist_ok=True)
         given.out.write_text(made.text, encoding="utf-8")
         if given.depfile:
