@@ -37,11 +37,12 @@ def job() -> sim.Job:
 
 
 @contextlib.contextmanager
-def serving(end: BrokerEnd | PtyEnd, speed: float = 4.0) -> Iterator[None]:
-    """The drive in a thread; speed: drive seconds per second."""
+def serving(end: BrokerEnd | PtyEnd, speed: float = 4.0, periods: int = 5300) -> Iterator[None]:
+    """The drive in a thread; speed: drive seconds per second; periods: how long it is powered up,
+    as a rule for the offsets and the second without a challenge."""
     stop = threading.Event()
     with LinkedDrive(job()) as drive, contextlib.closing(end):
-        drive.run(5300)  # offsets, and the second without a challenge
+        drive.run(periods)
         arguments = (drive, end, speed, lambda: not stop.is_set())
         thread = threading.Thread(target=serve, args=arguments, daemon=True)
         thread.start()
@@ -169,6 +170,13 @@ def test_the_key_is_asked_for_as_by_a_drive(port: int) -> None:
             third.set("Rs_ohm", 1.3)  # the drive is unlocked, this client is not
         with pytest.raises(RefusedError, match="has to be at most 8 A with i_d_max_A"):
             ours.set("i_d_A", 5000.0)
+
+
+def test_a_drive_just_powered_up_is_waited_for() -> None:
+    end = BrokerEnd(0)
+    with serving(end, periods=100), joined(end.port, "early") as early:
+        early.unlock(DEVELOPMENT_KEY)
+        early.set("Rs_ohm", 1.2)
 
 
 def test_three_wrong_keys_lock_out(port: int) -> None:

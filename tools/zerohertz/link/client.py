@@ -25,7 +25,7 @@ _WORDS_U, _WORDS_F = 9, 10  # of a status
 _TRACE_WORDS, _RECORD_WORDS = 6, 5
 _STORE_CONFLICT_AT = struct.calcsize("<8I")
 _STORE_TAIL_AT = _STORE_CONFLICT_AT + struct.calcsize("<HHBf")
-_NOT_NOW, _REFUSED, _NOT_SEALED = 8, 10, 11  # statuses of an answer
+_NOT_NOW, _PROTECTED, _REFUSED, _NOT_SEALED = 8, 9, 10, 11  # statuses of an answer
 TAKEN = 12  # by another client of the broker
 _BROKERS_OWN = (TAKEN, 13)  # they come with their reason
 _LOCKED_OUT_S = 11.0
@@ -302,17 +302,21 @@ class Client:
         until_s = time.monotonic() + (_LOCKED_OUT_S if self._wait_for_lock else 0.0)
         while True:
             try:
-                body = self.request(Op.CHALLENGE, self._acting, what)
-                break
+                return self._answer_challenge(what, unlock)
             except RefusedError as refused:
                 if refused.status != _NOT_NOW or time.monotonic() > until_s:
                     raise
                 time.sleep(_POLL_S)
-        nonce = struct.unpack("<Q", body)[0]
+
+    def _answer_challenge(self, what: str, unlock: bool) -> None:
+        """A broker passes the NOT_NOW of a drive just powered up on as its answer to UNLOCK."""
+        nonce = struct.unpack("<Q", self.request(Op.CHALLENGE, self._acting, what))[0]
         answer = struct.pack("<Q", response(self._key, nonce, unlock))
         try:
-            self.request(Op.UNLOCK, self._acting + answer)
-        except RefusedError:
+            self.request(Op.UNLOCK, self._acting + answer, what)
+        except RefusedError as refused:
+            if refused.status not in (_REFUSED, _PROTECTED):
+                raise
             raise UserError("the key is not this drive's; three wrong ones lock out") from None
         self._seal = Seal(self._key, nonce)
 

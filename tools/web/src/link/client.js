@@ -182,21 +182,25 @@ export class Client {
 
   async #open(unlock = false) {
     const until = Date.now() + LOCKED_OUT_MS;
-    let nonce;
     for (;;) {
       try {
-        nonce = new Fields(await this.request(Op.CHALLENGE, await this.#acting(), 'opening a session')).u64();
-        break;
+        await this.#answerChallenge(unlock);
+        return;
       } catch (error) {
         if (error.status === NO_SESSION) this.forgetSession();
         else if (error.status !== NOT_NOW || Date.now() > until) throw error;
         else await wait(POLL_MS);
       }
     }
+  }
+
+  /** A drive says NOT_NOW for a second from its power-up on; a broker passes that on as its answer to UNLOCK. */
+  async #answerChallenge(unlock) {
+    const nonce = new Fields(await this.request(Op.CHALLENGE, await this.#acting(), 'opening a session')).u64();
     try {
-      await this.request(Op.UNLOCK, joined(await this.#acting(), response(this.#key, nonce, unlock)));
+      await this.request(Op.UNLOCK, joined(await this.#acting(), response(this.#key, nonce, unlock)), 'unlocking');
     } catch (error) {
-      if (error.status !== REFUSED) throw error;
+      if (error.status !== REFUSED && error.status !== PROTECTED) throw error;
       throw new WrongKeyError("the key is not this drive's; three wrong ones lock out for ten seconds");
     }
     this.#seal = new Seal(this.#key, nonce);
