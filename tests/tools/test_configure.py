@@ -69,3 +69,14 @@ def test_nothing_is_downloaded() -> None:
         text = path.read_text(encoding="utf-8")
         assert "FetchContent" not in text
         assert "ExternalProject" not in text
+
+
+def test_the_first_image_of_a_plug_in_is_configured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[tuple[str, ...]] = []
+    monkeypatch.setattr(build, "BUILD", tmp_path)
+    monkeypatch.setattr(build, "_run", lambda *command, **_: said.append(command))
+    monkeypatch.setenv(build.ESTIMATOR, str(tmp_path / "mine"))
+    build.build_image("qemu-mps2")
+    assert f"-DZH_ESTIMATOR={tmp_path / 'mine'}" in said[0]

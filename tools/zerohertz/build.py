@@ -142,9 +142,11 @@ def build_image(preset: str, target: str = "all") -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder.with_suffix(f"{folder.suffix}.lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        listed = estimator and _list_came_or_went(folder, Path(estimator))
-        # Monocypher may have come since.
-        if not _configured(folder) or listed or target == "zh_boot":
+        known = _configured(folder)
+        # A list of parameters may have come or gone, and Monocypher may have come.
+        if known and estimator:
+            known = not _list_came_or_went(folder, Path(estimator))
+        if not known or target == "zh_boot":
             print(f"zh: configuring the image {preset}", file=sys.stderr)
             _configure(folder, *options)
         _run("cmake", "--build", str(folder), "--target", target)
