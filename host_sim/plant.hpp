@@ -151,7 +151,7 @@ private:
         switched
     };
     Interval begin_interval(bool gates_on);
-    void step_interval(Interval interval, const Duty &duty);
+    void step_interval(Interval interval, const Duty &legs);
     void end_interval(bool brake_on);
     bool fits_lanes() const;
 
