@@ -113,6 +113,16 @@ def test_the_guess_is_of_the_motor_s_size() -> None:
         assert 0.3 < g.sigma_Ls_H / leak < 3.0
 
 
+def test_a_motor_that_outruns_its_current_is_fed_less_of_its_acceleration() -> None:
+    def share(J_kg_m2: float) -> float:
+        true, p = Circuit(1.4, 1.4, 0.178, 0.178, 0.172), plate()
+        found = solve.solve(found_of(true, p.current_vector_A), p)
+        return firmware_parameters(found, p, J_kg_m2, 200e-6)["adapt_accel_share"]
+
+    assert share(0.013) == 0.7
+    assert share(0.0013) == pytest.approx(share(0.0026) / 4.0)
+
+
 def found_of(circuit: Circuit, rated_A: float) -> Commissioned:
     """What the firmware would find of a motor that does not saturate."""
     kr = circuit.M_H / circuit.Lr_H

@@ -23,6 +23,10 @@ ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
 # Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
 SPEED_SLOW, SPEED_FAST = 0.37, 0.72
 SPEED_FROM = 0.134
+# Share of the expected acceleration that the speed estimate is fed. The load is known with the
+# speed loop's delay; the error that this leaves goes with (acceleration / a11^2)^2. A motor whose
+# acceleration at rated torque is more than ACCEL a11^2 is fed that much less.
+ACCEL_SHARE, ACCEL = 0.7, 0.25
 # Sensed voltage up to this share of rated frequency, the duty from twice that on.
 BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
@@ -140,12 +144,17 @@ def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
         "speed_fast_bandwidth_rad_s": SPEED_FAST * slow,
         "speed_slow_rad_s": SPEED_FROM * slow,
         "speed_ki_factor": 0.12,
-        "adapt_accel_share": 0.7,
+        "adapt_accel_share": _accel_share(circuit, plate, J_kg_m2),
         "speed_filter_s": 0.0005,
         "speed_J_kg_m2": J_kg_m2,
         "speed_slew_rad_s2": slew,
         "ramp_down_rad_s2": 0.5 * slew,  # friction helps, and the dc link takes less
     }
+
+
+def _accel_share(circuit: Circuit, plate: Plate, J_kg_m2: float) -> float:
+    accel_rad_s2 = plate.torque_Nm / J_kg_m2 * plate.pole_pairs
+    return ACCEL_SHARE * min(1.0, ACCEL * circuit.a11_per_s**2 / accel_rad_s2) ** 2
 
 
 def limit_A(plate: Plate, i_trip_max_A: float) -> float:
