@@ -72,11 +72,20 @@ def test_a_healthy_low_voltage_board_without_voltage_sensors_passes() -> None:
     assert campaign.bring_up(G431, None, 2).good
 
 
+def test_a_model_that_does_not_run_fails_its_bench_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise UserError("the model trips")
+
+    monkeypatch.setattr(campaign.procedure, "go_on", refuse)
+    row = campaign.bring_up(G431, None, 2)
+    assert (row.step, row.named, row.good) == (1, "the model trips", False)
+
+
 def test_every_seed_has_a_name_of_its_own_and_fits_its_bench() -> None:
     names = [seed.name for seed in seeds_of(F405)]
     assert len(names) == len(set(names)) >= 55
     assert not any(seed.lines for seed in seeds_of(G431))
-    assert len(healthy_places()) == 10
+    assert len(healthy_places()) == 11
     scaled = F405.changes(seed_named("star instead of delta"))
     assert scaled["motor.Rs_ohm"] == pytest.approx(3.0 * 0.93)
 

@@ -9,6 +9,7 @@ from zerohertz.bringup import procedure
 from zerohertz.bringup.person import Simulated
 from zerohertz.bringup.rig import bench_of
 from zerohertz.bringup.seeds import Place, Seed, faulty_places, healthy_places, seeds_of
+from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 
 PAGE = ROOT / "tools" / "docs" / "bringup.md"
@@ -27,14 +28,19 @@ class Row:
 
 
 def bring_up(place: Place, seed: Seed | None, number: int) -> Row:
-    """On the simulated bench; number: of the noise."""
+    """On the simulated bench; number: of the noise. A model that does not run ends it."""
     faults = dict(seed.faults) if seed else {}
     changes = place.changes(seed) if seed else {}
     firmware = {} if place.has_lines else {"voltage_source": 1.0}
     firmware |= dict(seed.firmware) if seed else {}
     with bench_of(place.rig, place.board, number, faults, changes, firmware) as (bench, meter):
         state = procedure.of_drive(bench)
-        procedure.go_on(bench, state, Simulated(meter), _quiet, _quiet)
+        try:
+            procedure.go_on(bench, state, Simulated(meter), _quiet, _quiet)
+        except UserError as error:
+            return Row(
+                place.name, seed.name if seed else "", len(state.steps) + 1, str(error), False
+            )
     good = seed.named(state.findings) if seed else state.passed
     named = "; ".join(finding.name for finding in state.findings)
     return Row(place.name, seed.name if seed else "", len(state.steps), named, good)
