@@ -326,15 +326,6 @@ def test_new_overwrites_nothing(folder: Path) -> None:
     assert (folder / "motor.toml").read_text() == before
 
 
-def test_a_plate_may_be_written_as_it_is_printed() -> None:
-    said = new.plate_of_text("5.5 HP, 400V, 7.9 A, Y, 50 Hz, 1430 min^-1, cos phi 0.82, 27 Nm")
-    assert said["power_kW"] == pytest.approx(4.1, abs=0.01)
-    assert said["connection"] == "star"
-    assert said["speed_rpm"] == 1430.0
-    assert said["torque_Nm"] == 27.0
-    assert new.missing(said) == []
-
-
 def test_star_and_delta_of_a_plate_follow_the_connection(folder: Path) -> None:
     change(folder, "motor.toml", "voltage_V", "voltage_V = { star = 400, delta = 230 }")
     change(folder, "motor.toml", "current_A", "current_A = { star = 7.88, delta = 13.7 }")

@@ -12,6 +12,7 @@ import typer
 
 from zerohertz.check import command as certify
 from zerohertz.configuration import new as begin
+from zerohertz.configuration import plate_text
 from zerohertz.configuration.files import APPLICATION, BOARD, MOTOR, is_configuration
 from zerohertz.console import short_paths, tell
 from zerohertz.errors import UserError
@@ -58,7 +59,11 @@ def configurations() -> None:
 def new(
     folder: Annotated[Path, typer.Argument(metavar="NAME", help="Folder to make: a-z, 0-9 and _.")],
     nameplate: Annotated[
-        str | None, typer.Option(help=f"What the plate says: '{begin.EXAMPLE}'; asked for else.")
+        str | None,
+        typer.Option(help=f"What the plate says: '{plate_text.EXAMPLE}'; asked for else."),
+    ] = None,
+    connection: Annotated[
+        str | None, typer.Option(help="star or delta, as wired, of a plate with two voltages.")
     ] = None,
     board: Annotated[
         str | None,
@@ -92,15 +97,12 @@ def new(
     from zerohertz.configuration.checks import require_consistent
     from zerohertz.configuration.files import Configuration, read_texts
 
-    content = begin.plate_of_text(nameplate) if nameplate is not None else {}
+    content = plate_text.plate_of_text(nameplate or "", connection)
     _ask_plate(content)
     plate = begin.require_plate(content)
     known = [name for name, port in begin.ports().items() if port.board is not None]
     port = begin.port_of(board or _ask("--board", f"board ({', '.join(known)})"))
-    kind = application or _ask("--application", f"application ({', '.join(begin.APPLICATIONS)})")
-    if kind not in begin.APPLICATIONS:
-        known_uses = ", ".join(begin.APPLICATIONS)
-        raise UserError(f"--application: no '{kind}'; there are {known_uses}")
+    kind = _application(application)
     limits = begin.Limits(full_scale_A, link_V, speed_rpm, current_A, torque_Nm)
     texts = {
         MOTOR: begin.motor_text(content),
@@ -116,6 +118,14 @@ def new(
     )
 
 
+def _application(given: str | None) -> str:
+    known = ", ".join(begin.APPLICATIONS)
+    kind = given or _ask("--application", f"application ({known})")
+    if kind not in begin.APPLICATIONS:
+        raise UserError(f"--application: no '{kind}'; there are {known}")
+    return kind
+
+
 def somebody_answers() -> bool:
     return sys.stdin.isatty()
 
@@ -128,17 +138,13 @@ def _ask(option: str, question: str) -> str:
 
 def _ask_plate(content: dict[str, Any]) -> None:
     """What the plate has to say and has not."""
-    for key in begin.missing(content):
+    for key in plate_text.missing(content):
         if not somebody_answers():
             raise UserError(
-                f"--nameplate: {key} is missing ({begin.HOW_TO_ASK[key]}); write it like "
-                f"'{begin.EXAMPLE}'"
+                f"--nameplate: {key} is missing ({plate_text.HOW_TO_ASK[key]}); write it like "
+                f"'{plate_text.EXAMPLE}'"
             )
-        text = typer.prompt(begin.HOW_TO_ASK[key])
-        try:
-            content[key] = text if key == "connection" else float(text)
-        except ValueError:
-            raise UserError(f"{key}: '{text}' is not a number") from None
+        content[key] = plate_text.answer(key, str(typer.prompt(plate_text.HOW_TO_ASK[key])))
 
 
 def build(

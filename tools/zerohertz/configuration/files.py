@@ -161,7 +161,7 @@ def _motor(data: Mapping[str, Any], file: str) -> MotorFile:
     given = dict(data["nameplate"])
     torque_Nm = Section({"nameplate": given}, "nameplate", file).number("torque_Nm")
     given.pop("torque_Nm", None)
-    plate = plate_from(_wired(given, file), file)
+    plate = plate_from(wired(given, file), file)
     mechanics = Section(data, "mechanics", file)
     J_kg_m2 = mechanics.number("J_kg_m2")
     mechanics.end()
@@ -182,7 +182,7 @@ def _circuit(data: Mapping[str, Any], file: str) -> Circuit | None:
     return Circuit(**values)  # type: ignore[arg-type]
 
 
-def _wired(given: dict[str, Any], file: str) -> dict[str, Any]:
+def wired(given: dict[str, Any], file: str) -> dict[str, Any]:
     """Voltage and current of the connection; a plate may give both: {star = 400, delta = 230}."""
     for key, larger in (("voltage_V", "star"), ("current_A", "delta")):
         both = given.get(key)

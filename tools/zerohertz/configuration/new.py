@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,37 +10,10 @@ from typing import Any
 
 from zerohertz.board import read_board
 from zerohertz.commission.plate import Plate, plate_from
-from zerohertz.configuration.files import APPLICATION, BOARD, MOTOR, require_name
+from zerohertz.configuration.files import APPLICATION, BOARD, MOTOR, require_name, wired
 from zerohertz.errors import UserError
-from zerohertz.image.ports import Port, ports, ports_at
+from zerohertz.image.ports import Port, ports, ports_at, read_ports
 from zerohertz.toml_file import toml_value
-
-# What a nameplate says: unit or word -> key.
-_UNITS = {
-    "kW": "power_kW",
-    "V": "voltage_V",
-    "A": "current_A",
-    "Hz": "frequency_Hz",
-    "rpm": "speed_rpm",
-    "min^-1": "speed_rpm",
-    "1/min": "speed_rpm",
-    "Nm": "torque_Nm",
-    "kg m2": "J_kg_m2",
-}
-_SCALED = {"W": ("power_kW", 1e-3), "HP": ("power_kW", 0.7457), "hp": ("power_kW", 0.7457)}
-_NEEDED = (
-    *("power_kW", "voltage_V", "current_A", "connection", "frequency_Hz", "speed_rpm", "cos_phi"),
-)
-EXAMPLE = "4 kW, 400 V, 7.9 A, star, 50 Hz, 1435 rpm, cos phi .82"
-HOW_TO_ASK = {
-    "power_kW": "rated power, kW",
-    "voltage_V": "line voltage of the connection that is wired, V rms",
-    "current_A": "line current of that connection, A rms",
-    "connection": "star or delta",
-    "frequency_Hz": "rated frequency, Hz",
-    "speed_rpm": "rated speed, min^-1",
-    "cos_phi": "cos phi",
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,45 +47,9 @@ class Limits:
     torque_Nm: float | None = None
 
 
-def plate_of_text(text: str) -> dict[str, Any]:
-    """Keys of [nameplate] from `4 kW, 400 V, ...`; UserError for a part that says nothing."""
-    content: dict[str, Any] = {}
-    for part in (piece.strip() for piece in text.split(",")):
-        key, value = _part(part)
-        if key in content:
-            raise UserError(f"--nameplate: '{part}': {key} is there twice; give it once")
-        content[key] = value
-    return content
-
-
-def _part(part: str) -> tuple[str, Any]:
-    if part.lower() in ("star", "delta", "y", "d"):
-        return "connection", "star" if part.lower() in ("star", "y") else "delta"
-    if found := re.fullmatch(r"cos ?phi\s*([\d.]+)", part):
-        return "cos_phi", _number(found[1], part)
-    found = re.fullmatch(r"([\d.]+)\s*(\S.*)", part)
-    if found and found[2] in _UNITS:
-        return _UNITS[found[2]], _number(found[1], part)
-    if found and found[2] in _SCALED:
-        key, factor = _SCALED[found[2]]
-        return key, factor * _number(found[1], part)
-    raise UserError(f"--nameplate: '{part}': is not understood; write it like '{EXAMPLE}'")
-
-
-def _number(text: str, part: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise UserError(f"--nameplate: '{part}': '{text}' is not a number") from None
-
-
-def missing(content: Mapping[str, Any]) -> list[str]:
-    return [key for key in _NEEDED if key not in content]
-
-
 def require_plate(content: Mapping[str, Any]) -> Plate:
     known = {key: value for key, value in content.items() if key != "torque_Nm"}
-    return plate_from(known, "--nameplate")
+    return plate_from(wired(known, "--nameplate"), "--nameplate")
 
 
 def motor_text(content: Mapping[str, Any]) -> str:
@@ -134,13 +70,29 @@ def port_of(name: str) -> Port:
     """A preset with a board, or the folder of a port outside this tree."""
     known = {n: port for n, port in ports().items() if port.board is not None}
     known |= {port.name: port for port in ports_at(name) if port.board is not None}
-    name = str(Path(name).absolute()) if "/" in name else name
+    if name not in known and "/" in name:
+        _require_port_folder(Path(name))
+        name = str(Path(name).absolute())
     if name not in known:
         raise UserError(
             f"--board: no '{name}'; there are {', '.join(known)}, or the folder of a port whose "
             "port.toml has [boards]"
         )
     return known[name]
+
+
+def _require_port_folder(folder: Path) -> None:
+    """Says what is wrong with a path, instead of what else there is."""
+    file = folder / "port.toml"
+    if not folder.is_dir():
+        raise UserError(f"--board {folder}: no such folder; correct the path")
+    if not file.is_file():
+        raise UserError(f"--board {folder}: has no port.toml; a port is made from hal/template")
+    if not any(port.board for port in read_ports(file)):
+        raise UserError(
+            f"{file}: [boards]: section is missing; name the board's TOML file as in "
+            "hal/stm32f405/port.toml"
+        )
 
 
 def board_text(port: Port, limits: Limits) -> str:
@@ -215,6 +167,8 @@ def application_text(kind: str, plate: Plate, limits: Limits) -> str:
 def write_new(folder: Path, texts: Mapping[str, str]) -> None:
     """UserError when something is there: nothing is overwritten."""
     require_name(folder.absolute())
+    if folder.exists() and not folder.is_dir():
+        raise UserError(f"{folder}: is a file; take another name")
     for name in (MOTOR, BOARD, APPLICATION):
         if (folder / name).exists():
             raise UserError(
