@@ -6,6 +6,7 @@ All faults on two boards: `zh campaign bringup`. The drive's time passes only wh
 from __future__ import annotations
 
 import cmath
+import contextlib
 import io
 import json
 import sys
@@ -14,9 +15,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from zerohertz.bringup import campaign, judge, wiring
+from zerohertz.bringup import campaign, command, judge, wiring
 from zerohertz.bringup.bench import phases, vector
 from zerohertz.bringup.person import Answers, Keyboard, Reading
+from zerohertz.bringup.rig import bench_of
 from zerohertz.bringup.seeds import Place, Seed, faulty_places, healthy_places, seeds_of
 from zerohertz.bringup.steps import NAMES, STEPS
 from zerohertz.bringup.wiring import AXES, CROSSINGS, Finding, Linear, Turn
@@ -158,6 +160,8 @@ def test_answers_of_a_file_are_judged_like_a_persons(tmp_path: Path) -> None:
         (("--sil", "--fault", "gates=1"), "--fault: only with --rig"),
         (("--sil", "--seed", "2"), "--seed: only with --rig"),
         ((), "which drive"),
+        (("--rig", RIG, "--unlock"), "--unlock: --rig brings a drive along"),
+        (("--rig", RIG, "--baud", "9600"), "--baud: --rig brings a drive along"),
     ],
 )
 def test_wrong_use_is_told(words: tuple[str, ...], why: str, tmp_path: Path) -> None:
@@ -172,8 +176,25 @@ def test_a_person_types_numbers_and_stops_with_q(monkeypatch: pytest.MonkeyPatch
     assert person.read("supply", reading, lambda: None) == 1.5
     with pytest.raises(KeyboardInterrupt):
         person.read("supply", reading, lambda: None)
-    with pytest.raises(KeyboardInterrupt):  # the terminal is gone
+    with pytest.raises(UserError, match="the input has ended, and 'step 2' is missing"):
         person.ready("step 2")
+
+
+def test_the_end_of_the_input_keeps_the_report(tmp_path: Path) -> None:
+    rig = (ROOT / "host_sim" / "rigs" / "motors" / f"{RIG}.toml").read_text()
+    with bench_of(rig, None, 1) as (drive, _):
+        keyed = contextlib.nullcontext((drive, Keyboard()))
+        stdin, sys.stdin = sys.stdin, io.StringIO("\n")
+        try:
+            with pytest.raises(UserError) as caught:
+                command._go_on(keyed, tmp_path, None, None, (False, False, False))
+        finally:
+            sys.stdin = stdin
+    said = str(caught.value)
+    assert "the input has ended, and 'Multimeter at the dc link, V' is missing" in said
+    assert "report.md keeps the steps before (0)" in said
+    assert (tmp_path / "report.md").is_file()
+    assert json.loads((tmp_path / "report.json").read_text())["steps"] == []
 
 
 def test_a_files_answer_for_a_step_comes_before_one_for_all(tmp_path: Path) -> None:

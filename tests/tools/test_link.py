@@ -485,9 +485,28 @@ def test_the_commands_refuse_what_makes_no_sense() -> None:
         (["run", "--sil", "--stop", "--rpm", "1"], "--rpm"),
         (["trace", "--sil", "--signals", ",", "--out", "x.csv"], "one to eight"),
         (["trace", "--sil", "--signals", "state"], "--out"),
-        (["connect", "--port", "/dev/no_such_port"], "cannot be opened"),
+        (["connect", "--port", "/dev/no_such_port"], "no such device; serial ports here: "),
         (["connect", "--sil", "--tcp", "1"], "no connection"),
         (["serve", "--set", "i_d_A"], "NAME=NUMBER"),
+        (["serve", "--pty", "--tcp", "7405"], "--tcp: --pty serves on a terminal"),
+    ):
+        result = runner.invoke(app, words)
+        assert isinstance(result.exception, UserError), (words, result.output)
+        assert what in str(result.exception)
+
+
+def test_studio_refuses_what_another_drive_would_not_hear() -> None:
+    app, runner = make_app(), CliRunner()
+    board = ["studio", "--port", "/dev/no_such_port"]
+    for words, what in (
+        ([*board, "--rig", "im_1kw5_200v"], "--rig: --port names a board"),
+        ([*board, "my_pump"], "NAME: --port names a board"),
+        ([*board, "--load", "1"], "--load: --port names a board"),
+        ([*board, "--speed", "1"], "--speed: --port names a board"),
+        ([*board, "--tcp", "7405"], "--tcp: --port names a board"),
+        (["studio", "--sil", "--set", "i_d_A=1"], "--set: the drive of --sil has what"),
+        (["studio", "--sil", "--keep", "x"], "--keep: the drive of --sil has what"),
+        (["studio", "--sil", "--baud", "9600"], "--baud: only with --port"),
     ):
         result = runner.invoke(app, words)
         assert isinstance(result.exception, UserError), (words, result.output)

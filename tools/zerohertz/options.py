@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from zerohertz.errors import UserError
 
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random sample.")]
 Mode = Annotated[list[str] | None, typer.Option(help="Only this mode; may be repeated.")]
@@ -29,3 +32,14 @@ Estimator = Annotated[
         "`zh estimator new`, or a Python class.",
     ),
 ]
+
+
+def refuse_given(context: typer.Context, options: Mapping[str, str], why: str) -> None:
+    """UserError for an option of the running command that would do nothing.
+
+    options: parameters of its function, as they are typed.
+    """
+    for name, typed in options.items():
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            raise UserError(f"{typed}: {why}; leave it out")

@@ -26,7 +26,7 @@ from zerohertz.link.command import (
     unlock_drive,
 )
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT
-from zerohertz.options import Json
+from zerohertz.options import Json, refuse_given
 
 if TYPE_CHECKING:
     from zerohertz.bringup.bench import Bench
@@ -45,6 +45,7 @@ def register_campaign(campaign: typer.Typer) -> None:
 
 
 def bringup(
+    context: typer.Context,
     out: Annotated[
         Path, typer.Option(help="Folder of report and recordings; a later run goes on there.")
     ] = Path("bringup"),
@@ -87,10 +88,16 @@ def bringup(
 
     Each step says what to connect and to measure, and runs the drive's part. A simulation with the
     drive's own parameters predicts it. The first step that does not fit ends it, with the fault's
-    name and exit code 1. Exit 130 when stopped by hand; run it again to go on.
+    name and exit code 1. Exit 130 when stopped by hand, 2 when a reading is missing; run it again
+    to go on.
     """
     if rig is not None:
         _require_rig_alone(port, sil)
+        refuse_given(
+            context,
+            {"unlock": "--unlock", "key": "--key", "baud": "--baud", "tcp": "--tcp"},
+            "--rig brings a drive along, and this is for a connected one",
+        )
         entered = _simulated(rig, board, fault or [], seed or 1, out)
     else:
         _require_rig(board, fault, seed)
@@ -121,10 +128,14 @@ def _go_on(
             state = procedure.resumed(state, out / report.JSON, notes.print)
         report.write(state, out)
         steps = STEPS[: NAMES.index(until) + 1] if until is not None else STEPS
-        procedure.go_on(
-            *(bench, state, person, notes.print, lambda s: report.write(s, out), steps),
-            out if record else None,
-        )
+        try:
+            procedure.go_on(
+                *(bench, state, person, notes.print, lambda s: report.write(s, out), steps),
+                out if record else None,
+            )
+        except UserError as error:
+            kept = f"{out / report.MARKDOWN} keeps the steps before ({len(state.steps)})"
+            raise UserError(f"{error}; {kept}") from None
     print(json.dumps(state.as_json()) if as_json else report.verdict(state))
     notes.print(f"report: {out / report.MARKDOWN}")
     return 1 if state.findings else 0

@@ -39,7 +39,7 @@ class Person(Protocol):
 
 
 class Keyboard:
-    """Questions on the terminal; an empty line or q stops, to go on another day."""
+    """Questions on the terminal; q stops, to go on another day. End of input is a UserError."""
 
     def ready(self, text: str) -> None:
         if self._line(f"{text}\n  Enter: go on; q: stop here ", lambda: None).lower() == "q":
@@ -66,7 +66,8 @@ class Keyboard:
                 meanwhile()
                 continue
             if not line:
-                raise KeyboardInterrupt
+                asked = prompt.strip().splitlines()[0].removesuffix(" (q: stop):")
+                raise UserError(f"the input has ended, and '{asked}' is missing; run it again")
             return line.strip()
 
 

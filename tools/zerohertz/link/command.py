@@ -30,7 +30,7 @@ from zerohertz.link.parameters import record_lines
 from zerohertz.link.ports import BrokerEnd, line_to
 from zerohertz.link.recording import Recording, recording, write
 from zerohertz.link.siphash import load_key
-from zerohertz.options import Json
+from zerohertz.options import Json, refuse_given
 
 RPM_PER_RAD_S = 30.0 / math.pi
 EDGES = {"now": 0, "rising": 1, "falling": 2, "either": 3}
@@ -99,6 +99,7 @@ def open_client(
 
 
 def serve(
+    context: typer.Context,
     name: NameArgument = None,
     config: Annotated[str | None, typer.Option(help="The same as NAME.")] = None,
     rig: Annotated[
@@ -140,6 +141,8 @@ def serve(
     """Run the firmware on a simulated rig and serve its host link until interrupted."""
     from zerohertz.link import server
 
+    if pty:
+        refuse_given(context, {"tcp": "--tcp"}, "--pty serves on a terminal, not on TCP")
     job = sil_job(one_configuration(name, config), load_Nm, set_params or [], rig)
     end = server.PtyEnd() if pty else BrokerEnd(tcp)
     with contextlib.ExitStack() as open_ends:

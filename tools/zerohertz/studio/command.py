@@ -31,6 +31,7 @@ from zerohertz.link.command import (
 from zerohertz.link.line import DEFAULT_BAUD, DEFAULT_TCP_PORT, Line, TcpLine, UnixLine
 from zerohertz.link.ports import BrokerEnd, line_to, socket_beside
 from zerohertz.link.siphash import load_key
+from zerohertz.options import refuse_given
 
 DEFAULT_PAGE_PORT = 8405
 
@@ -53,6 +54,7 @@ def register(app: typer.Typer) -> None:
 
 
 def studio(
+    context: typer.Context,
     name: NameArgument = None,
     port: PortOption = None,
     baud: BaudOption = DEFAULT_BAUD,
@@ -96,6 +98,7 @@ def studio(
 
     if port is not None and sil:
         raise UserError("which drive? give --port DEVICE or --sil, or neither for a simulated one")
+    _refuse_ignored(context, port is not None, sil)
     secret = load_key(key)
     folder = ensure_bundle()
     simulated = Simulated(
@@ -111,6 +114,28 @@ def studio(
         else:
             dial = stack.enter_context(_simulated(simulated, tcp))
         asyncio.run(_serve(folder, listening, dial, secret, _rig_file(rig), browser))
+
+
+# Of the drive that the command brings along.
+_ITS_OWN = {
+    "name": "NAME",
+    "config": "--config",
+    "load_Nm": "--load",
+    "set_params": "--set",
+    "speed": "--speed",
+    "keep": "--keep",
+}
+
+
+def _refuse_ignored(context: typer.Context, board: bool, served: bool) -> None:
+    """An option that does nothing here is a mistake about which drive is shown."""
+    if board:
+        why = "--port names a board, and this is for a simulated drive"
+        refuse_given(context, _ITS_OWN | {"rig": "--rig", "tcp": "--tcp"}, why)
+        return
+    refuse_given(context, {"baud": "--baud"}, "only with --port")
+    if served:
+        refuse_given(context, _ITS_OWN, "the drive of --sil has what `zh serve` was given")
 
 
 def _rig_file(rig: str | None) -> Path | None:
