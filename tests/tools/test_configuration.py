@@ -106,6 +106,13 @@ def test_a_configuration_is_named_once() -> None:
         zh("serve", "recommended", "--config", "paper")
 
 
+@pytest.mark.parametrize("command", ["trial", "serve", "studio", "build", "commission", "flash"])
+def test_a_wrong_path_is_called_one(command: str, tmp_path: Path) -> None:
+    more = {"commission": ["--rig", "im_4kw_400v"], "studio": ["--no-browser"]}
+    with pytest.raises(UserError, match=r"nothing: no such (folder|configuration); "):
+        zh(command, tmp_path / "nothing", *more.get(command, []))
+
+
 def test_the_files_are_read_as_they_were_written(designed: Path) -> None:
     c = read_configuration(designed)
     assert c.motor.plate.power_kW == 4.0

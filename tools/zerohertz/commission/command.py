@@ -238,6 +238,8 @@ def _tried(folder: Path, rig: str | None) -> _Tried:
         path = rig_of(c) if rig is None else rig_file(rig)
         slowest_pu = c.application.slowest_rpm / speed_rpm(c)
         return _Tried(c.derived, path, nameplate_asked(c), slowest_pu)
+    if not folder.is_dir():
+        raise UserError(f"{folder}: no such folder; correct the path")
     if rig is None:
         raise UserError(f"--rig: is missing; {folder} is no configuration, which has its own")
     if not (folder / "l_gain.json").exists():

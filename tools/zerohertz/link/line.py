@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import select
 import socket
 import time
@@ -95,7 +96,7 @@ class SerialLine:
         try:
             self._serial = serial.Serial(device, baud, timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
-            raise UserError(f"--port {device}: cannot be opened ({error})") from None
+            raise UserError(f"--port {device}: {_why_closed(device, error)}") from None
 
     def send(self, data: bytes) -> None:
         try:
@@ -113,3 +114,15 @@ class SerialLine:
 
     def close(self) -> None:
         self._serial.close()
+
+
+def _why_closed(device: str, error: OSError | ValueError) -> str:
+    """A wrong name, a missing right, or what the system says."""
+    from serial.tools.list_ports import comports
+
+    there = sorted(port.device for port in comports())
+    if device not in there and not Path(device).exists():
+        return f"there is no such device; serial ports here: {', '.join(there) or 'none'}"
+    if getattr(error, "errno", None) == errno.EACCES:
+        return "cannot be opened: no permission; add your user to the group of the device"
+    return f"cannot be opened ({error})"

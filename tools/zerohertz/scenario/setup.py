@@ -81,6 +81,8 @@ def config_file(name: str | Path) -> Path:
         from zerohertz.configuration.derive import derive, firmware_file
 
         return firmware_file(derive(path, guessed=True))
+    if "/" in str(name) and not path.is_dir():
+        raise UserError(f"{name}: no such folder; make it with tools/zh new {name}")
     path = CONFIGS / f"{name}.toml"
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in CONFIGS.glob("*.toml")))
