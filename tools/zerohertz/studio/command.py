@@ -96,8 +96,6 @@ def studio(
     """
     from zerohertz.studio.bundle import ensure_bundle
 
-    if port is not None and sil:
-        raise UserError("which drive? give --port DEVICE or --sil, or neither for a simulated one")
     _refuse_ignored(context, port is not None, sil)
     secret = load_key(key)
     folder = ensure_bundle()
@@ -129,6 +127,8 @@ _ITS_OWN = {
 
 def _refuse_ignored(context: typer.Context, board: bool, served: bool) -> None:
     """An option that does nothing here is a mistake about which drive is shown."""
+    if board and served:
+        raise UserError("which drive? give --port DEVICE or --sil, or neither for a simulated one")
     if board:
         why = "--port names a board, and this is for a simulated drive"
         refuse_given(context, _ITS_OWN | {"rig": "--rig", "tcp": "--tcp"}, why)
