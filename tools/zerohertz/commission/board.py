@@ -13,6 +13,8 @@ from zerohertz.errors import UserError
 from zerohertz.link.client import Client
 
 PERIOD_S = 200e-6
+CURRENT_SUM = 0.12  # of full scale: current_sum_max_A where nobody gives it
+CURRENT_SUM_TRIP = 0.29  # of the trip; the firmware takes .3
 _SCALES = (
     "adc_bits",
     "current_full_scale_A",
@@ -37,6 +39,12 @@ class Board:
         current_A, most_V = 2.5 * math.sqrt(2.0) * plate.current_A, 1.5 * dc_V
         text = _toml("scaled to the motor", 14, current_A, most_V, most_V, dc_V, period_s)
         return cls(text, period_s)
+
+    def current_sum(self, i_trip_A: float) -> dict[str, float]:
+        """Parameter of a motor so small for the sensors that the usual sum is beyond its trip."""
+        full_scale_A = float(tomllib.loads(self.toml)["full_scale"]["current_A"])
+        most_A = CURRENT_SUM_TRIP * i_trip_A
+        return {"current_sum_max_A": most_A} if CURRENT_SUM * full_scale_A > most_A else {}
 
     @classmethod
     def of_file(cls, path: Path) -> Self:

@@ -65,6 +65,7 @@ def parameters_of(found: Identified, plate: Plate, board: Board) -> dict[str, fl
     """Of the firmware."""
     J_kg_m2 = inertia_kg_m2(plate)
     values = firmware_parameters(found, plate, J_kg_m2, board.period_s, board.i_trip_max_A)
+    values |= board.current_sum(values["i_trip_A"])
     return values if board.senses_voltage else values | {"voltage_source": DUTY}
 
 

@@ -125,7 +125,8 @@ def _limits(plate: Plate, board: Board) -> dict[str, float]:
         return source
     most_A = limit_A(plate, board.i_trip_max_A)
     currents = dict.fromkeys(("i_max_A", "i_q_max_A", "i_d_max_A"), most_A)
-    return source | currents | {"i_trip_A": TRIP * PEAK * most_A}
+    trip_A = TRIP * PEAK * most_A
+    return source | currents | {"i_trip_A": trip_A} | board.current_sum(trip_A)
 
 
 def start_parameters(plate: Plate, i_trip_max_A: float = math.inf) -> dict[str, float]:
