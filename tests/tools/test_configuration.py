@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from zerohertz.cli import make_app
 from zerohertz.configuration import campaign, checks, command, new
-from zerohertz.configuration.derive import derive, nameplate_asked, rig_of
+from zerohertz.configuration.derive import derive, firmware_file, nameplate_asked, rig_of
 from zerohertz.configuration.files import FILES, read_configuration
 from zerohertz.errors import UserError
 from zerohertz.gain_design.command import motor_folder
@@ -324,6 +324,30 @@ def test_what_is_missing_is_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
     c = read_configuration(tmp_path / "my_hoist")
     assert (c.motor.plate.current_A, c.board.port) == (7.88, "stm32f405")
     assert c.application.slowest_rpm == 0.0
+
+
+def test_a_refusal_of_new_names_the_option(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"or raise the link; nothing was written: .*--link-V"):
+        zh("new", tmp_path / "my_motor", "--nameplate", PLATE, "--board", "stm32f405",
+           "--application", "general")  # fmt: skip
+
+
+def test_a_small_motor_on_a_board_for_a_larger_one_has_an_image(tmp_path: Path) -> None:
+    """The sum of the currents that is a fault is below its trip (current_sum_max_A)."""
+    plate = "1,5 kW, 400 V, 3,4 A, Y, 50 Hz, 1425 rpm, cos phi ,79"
+    folder = make(tmp_path / "my_saw", "--link-V", 566, plate=plate)
+    c = derive(folder, guessed=True)
+    text = header(str(firmware_file(c)), str(c.derived / "board.toml"), c.derived).text
+    trip, most = (float(re.search(rf"\.{name} = ([\d.]+)f", text)[1])
+                  for name in ("i_trip_A", "current_sum_max_A"))  # fmt: skip
+    assert c.board.scaling.current_full_scale_A == 25.0
+    assert most == pytest.approx(0.29 * trip)
+
+
+def test_a_simulated_motor_with_another_plate_is_refused(tmp_path: Path) -> None:
+    folder = make(tmp_path / "my_motor")
+    with pytest.raises(UserError, match=r"another motor: its power_kW is 1.5, the nameplate's 4;"):
+        zh("commission", folder, "--rig", "im_1kw5_200v")
 
 
 def test_new_overwrites_nothing(folder: Path) -> None:

@@ -148,7 +148,7 @@ def _asked(
 ) -> _Asked:
     from zerohertz.commission.board import Board
     from zerohertz.commission.folder import rig_file
-    from zerohertz.commission.plate import read_plate
+    from zerohertz.commission.plate import read_plate, require_same
 
     if folder is None:
         _require_one_motor(rig, plate, linked)
@@ -166,6 +166,8 @@ def _asked(
     c = read_configuration(folder)
     require_consistent(c)
     path = rig_file(rig) if rig is not None else Path()
+    if rig is not None:
+        require_same(rig, read_plate(path), c.motor.plate)
     return _Asked(rig or c.name, path, c.motor.plate, board_of(c))
 
 

@@ -140,6 +140,21 @@ def warnings(plate: Plate) -> list[str]:
     return found
 
 
+SAME = 0.05  # of a value that two plates of one motor have
+_TOLD = ("power_kW", "voltage_V", "current_A", "frequency_Hz", "speed_rpm")
+
+
+def require_same(rig: str, its: Plate, told: Plate) -> None:
+    """UserError with both values when a simulated motor is another one than the plate's."""
+    for name in _TOLD:
+        one, other = getattr(its, name), getattr(told, name)
+        if abs(one / other - 1.0) > SAME:
+            raise UserError(
+                f"--rig {rig}: is another motor: its {name} is {one:g}, the nameplate's {other:g}; "
+                "a motor that no rig is like is found with --port, or its circuit written by hand"
+            )
+
+
 def guess(plate: Plate) -> Circuit:
     """A circuit to begin with: good enough for slow current control, and for nothing else."""
     z, omega = plate.impedance_ohm, plate.omega_rad_s

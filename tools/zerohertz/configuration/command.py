@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -94,9 +95,6 @@ def new(
 
     The folder may be anywhere. What contradicts something else is refused, and nothing is written.
     """
-    from zerohertz.configuration.checks import require_consistent
-    from zerohertz.configuration.files import Configuration, read_texts
-
     content = plate_text.plate_of_text(nameplate or "", connection)
     _ask_plate(content)
     plate = begin.require_plate(content)
@@ -109,13 +107,26 @@ def new(
         BOARD: begin.board_text(port, limits),
         APPLICATION: begin.application_text(kind, plate, limits),
     }
-    begin.require_name(folder.absolute())
-    made: Configuration = read_texts(folder.absolute(), texts)
-    require_consistent(made)
+    _require_consistent(folder.absolute(), texts)
     begin.write_new(folder, texts)
     tell(
         f"zh: {folder}: {', '.join(texts)}; next: tools/zh commission {folder} --rig NAME or --port"
     )
+
+
+def _require_consistent(folder: Path, texts: Mapping[str, str]) -> None:
+    """The three files of a folder that is not there yet."""
+    from zerohertz.configuration.checks import require_consistent
+    from zerohertz.configuration.files import read_texts
+
+    begin.require_name(folder)
+    try:
+        require_consistent(read_texts(folder, texts))
+    except UserError as error:
+        raise UserError(f"{error}; nothing was written: {_REMEDY}") from None
+
+
+_REMEDY = "the options are --link-V, --full-scale-A, --speed-rpm, --current-A and --torque-Nm"
 
 
 def _application(given: str | None) -> str:
@@ -140,9 +151,10 @@ def _ask_plate(content: dict[str, Any]) -> None:
     """What the plate has to say and has not."""
     for key in plate_text.missing(content):
         if not somebody_answers():
+            also = "; or give --connection" if key == "connection" else ""
             raise UserError(
                 f"--nameplate: {key} is missing ({plate_text.HOW_TO_ASK[key]}); write it like "
-                f"'{plate_text.EXAMPLE}'"
+                f"'{plate_text.EXAMPLE}'{also}"
             )
         content[key] = plate_text.answer(key, str(typer.prompt(plate_text.HOW_TO_ASK[key])))
 
