@@ -74,6 +74,11 @@ def test_a_healthy_low_voltage_board_without_voltage_sensors_passes() -> None:
     assert campaign.bring_up(G431, None, 2).good
 
 
+def test_a_large_inertia_follows_the_first_turn() -> None:
+    place = next(place for place in healthy_places() if place.name == "im_45kw_400v")
+    assert campaign.bring_up(place, None, 2).good
+
+
 def test_a_model_that_does_not_run_fails_its_bench_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise UserError("the model trips")

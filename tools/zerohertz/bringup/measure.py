@@ -23,6 +23,7 @@ HOLD_RAD = math.pi / 6.0  # u and w carry the same, v nothing: the dead time ben
 RATED_SHARE = 0.2  # current of the first tests
 TRIP_SHARE = 0.16  # three sensors with one wrong: their sum stays below .3 of the trip
 SLOW_SPEED_SHARE = 0.1  # of speed_max_rad_s
+FIRST_TURN_SLEW = 0.2  # of that speed in a second: steeper, a large inertia falls out of step
 _SAMPLES = 20
 _TRIPPED_S = 0.3
 _HOLD_SHARE = 0.93  # less reactance and dead time than in the turn
@@ -196,10 +197,10 @@ def first_turn(bench: Bench, meter: Meter) -> Numbers:
     p = bench.drive.get(["pole_pairs", "i_d_A"])
     omega_rad_s = slow_rad_s(bench)
     values = VOLTAGE_ONLY | {"control_mode": 2.0, "i_f_A": p["i_d_A"]}
-    values |= {"open_loop_slew_rad_s2": 0.5 * omega_rad_s}
+    values |= {"open_loop_slew_rad_s2": FIRST_TURN_SLEW * omega_rad_s}
     values |= {"stop_mode": 1.0, "ramp_down_rad_s2": 0.5 * omega_rad_s, "ramp_down_s": 5.0}
     with bench.running(values, omega_rad_s / p["pole_pairs"]):
-        bench.wait(8.0)
+        bench.wait(1.0 / FIRST_TURN_SLEW + 4.0)
         seen = bench.rows(0.5)
         found = {"faults": float(bench.faults), "rows": float(len(seen.i_A))}
         if found["rows"] > 16:
