@@ -17,6 +17,13 @@ static uint32_t fail(precharge_state_t *st, uint32_t fault)
     return fault;
 }
 
+/* The coil drops once nothing flows any more. */
+static void let_open(precharge_state_t *st, precharge_id_t then)
+{
+    enter(st, PRECHARGE_OPENING);
+    st->then = then;
+}
+
 static bool contradicted(const precharge_config_t *cfg, precharge_state_t *st, bool wrong)
 {
     st->wrong = (cfg->feedback && wrong) ? (st->wrong + 1u) : 0u;
@@ -85,16 +92,52 @@ static uint32_t closing(const precharge_config_t *cfg, precharge_state_t *st,
     return 0u;
 }
 
+/* A link that is low under load is a fault: it takes the gates off. */
+static uint32_t opening(precharge_state_t *st, const precharge_in_t *in)
+{
+    st->steps = in->gates_on ? 0u : (st->steps + 1u);
+    if (in->gates_on) {
+        return (st->then == PRECHARGE_WAITING) ? PRECHARGE_LINK_LOW : 0u;
+    }
+    if (!in->current || (st->steps >= PRECHARGE_DECAY_STEPS)) {
+        enter(st, st->then);
+    }
+    return 0u;
+}
+
 static uint32_t closed(const precharge_config_t *cfg, precharge_state_t *st,
                        const precharge_in_t *in)
 {
+    st->steps = (in->u_dc_V < PRECHARGE_OPEN_PU * cfg->ready_V) ? (st->steps + 1u) : 0u;
     if (contradicted(cfg, st, !in->closed)) {
-        return fail(st, PRECHARGE_CONTACTOR);
+        let_open(st, PRECHARGE_FAILED);
+        return PRECHARGE_CONTACTOR | opening(st, in);
     }
-    if (in->u_dc_V < PRECHARGE_OPEN_PU * cfg->ready_V) {
+    if (st->steps >= PRECHARGE_LOW_STEPS) {
+        let_open(st, PRECHARGE_WAITING);
+        return opening(st, in);
+    }
+    return 0u;
+}
+
+static uint32_t failed(precharge_state_t *st, const precharge_in_t *in)
+{
+    if (in->reset && !in->open) {
         enter(st, PRECHARGE_WAITING);
     }
     return 0u;
+}
+
+/* The chopper does not switch off. */
+static void demand_open(precharge_state_t *st)
+{
+    if (st->id == PRECHARGE_OPENING) {
+        st->then = PRECHARGE_FAILED;
+    } else if (precharge_close(st)) {
+        let_open(st, PRECHARGE_FAILED);
+    } else {
+        enter(st, PRECHARGE_FAILED);
+    }
 }
 
 uint32_t precharge_step(const precharge_config_t *cfg, precharge_state_t *st,
@@ -104,7 +147,7 @@ uint32_t precharge_step(const precharge_config_t *cfg, precharge_state_t *st,
         return 0u;
     }
     if (in->open) {
-        enter(st, PRECHARGE_FAILED);
+        demand_open(st);
     }
     switch (st->id) {
     case PRECHARGE_CHARGING:
@@ -113,11 +156,10 @@ uint32_t precharge_step(const precharge_config_t *cfg, precharge_state_t *st,
         return closing(cfg, st, in);
     case PRECHARGE_CLOSED:
         return closed(cfg, st, in);
+    case PRECHARGE_OPENING:
+        return opening(st, in);
     case PRECHARGE_FAILED:
-        if (in->reset && !in->open) {
-            enter(st, PRECHARGE_WAITING);
-        }
-        return 0u;
+        return failed(st, in);
     case PRECHARGE_WAITING:
     default:
         return waiting(cfg, st, in);

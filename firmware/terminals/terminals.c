@@ -4,7 +4,8 @@
 
 #define STARTS       (SEQUENCE_CMD_RUN | SEQUENCE_CMD_COMMISSION)
 #define UNREAD_STEPS 100u
-#define ADAPT_STEPS  128u /* power of two: the steps may wrap */
+#define CURRENT_PU   0.05f /* of full scale; a sensor's offset is at most .02 */
+#define ADAPT_STEPS  128u  /* power of two: the steps may wrap */
 
 /* What the drive does, as far as terminals ask. */
 typedef struct {
@@ -119,10 +120,13 @@ static uint32_t step_supply(const terminals_config_t *cfg, terminals_state_t *st
         .leads = (st->contacts.inputs & HAL_TERMINAL_CHOPPER_LEADS) != 0u};
     const uint32_t resistor = chopper_watch_step(&cfg->chopper, &st->chopper, &chopper);
     const bool was_ready = precharge_ready(&cfg->precharge, &st->precharge);
+    const float zero_A = CURRENT_PU * unit->params.current_full_scale_A;
     const precharge_in_t in = {.u_dc_V = u_dc_V,
                                .closed = contacts_closed(&st->contacts, HAL_TERMINAL_CONTACTOR_ON),
                                .reset = st->reset,
-                               .open = (resistor & CHOPPER_WATCH_SHORT) != 0u};
+                               .open = (resistor & CHOPPER_WATCH_SHORT) != 0u,
+                               .gates_on = unit->asked.mode != DRIVE_OFF,
+                               .current = ab_norm2(unit->last.meas.i_s_A) > zero_A * zero_A};
     const uint32_t charging = precharge_step(&cfg->precharge, &st->precharge, &in);
     const uint32_t others = fault_stopping(unit->machine.faults) & ~FAULT_DC_UNDER_VOLTAGE;
     if (!was_ready && precharge_ready(&cfg->precharge, &st->precharge) && (others == 0u)) {
@@ -132,7 +136,8 @@ static uint32_t step_supply(const terminals_config_t *cfg, terminals_state_t *st
            bit((resistor & CHOPPER_WATCH_SHORT) != 0u, TERMINAL_FAULT_CHOPPER_SHORT) |
            bit((resistor & CHOPPER_WATCH_OPEN) != 0u, TERMINAL_FAULT_CHOPPER_OPEN) |
            bit((charging & PRECHARGE_TOO_SLOW) != 0u, TERMINAL_FAULT_PRECHARGE) |
-           bit((charging & PRECHARGE_CONTACTOR) != 0u, TERMINAL_FAULT_CONTACTOR);
+           bit((charging & PRECHARGE_CONTACTOR) != 0u, TERMINAL_FAULT_CONTACTOR) |
+           bit((charging & PRECHARGE_LINK_LOW) != 0u, TERMINAL_FAULT_LINK_LOW);
 }
 
 static uint32_t step_brake(const terminals_config_t *cfg, terminals_state_t *st,

@@ -245,7 +245,11 @@ def pt1000_ohm(degC: float) -> float:
 
 
 def test_a_warm_heat_sink_derates_and_a_hot_one_trips() -> None:
-    settings = {"sink_sensor": "pt1000", "sink_derate_degC": 70.0, "sink_trip_degC": 90.0}
+    settings = {
+        "sink_sensor": "pt1000",
+        "sink_derate_degC": 70.0,
+        "sink_trip_degC": 90.0,
+    }
     bench = Bench(settings)
     bench.wire(sink_ohm=pt1000_ohm(40.0))
     bench.run(0.3)
@@ -306,7 +310,11 @@ def test_a_warm_winding_gives_rs_at_the_start() -> None:
 
 
 def test_the_contactor_closes_on_a_charged_link_and_the_drive_becomes_ready() -> None:
-    settings = {"precharge": "on", "precharge_ready_V": 200.0, "contactor_feedback": "on"}
+    settings = {
+        "precharge": "on",
+        "precharge_ready_V": 200.0,
+        "contactor_feedback": "on",
+    }
     bench = Bench(settings)
     u_dc_V, closed_at_V = 0.0, None
     for _ in range(300):
@@ -330,6 +338,47 @@ def test_the_contactor_closes_on_a_charged_link_and_the_drive_becomes_ready() ->
     assert bench.terminals.look().faults == Fault.CONTACTOR
     assert not bench.out.gates_on
     assert not bench.terminals.look().outputs & Output.CONTACTOR
+
+
+@pytest.mark.parametrize("cause", ["link", "contact", "chopper"])
+def test_the_contactor_never_opens_under_load(cause: str) -> None:
+    """The gates are off, and the motor's current is gone, before its coil drops."""
+    settings = {
+        "precharge": "on",
+        "precharge_ready_V": 200.0,
+        "contactor_feedback": "on",
+    }
+    settings |= {"chopper_ohm": 50.0, "chopper_W": 100.0, "chopper_feedback": "on"}
+    bench = Bench(settings, u_dc_min_V=50.0, stop_mode=1)
+    bench.run(0.2)
+    bench.wire(Input.CONTACTOR_ON)
+    bench.run(0.2)
+    bench.run(6.5, run=True, speed_ref_rpm=120.0)
+    assert bench.out.state == State.RUN
+    if cause == "link":
+        bench.plant.disturb(u_dc_V=138.0)
+    contacts = {
+        "contact": Input(0),
+        "chopper": Input.CONTACTOR_ON | Input.CHOPPER_LEADS,
+    }
+    bench.wire(contacts.get(cause, Input.CONTACTOR_ON))
+    worst_A, closed = 0.0, True
+    for _ in range(500):
+        before_A = bench.plant.truth().i_peak_A
+        bench.run(bench.dt_s, run=True, speed_ref_rpm=120.0)
+        was, closed = closed, bool(bench.terminals.look().outputs & Output.CONTACTOR)
+        if was and not closed:
+            worst_A = max(worst_A, before_A)
+            assert not bench.out.gates_on
+            bench.wire()
+    assert not closed
+    assert worst_A < 0.5
+    faults = {
+        "link": Fault.LINK_LOW,
+        "contact": Fault.CONTACTOR,
+        "chopper": Fault.CHOPPER_SHORT,
+    }
+    assert bench.terminals.look().faults == faults[cause]
 
 
 def test_a_link_that_does_not_charge_is_a_fault() -> None:

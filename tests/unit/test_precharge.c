@@ -34,7 +34,9 @@ static void expect(precharge_id_t id, uint32_t fault)
 {
     TEST_ASSERT_EQUAL(id, st.id);
     TEST_ASSERT_EQUAL_UINT32(fault, faults);
-    TEST_ASSERT_EQUAL((id == PRECHARGE_CLOSING) || (id == PRECHARGE_CLOSED), precharge_close(&st));
+    TEST_ASSERT_EQUAL((id == PRECHARGE_CLOSING) || (id == PRECHARGE_CLOSED) ||
+                          (id == PRECHARGE_OPENING),
+                      precharge_close(&st));
     TEST_ASSERT_EQUAL(id == PRECHARGE_CLOSED, precharge_ready(&cfg, &st));
 }
 
@@ -217,8 +219,81 @@ static void test_a_link_that_falls_is_charged_anew(void)
     steps(10u);
     expect(PRECHARGE_CLOSED, 0u);
     in.u_dc_V = 69.9f;
+    steps(4u);
+    expect(PRECHARGE_CLOSED, 0u);
+    in.u_dc_V = 70.1f;
+    steps(1u);
+    in.u_dc_V = 69.9f;
+    steps(4u);
+    expect(PRECHARGE_CLOSED, 0u);
     steps(1u);
     expect(PRECHARGE_WAITING, 0u);
+}
+
+/* Whatever asks for it: the coil stays on until the gates are off and the current is gone. */
+static void test_it_never_opens_under_load(void)
+{
+    const struct {
+        float u_dc_V;
+        bool closed;
+        bool open;
+        uint32_t steps;
+        uint32_t fault;
+        uint32_t standing;
+        precharge_id_t then;
+    } rows[] = {{69.9f, true, false, 5u, PRECHARGE_LINK_LOW, PRECHARGE_LINK_LOW, PRECHARGE_WAITING},
+                {120.0f, false, false, 20u, PRECHARGE_CONTACTOR, 0u, PRECHARGE_FAILED},
+                {120.0f, true, true, 1u, 0u, 0u, PRECHARGE_FAILED}};
+    for (uint32_t k = 0u; k < sizeof rows / sizeof rows[0]; k++) {
+        setUp();
+        to_closed();
+        in.gates_on = true;
+        in.current = true;
+        in.u_dc_V = rows[k].u_dc_V;
+        in.closed = rows[k].closed;
+        in.open = rows[k].open;
+        steps(rows[k].steps);
+        expect(PRECHARGE_OPENING, rows[k].fault);
+        steps(1000u);
+        expect(PRECHARGE_OPENING, rows[k].standing);
+        in.gates_on = false;
+        steps(499u);
+        expect(PRECHARGE_OPENING, 0u);
+        in.current = false;
+        steps(1u);
+        expect(rows[k].then, 0u);
+    }
+}
+
+static void test_a_current_that_never_ends_is_not_waited_for(void)
+{
+    to_closed();
+    in.current = true;
+    in.u_dc_V = 69.9f;
+    steps(4u + 499u);
+    expect(PRECHARGE_OPENING, 0u);
+    in.gates_on = true;
+    steps(1u);
+    in.gates_on = false;
+    steps(499u);
+    expect(PRECHARGE_OPENING, 0u);
+    steps(1u);
+    expect(PRECHARGE_WAITING, 0u);
+}
+
+static void test_a_chopper_that_fails_meanwhile_keeps_it_open(void)
+{
+    to_closed();
+    in.gates_on = true;
+    in.u_dc_V = 69.9f;
+    steps(5u);
+    expect(PRECHARGE_OPENING, PRECHARGE_LINK_LOW);
+    in.open = true;
+    steps(1u);
+    expect(PRECHARGE_OPENING, 0u);
+    in.gates_on = false;
+    steps(1u);
+    expect(PRECHARGE_FAILED, 0u);
 }
 
 static void test_a_reset_begins_anew(void)
@@ -275,6 +350,9 @@ int main(void)
     RUN_TEST(test_a_contactor_that_sticks_is_seen_before_charging);
     RUN_TEST(test_a_contactor_that_sticks_is_seen_while_charging);
     RUN_TEST(test_a_link_that_falls_is_charged_anew);
+    RUN_TEST(test_it_never_opens_under_load);
+    RUN_TEST(test_a_current_that_never_ends_is_not_waited_for);
+    RUN_TEST(test_a_chopper_that_fails_meanwhile_keeps_it_open);
     RUN_TEST(test_a_reset_begins_anew);
     RUN_TEST(test_open_opens_the_contactor_and_holds_against_a_reset);
     RUN_TEST(test_a_state_that_is_none_waits);

@@ -88,7 +88,7 @@ static void test_reactions_are_those_of_the_list(void)
     const uint32_t opening = TERMINAL_FAULT_BRAKE_TORQUE | TERMINAL_FAULT_BRAKE_NOT_RELEASED |
                              TERMINAL_FAULT_BRAKE_FEEDBACK | TERMINAL_FAULT_SINK_HOT |
                              TERMINAL_FAULT_PRECHARGE | TERMINAL_FAULT_CONTACTOR |
-                             TERMINAL_FAULT_CHOPPER_SHORT;
+                             TERMINAL_FAULT_CHOPPER_SHORT | TERMINAL_FAULT_LINK_LOW;
     const uint32_t stopping = TERMINAL_FAULT_REFERENCE_LOST | TERMINAL_FAULT_INPUTS_LOST |
                               TERMINAL_FAULT_SINK_SENSOR | TERMINAL_FAULT_MOTOR_HOT |
                               TERMINAL_FAULT_CHOPPER_HOT;

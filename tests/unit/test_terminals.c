@@ -456,6 +456,39 @@ static void test_a_contactor_that_contradicts_keeps_the_gates_off(void)
     TEST_ASSERT_EQUAL_UINT32(TORQUE_OFF, out.command);
 }
 
+static void charged(void)
+{
+    precharge();
+    rounds(101u);
+    close_contacts(HAL_TERMINAL_CONTACTOR_ON);
+    TEST_ASSERT_EQUAL(PRECHARGE_CLOSED, st.precharge.id);
+}
+
+/* Gates off first, then the current has to be gone, then the contactor. */
+static void test_a_low_link_turns_the_gates_off_before_the_contactor_opens(void)
+{
+    charged();
+    drive_runs();
+    unit.last.meas.i_s_A = (ab_t){0.0f, 0.06f * unit.params.current_full_scale_A};
+    unit.last.meas.u_dc_V = 139.0f;
+    rounds(4u);
+    TEST_ASSERT_EQUAL_HEX32(0u, st.faults);
+    rounds(1u);
+    TEST_ASSERT_EQUAL_HEX32(TERMINAL_FAULT_LINK_LOW, st.faults);
+    TEST_ASSERT_EQUAL_UINT32(TORQUE_OFF, out.command);
+    TEST_ASSERT_EQUAL_HEX32(HAL_TERMINAL_CONTACTOR | HAL_TERMINAL_READY, written);
+    drive_rests();
+    rounds(1u);
+    TEST_ASSERT_EQUAL_HEX32(HAL_TERMINAL_CONTACTOR, written);
+    unit.last.meas.i_s_A = (ab_t){0.0f, 0.04f * unit.params.current_full_scale_A};
+    rounds(1u);
+    TEST_ASSERT_EQUAL_HEX32(0u, written);
+    TEST_ASSERT_EQUAL(PRECHARGE_WAITING, st.precharge.id);
+    posted.command = RESET;
+    rounds(1u);
+    TEST_ASSERT_EQUAL_HEX32(0u, st.faults);
+}
+
 static void chopper(void)
 {
     params.chopper_ohm = 40.0f;
@@ -743,6 +776,7 @@ int main(void)
     RUN_TEST(test_the_under_voltage_of_charging_is_reset);
     RUN_TEST(test_a_link_that_does_not_charge_keeps_the_gates_off);
     RUN_TEST(test_a_contactor_that_contradicts_keeps_the_gates_off);
+    RUN_TEST(test_a_low_link_turns_the_gates_off_before_the_contactor_opens);
     RUN_TEST(test_a_hot_resistor_is_disabled_and_stops_the_drive);
     RUN_TEST(test_a_shorted_transistor_opens_contactor_and_gates);
     RUN_TEST(test_a_switching_chopper_is_no_fault_and_heats);

@@ -63,6 +63,7 @@ class Precharge(IntEnum):
     CLOSING = 2
     CLOSED = 3
     FAILED = 4
+    OPENING = 5
 
 
 class Fault(IntFlag):
@@ -84,6 +85,7 @@ class Fault(IntFlag):
     CHOPPER_HOT = 1 << 13
     CHOPPER_SHORT = 1 << 14
     CHOPPER_OPEN = 1 << 15
+    LINK_LOW = 1 << 16
 
 
 class RawTerminalIn(Structure):

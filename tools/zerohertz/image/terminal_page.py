@@ -120,11 +120,16 @@ stateDiagram-v2
     CHARGING --> FAILED: not within precharge_s, PRECHARGE
     CLOSING --> CLOSED: auxiliary contact, or contactor_s without one
     CLOSING --> FAILED: not within contactor_s, CONTACTOR
-    CLOSED --> WAITING: link below .7 precharge_ready_V
-    CLOSED --> FAILED: auxiliary contact opens, CONTACTOR
+    CLOSED --> OPENING: link below .7 precharge_ready_V for 5 ms, LINK_LOW under load
+    CLOSED --> OPENING: auxiliary contact opens, CONTACTOR
+    CLOSED --> OPENING: brake transistor shorted, CHOPPER_SHORT
+    OPENING --> WAITING: no load, and the link was low
+    OPENING --> FAILED: no load, and another cause
     FAILED --> WAITING: reset
 ```
 
+The contactor never opens under load. In OPENING it stays energised: the fault turns the gates off
+first. It opens once the motor's current is below 5 % of full scale, or after .5 s without gates.
 The drive runs only in CLOSED. The under-voltage that it latched while the link was charged is reset
 once.
 
