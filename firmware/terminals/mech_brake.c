@@ -12,7 +12,6 @@ static void enter(mech_brake_state_t *st, mech_brake_id_t id)
     st->id = id;
     st->steps = 0u;
     st->proven = 0u;
-    st->wrong = 0u;
 }
 
 /* The brake closes now, whatever the drive does; nobody's standing run command starts it again. */
@@ -22,11 +21,15 @@ static void give_up(mech_brake_state_t *st)
     st->blocked = true;
 }
 
-/* The switch says for longer than a bounce that the brake is where it should not be. */
-static bool contradicted(const mech_brake_config_t *cfg, mech_brake_state_t *st, bool wrong)
+/* Without a switch it never says released. */
+static void debounce(const mech_brake_config_t *cfg, mech_brake_state_t *st, bool released)
 {
-    st->wrong = (cfg->feedback && wrong) ? (st->wrong + 1u) : 0u;
-    return st->wrong >= MECH_BRAKE_FEEDBACK_STEPS;
+    const bool differs = cfg->feedback && (released != st->released);
+    st->differs = differs ? (st->differs + 1u) : 0u;
+    if (st->differs >= MECH_BRAKE_FEEDBACK_STEPS) {
+        st->released = released;
+        st->differs = 0u;
+    }
 }
 
 static bool faster(const mech_brake_config_t *cfg, float omega_rad_s)
@@ -37,16 +40,29 @@ static bool faster(const mech_brake_config_t *cfg, float omega_rad_s)
 static uint32_t closed(const mech_brake_config_t *cfg, mech_brake_state_t *st,
                        const mech_brake_in_t *in)
 {
+    const bool late = st->steps >= cfg->close_steps;
     st->energised = false;
     st->blocked = st->blocked && in->run;
-    if (contradicted(cfg, st, in->released)) {
-        st->wrong = MECH_BRAKE_FEEDBACK_STEPS;
-        return MECH_BRAKE_NOT_CLOSED;
+    st->steps += late ? 0u : 1u;
+    if (st->released) {
+        return late ? MECH_BRAKE_NOT_CLOSED : 0u;
     }
-    if (in->run && !st->blocked && faster(cfg, in->omega_ref_rad_s)) {
+    const bool falls = st->differs > 0u; /* the switch may open just now */
+    if (in->run && !st->blocked && !falls && faster(cfg, in->omega_ref_rad_s)) {
         enter(st, MECH_BRAKE_PROVING);
     }
     return 0u;
+}
+
+/* The brake has let go of the load: the motor holds it, as far as it has gates. */
+static uint32_t hold(const mech_brake_config_t *cfg, mech_brake_state_t *st, bool gates_on)
+{
+    give_up(st);
+    if (gates_on) {
+        enter(st, MECH_BRAKE_CLOSING);
+    }
+    st->steps = cfg->close_steps;
+    return MECH_BRAKE_NOT_CLOSED;
 }
 
 static uint32_t proving(const mech_brake_config_t *cfg, mech_brake_state_t *st,
@@ -55,6 +71,9 @@ static uint32_t proving(const mech_brake_config_t *cfg, mech_brake_state_t *st,
     const bool enough = in->torque_Nm >= MECH_BRAKE_PROVEN_PU * cfg->torque_Nm;
     st->proven = (in->running && enough) ? (st->proven + 1u) : 0u;
     st->steps += in->running ? 1u : 0u;
+    if (st->released) {
+        return hold(cfg, st, in->gates_on);
+    }
     if (!in->run) {
         enter(st, MECH_BRAKE_CLOSED);
     } else if (st->proven >= MECH_BRAKE_PROVEN_STEPS) {
@@ -75,7 +94,7 @@ static uint32_t releasing(const mech_brake_config_t *cfg, mech_brake_state_t *st
     const bool late = st->steps >= cfg->release_steps;
     if (!in->run) {
         enter(st, MECH_BRAKE_CLOSING);
-    } else if (cfg->feedback ? in->released : late) {
+    } else if (cfg->feedback ? st->released : late) {
         enter(st, MECH_BRAKE_RELEASED);
     } else if (late) {
         give_up(st);
@@ -89,7 +108,7 @@ static uint32_t releasing(const mech_brake_config_t *cfg, mech_brake_state_t *st
 static uint32_t released(const mech_brake_config_t *cfg, mech_brake_state_t *st,
                          const mech_brake_in_t *in)
 {
-    if (contradicted(cfg, st, !in->released)) {
+    if (cfg->feedback && !st->released) {
         give_up(st);
         return MECH_BRAKE_LOST;
     }
@@ -103,12 +122,11 @@ static uint32_t released(const mech_brake_config_t *cfg, mech_brake_state_t *st,
 }
 
 /* A brake that does not close leaves the load to the motor. */
-static uint32_t closing(const mech_brake_config_t *cfg, mech_brake_state_t *st,
-                        const mech_brake_in_t *in)
+static uint32_t closing(const mech_brake_config_t *cfg, mech_brake_state_t *st)
 {
     st->steps++;
     const bool late = st->steps >= cfg->close_steps;
-    if (cfg->feedback ? !in->released : late) {
+    if (cfg->feedback ? !st->released : late) {
         enter(st, MECH_BRAKE_CLOSED);
         return 0u;
     }
@@ -130,7 +148,7 @@ static uint32_t step_state(const mech_brake_config_t *cfg, mech_brake_state_t *s
     case MECH_BRAKE_RELEASED:
         return released(cfg, st, in);
     case MECH_BRAKE_CLOSING:
-        return closing(cfg, st, in);
+        return closing(cfg, st);
     case MECH_BRAKE_CLOSED:
     default:
         return closed(cfg, st, in);
@@ -143,6 +161,7 @@ mech_brake_out_t mech_brake_step(const mech_brake_config_t *cfg, mech_brake_stat
     if (!cfg->on) {
         return (mech_brake_out_t){.run = in->run, .omega_ref_rad_s = in->omega_ref_rad_s};
     }
+    debounce(cfg, st, in->released);
     if (st->id != MECH_BRAKE_CLOSED) {
         const bool fell = st->energised && !in->gates_on;
         st->energised = in->gates_on;

@@ -6,6 +6,9 @@
  * PROVING asks for torque_Nm against the closed brake. RELEASING and CLOSING hold speed zero, and
  * last until the brake's switch, or the time where there is none, says that they are over. Without
  * gates the brake closes at once, and run has to drop before it counts again. Speeds of the shaft.
+ *
+ * The switch counts once it has stood for MECH_BRAKE_FEEDBACK_STEPS. When it contradicts: RELEASED
+ * ends with the brake closed; PROVING becomes CLOSING, and the motor holds; CLOSED starts nothing.
  */
 #ifndef MECH_BRAKE_H
 #define MECH_BRAKE_H
@@ -17,7 +20,7 @@
 
 #define MECH_BRAKE_PROVEN_PU      0.9f /* of torque_Nm */
 #define MECH_BRAKE_PROVEN_STEPS   20u  /* that it has to stand */
-#define MECH_BRAKE_FEEDBACK_STEPS 10u  /* that the switch has to be wrong */
+#define MECH_BRAKE_FEEDBACK_STEPS 5u   /* that a level of the switch has to stand */
 
 /* Bits of mech_brake_out_t.faults. */
 #define MECH_BRAKE_NO_TORQUE    (1u << 0) /* not proven within prove_steps */
@@ -47,11 +50,12 @@ typedef struct {
 
 typedef struct {
     mech_brake_id_t id;
-    uint32_t steps;  /* in this state */
-    uint32_t proven; /* steps in a row */
-    uint32_t wrong;  /* steps in which the switch contradicts */
-    bool energised;  /* the gates were on since PROVING began */
-    bool blocked;    /* run has to drop */
+    uint32_t steps;   /* in this state */
+    uint32_t proven;  /* steps in a row */
+    uint32_t differs; /* steps of the switch against `released` */
+    bool released;    /* the switch, debounced */
+    bool energised;   /* the gates were on since PROVING began */
+    bool blocked;     /* run has to drop */
 } mech_brake_state_t;
 
 typedef struct {
@@ -62,7 +66,7 @@ typedef struct {
     bool running;          /* the drive follows its reference */
     float torque_Nm;       /* estimated */
     float omega_hat_rad_s; /* NaN: unknown */
-    bool released;         /* the switch */
+    bool released;         /* the switch, not debounced */
 } mech_brake_in_t;
 
 typedef struct {

@@ -152,8 +152,9 @@ static uint32_t step_brake(const terminals_config_t *cfg, terminals_state_t *st,
                                 .running = actual->running,
                                 .torque_Nm = actual->torque_Nm,
                                 .omega_hat_rad_s = actual->omega_m_hat_rad_s,
+                                /* Debounced there: contact_debounce_s may be too long. */
                                 .released =
-                                    contacts_closed(&st->contacts, HAL_TERMINAL_BRAKE_RELEASED)};
+                                    (st->contacts.inputs & HAL_TERMINAL_BRAKE_RELEASED) != 0u};
     st->braked = mech_brake_step(&cfg->brake, &st->brake, &in);
     const uint32_t faults = st->braked.faults;
     return bit((faults & MECH_BRAKE_NO_TORQUE) != 0u, TERMINAL_FAULT_BRAKE_TORQUE) |

@@ -603,6 +603,9 @@ static void test_a_hoist_proves_releases_and_follows(void)
     TEST_ASSERT_EQUAL_UINT32(RUN, out.command);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, out.torque_ref_Nm);
     close_contacts(START | HAL_TERMINAL_BRAKE_RELEASED);
+    rounds(3u);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, out.omega_m_ref_rad_s);
+    rounds(1u);
     TEST_ASSERT_EQUAL_FLOAT(50.0f, out.omega_m_ref_rad_s);
     unit.drive.estimator.estimate.omega_e_rad_s = 60.0f;
     close_contacts(HAL_TERMINAL_BRAKE_RELEASED);
@@ -614,7 +617,10 @@ static void test_a_hoist_proves_releases_and_follows(void)
     rounds(1u);
     TEST_ASSERT_EQUAL(MECH_BRAKE_CLOSING, st.brake.id);
     TEST_ASSERT_EQUAL_HEX32(QUIET, written);
-    close_contacts(0u);
+    in.inputs = 0u;
+    rounds(4u);
+    TEST_ASSERT_EQUAL_UINT32(RUN, out.command);
+    rounds(1u);
     TEST_ASSERT_EQUAL_UINT32(0u, out.command);
 }
 
@@ -626,6 +632,7 @@ static void released(void)
     rounds(20u);
     unit.drive.estimator.estimate.omega_e_rad_s = 60.0f;
     close_contacts(START | HAL_TERMINAL_BRAKE_RELEASED);
+    rounds(4u);
     TEST_ASSERT_EQUAL(MECH_BRAKE_RELEASED, st.brake.id);
 }
 
@@ -662,7 +669,20 @@ static void test_a_switch_that_opens_is_a_fault(void)
 {
     released();
     close_contacts(START);
-    rounds(9u);
+    rounds(3u);
+    TEST_ASSERT_EQUAL_HEX32(0u, st.faults);
+    rounds(1u);
+    expect_off(TERMINAL_FAULT_BRAKE_FEEDBACK);
+}
+
+/* Whatever the debounce of the operator's contacts. */
+static void test_the_switch_of_the_brake_has_its_own_debounce(void)
+{
+    params.contact_debounce_s = 0.001f;
+    released();
+    cfg.contacts.debounce_steps = 500u;
+    in.inputs = START;
+    rounds(5u);
     expect_off(TERMINAL_FAULT_BRAKE_FEEDBACK);
 }
 
@@ -785,6 +805,7 @@ int main(void)
     RUN_TEST(test_torque_that_is_not_proven_is_a_fault);
     RUN_TEST(test_a_brake_that_does_not_release_is_a_fault);
     RUN_TEST(test_a_switch_that_opens_is_a_fault);
+    RUN_TEST(test_the_switch_of_the_brake_has_its_own_debounce);
     RUN_TEST(test_a_brake_that_does_not_close_is_held_and_told);
     RUN_TEST(test_a_fault_that_stops_lets_a_hoist_down_on_its_brake);
     RUN_TEST(test_off_closes_the_brake_in_the_same_step);
