@@ -61,10 +61,12 @@ static bool withheld(const terminals_config_t *cfg, const terminals_state_t *st)
            (cfg->brake.on && ((st->asked & torque) == torque));
 }
 
-/* Run, or commissioning, as far as it is wanted and allowed: RUN of link, bus and contacts. */
+/* Run, or commissioning, as far as it is wanted and allowed: RUN of link, bus and contacts. A hoist
+ * is not commissioned: the drive gives its motor no torque that holds. */
 static uint32_t allowed(const terminals_config_t *cfg, terminals_state_t *st)
 {
-    const uint32_t wanted = (st->asked & STARTS) | bit(st->contacts.run, SEQUENCE_CMD_RUN);
+    const uint32_t starts = cfg->brake.on ? SEQUENCE_CMD_RUN : STARTS;
+    const uint32_t wanted = (st->asked & starts) | bit(st->contacts.run, SEQUENCE_CMD_RUN);
     if (withheld(cfg, st)) {
         contacts_withdraw(&st->contacts);
         st->blocked = true;
@@ -160,7 +162,9 @@ static uint32_t step_brake(const terminals_config_t *cfg, terminals_state_t *st,
     return bit((faults & MECH_BRAKE_NO_TORQUE) != 0u, TERMINAL_FAULT_BRAKE_TORQUE) |
            bit((faults & MECH_BRAKE_NOT_RELEASED) != 0u, TERMINAL_FAULT_BRAKE_NOT_RELEASED) |
            bit((faults & MECH_BRAKE_LOST) != 0u, TERMINAL_FAULT_BRAKE_FEEDBACK) |
-           bit((faults & MECH_BRAKE_NOT_CLOSED) != 0u, TERMINAL_FAULT_BRAKE_NOT_CLOSED);
+           bit((faults & MECH_BRAKE_NOT_CLOSED) != 0u, TERMINAL_FAULT_BRAKE_NOT_CLOSED) |
+           bit(cfg->brake.on && ((st->asked & SEQUENCE_CMD_COMMISSION) != 0u),
+               TERMINAL_FAULT_COMMISSION_REFUSED);
 }
 
 static uint32_t relays(const terminals_config_t *cfg, const terminals_state_t *st,
@@ -188,6 +192,7 @@ static void step(const terminals_config_t *cfg, terminals_state_t *st, unit_t *u
     present |= step_supply(cfg, st, unit);
     st->faults = (reset ? 0u : st->faults) | present;
     st->faults |= step_brake(cfg, st, &actual, posted);
+    unit->link.terminal_faults = st->faults;
     if ((st->steps % ADAPT_STEPS) == 0u) {
         terminals_adapt(cfg, st, unit);
     }

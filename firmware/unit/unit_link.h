@@ -82,6 +82,8 @@ typedef struct {
     uint32_t reset_at;      /* period in which a reset was fetched */
     bool reset;             /* a reset is requested and not fetched yet */
     bool expired;           /* the last command expired */
+
+    uint32_t terminal_faults; /* TERMINAL_FAULT_* of a board that has terminals; shown */
 } unit_link_t;
 
 #endif

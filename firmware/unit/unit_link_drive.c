@@ -81,6 +81,7 @@ unit_link_status_t unit_link_status(const unit_t *unit, command_writer_t *w)
         command_put_float(w, values[k]);
     }
     command_put_u32(w, t.speed_unknown);
+    command_put_u32(w, link->terminal_faults);
     return UNIT_LINK_OK;
 }
 

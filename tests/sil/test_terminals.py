@@ -195,7 +195,9 @@ def test_a_broken_wire_of_the_switch_closes_the_brake() -> None:
     hoist.lift()
     hoist.run(0.3)
     hoist.feedback_wire = False
-    hoist.run(0.05)
+    hoist.run(0.007)  # of its debounce, and a step
+    assert not hoist.seen().outputs & Output.BRAKE_RELEASE
+    hoist.run(0.043)
     hoist.mark()
     hoist.run(0.5)
     assert hoist.seen().faults == Fault.BRAKE_FEEDBACK
@@ -213,6 +215,7 @@ def test_a_fault_of_the_drive_drops_the_load_by_no_more_than_the_brake_takes() -
     hoist.run(0.5)
     assert not hoist.out.gates_on
     assert hoist.seen().brake == Brake.CLOSED
+    assert hoist.seen().faults == 0  # the magnet takes its time: no contradiction
     falls_rad = 0.5 * LOAD_NM / 0.038 * 0.05**2
     assert hoist.dropped_deg < 1.5 * math.degrees(falls_rad)
 
@@ -235,6 +238,18 @@ def test_a_brake_that_does_not_close_is_held_by_the_motor() -> None:
     hoist.run(0.3)
     assert hoist.seen().brake == Brake.CLOSED
     assert not hoist.out.gates_on
+
+
+def test_a_hoist_is_not_commissioned() -> None:
+    """Nothing is energised, and the reason is told."""
+    hoist = Hoist()
+    hoist.run(0.2)
+    hoist.step_options = {"commission": True}
+    for _ in range(200):
+        assert not hoist.step().gates_on
+    assert hoist.seen().faults == Fault.COMMISSION_REFUSED
+    assert hoist.seen().brake == Brake.CLOSED
+    assert not hoist.was_energised
 
 
 # --- temperatures, contactor, resistor ---

@@ -24,6 +24,7 @@ from zerohertz.link.command import sil_job, with_motor
 from zerohertz.link.server import DirectLine, LinkedDrive
 from zerohertz.link.siphash import DEVELOPMENT_KEY
 from zerohertz.motor import load_motor
+from zerohertz.terminals import Fault
 
 RIG = "im_4kw_400v"
 PLATE = read_plate(rig_file(RIG))
@@ -128,6 +129,24 @@ def test_a_board_too_small_for_the_motor_is_not_even_tried() -> None:
             board_run.commission(
                 client, read_plate(rig_file("im_75kw_400v")), silent, pause=pause_of(drive)
             )
+
+
+def test_a_hoist_says_why_it_is_not_commissioned(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The image has terminals with a brake: their word stands behind the status."""
+    with served() as drive:
+        client = unlocked(drive)
+        request, refused = Client.request, Fault.COMMISSION_REFUSED.to_bytes(4, "little")
+
+        def told(self: Client, op: int, *rest: object, **names: object) -> bytes:
+            if op == link.Op.COMMAND or op == link.Op.SEALED:
+                return b""  # nothing starts
+            body = request(self, op, *rest, **names)
+            return body[:-4] + refused if op == link.Op.STATUS else body
+
+        assert client.status().terminal_faults == 0
+        monkeypatch.setattr(Client, "request", told)
+        with pytest.raises(UserError, match="COMMISSION_REFUSED.*brake_control"):
+            board_run._follow(client, silent, pause_of(drive))
 
 
 def test_firmware_that_cannot_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -757,14 +757,25 @@ static void test_a_host_lifts_through_the_brake_and_not_in_torque_mode(void)
     TEST_ASSERT_FALSE(st.blocked);
 }
 
-static void test_commissioning_leaves_the_brake_closed(void)
+static void test_a_hoist_is_not_commissioned(void)
 {
     hoist();
     close_contacts(0u);
     posted.command = SEQUENCE_CMD_COMMISSION;
     rounds(10u);
-    TEST_ASSERT_EQUAL_UINT32(SEQUENCE_CMD_COMMISSION, out.command);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.command);
     TEST_ASSERT_EQUAL(MECH_BRAKE_CLOSED, st.brake.id);
+    TEST_ASSERT_EQUAL_HEX32(TERMINAL_FAULT_COMMISSION_REFUSED, st.faults);
+    TEST_ASSERT_EQUAL_HEX32(TERMINAL_FAULT_COMMISSION_REFUSED, unit.link.terminal_faults);
+    TEST_ASSERT_EQUAL_HEX32(QUIET, written); /* a warning */
+    posted.command = 0u;
+    rounds(1u);
+    posted.command = RESET;
+    rounds(1u);
+    TEST_ASSERT_EQUAL_HEX32(0u, unit.link.terminal_faults);
+    posted = (unit_command_t){RUN | SEQUENCE_CMD_COMMISSION, 20.0f, 0.0f, 1u};
+    rounds(2u);
+    TEST_ASSERT_EQUAL_UINT32(RUN | SEQUENCE_CMD_TORQUE_MODE, out.command);
 }
 
 int main(void)
@@ -811,6 +822,6 @@ int main(void)
     RUN_TEST(test_off_closes_the_brake_in_the_same_step);
     RUN_TEST(test_gates_that_go_off_close_the_brake);
     RUN_TEST(test_a_host_lifts_through_the_brake_and_not_in_torque_mode);
-    RUN_TEST(test_commissioning_leaves_the_brake_closed);
+    RUN_TEST(test_a_hoist_is_not_commissioned);
     return UNITY_END();
 }

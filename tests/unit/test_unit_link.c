@@ -639,6 +639,7 @@ static void test_status_tells_state_reference_and_counts(void)
 {
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 3.5f, 0u));
     rounds(200u);
+    unit()->link.terminal_faults = 1u << 17;
     command_writer_t w = ask(UNIT_LINK_STATUS);
     command_reader_t body;
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, send(&w, &body));
@@ -657,6 +658,7 @@ static void test_status_tells_state_reference_and_counts(void)
     (void)command_take_float(&body);
     TEST_ASSERT_EQUAL_FLOAT(params.Rs_ohm, command_take_float(&body));
     TEST_ASSERT_EQUAL_UINT32(0u, command_take_u32(&body));
+    TEST_ASSERT_EQUAL_HEX32(1u << 17, command_take_u32(&body));
     TEST_ASSERT_TRUE(command_all_taken(&body));
 }
 

@@ -86,6 +86,7 @@ class Fault(IntFlag):
     CHOPPER_SHORT = 1 << 14
     CHOPPER_OPEN = 1 << 15
     LINK_LOW = 1 << 16
+    COMMISSION_REFUSED = 1 << 17
 
 
 class RawTerminalIn(Structure):

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from zerohertz import terminals
 from zerohertz.commission.board import Board
 from zerohertz.commission.folder import parameters_of
 from zerohertz.commission.plate import Plate, guess, magnetising_A
@@ -171,6 +172,12 @@ def _follow(drive: Client, say: Callable[[str], None], pause: Pause) -> tuple[Co
                 say(told := now)
         elif begun:
             break
+        elif status.terminal_faults & terminals.Fault.COMMISSION_REFUSED:
+            raise UserError(
+                "the drive refuses the commissioning (COMMISSION_REFUSED): brake_control is on, "
+                "and a hoist would drop its load; commission the motor without load and with "
+                "brake_control off"
+            )
         elif waited_s > _PATIENCE_S:
             raise UserError(f"the drive does not start; it is {State(status.state).name}")
         pause(_POLL_S)

@@ -56,7 +56,7 @@ flowchart LR
 | RESET | resets faults of drive and terminals when it closes | `contact_debounce_s` |
 | analogue reference | 0 to `full_speed_rad_s` | lost after `analog_lost_s` |
 | sensors | resistor to ground, pull-up on the board | lost after `sensor_lost_s` |
-| BRAKE_RELEASED | the brake has released | `contact_debounce_s`, then 10 ms |
+| BRAKE_RELEASED | the brake has released | 5 ms |
 | CONTACTOR_ON | the contactor is closed | `contact_debounce_s`, then 20 ms |
 | CHOPPER_LEADS | the brake resistor has voltage | 20 ms |
 | READY | a run command would start the drive, or it runs | |
@@ -89,12 +89,14 @@ stateDiagram-v2
     RELEASED --> CLOSED: switch opens, BRAKE_FEEDBACK
     CLOSING --> CLOSED: switch, or brake_close_s without one
     CLOSING --> CLOSING: not within brake_close_s, BRAKE_NOT_CLOSED, the motor holds
+    PROVING --> CLOSING: switch closes, BRAKE_NOT_CLOSED, the motor holds
 ```
 
-From every state: gates off, or a reaction OFF, closes the brake in the same step. PROVING is torque
+From every state: gates off, or a reaction OFF, closes the brake in the same step. A switch that
+still says released `brake_close_s` later is BRAKE_NOT_CLOSED, and nothing starts. PROVING is torque
 mode against the closed brake. RELEASING and CLOSING hold speed zero. Positive torque lifts. A hoist
-refuses torque mode, and is not derated by temperature: it would drop its load. Set `stop_mode` to
-`ramp`.
+refuses torque mode and commissioning (COMMISSION_REFUSED), and is not derated by temperature: it
+would drop its load. Set `stop_mode` to `ramp`.
 
 Measured on the simulated rig, travel of the shaft, brake with 80 ms each way, proven torque 5 Nm
 (`tests/sil/test_terminals.py`):
@@ -167,7 +169,7 @@ terminals.look().faults  # and outputs, brake, precharge, temperatures
 
 A fault is latched until RESET or a fault reset of the host, after its cause is gone. They are the
 terminals' own word: the drive's 32 fault bits do not contain them, and its fault record does not
-show them.
+show them. The status of the host link has that word behind the drive's.
 
 | reaction | what happens |
 |---|---|

@@ -149,6 +149,7 @@ class Status:
     stator_frequency_Hz: float
     Rs_hat_ohm: float
     speed_unknown: int  # 1: nothing shows the rotor; speed_hat_rad_s is NaN
+    terminal_faults: int = 0  # zerohertz.terminals.Fault of a board that has terminals
 
     def as_json(self) -> dict[str, int | float | None]:
         """What nobody knows is null."""
@@ -490,7 +491,9 @@ class Client:
 
     def status(self) -> Status:
         layout = struct.Struct(f"<{_WORDS_U}I{_WORDS_F}fI")
-        return Status(*layout.unpack_from(self.request(Op.STATUS)))
+        body = self.request(Op.STATUS)
+        behind = body[layout.size :]  # an older image ends here
+        return Status(*layout.unpack_from(body), int.from_bytes(behind[:4], "little"))
 
     def commissioning(self) -> Commissioning:
         body = self.request(Op.COMMISSIONING, what="commissioning result")
