@@ -2,7 +2,7 @@
  *
  * A value that no healthy source gives (NAMUR NE 43: below 3.6 mA or above 21 mA; above 11 V) is
  * not used: the last good one stays. The source is lost once more than one value in eight has been
- * such a one for lost_steps (debounce.h).
+ * such a one for lost_steps (lapse.h).
  */
 #ifndef ANALOG_REFERENCE_H
 #define ANALOG_REFERENCE_H
@@ -23,10 +23,10 @@ typedef enum {
 } analog_reference_kind_t;
 
 typedef struct {
-    uint32_t kind;       /* analog_reference_kind_t */
-    float full_scale;    /* of the input: V or A */
-    float dead_pu;       /* below it the reference is zero */
-    float filter_gain;   /* T/(T + filter_s) */
+    uint32_t kind;    /* analog_reference_kind_t */
+    float full_scale; /* of the input: V or A */
+    float dead_pu;    /* below it the reference is zero */
+    float filter_s;
     uint32_t lost_steps; /* at least 1 */
 } analog_reference_params_t;
 
@@ -37,7 +37,7 @@ typedef struct {
     float break_low; /* V or A: outside these no healthy source; 0 V is a short, and a zero */
     float break_high;
     float dead_pu;
-    float filter_gain;
+    float filter_s;
     uint32_t lost_steps;
     bool on;
 } analog_reference_config_t;
@@ -54,6 +54,6 @@ CHECKED bool analog_reference_init(analog_reference_config_t *cfg,
 
 /* The share of the largest speed is st->share_pu; true: the source is lost. */
 bool analog_reference_step(const analog_reference_config_t *cfg, analog_reference_state_t *st,
-                           uint16_t counts);
+                           uint16_t counts, uint32_t steps);
 
 #endif

@@ -43,6 +43,7 @@ typedef struct {
 } chopper_watch_state_t;
 
 typedef struct {
+    uint32_t steps; /* since the last look (lapse.h) */
     float u_dc_V;
     bool switched_on;
     bool leads; /* feedback */

@@ -1,5 +1,7 @@
 #include "contacts.h"
 
+#include "lapse.h"
+
 #define EDGES (HAL_TERMINAL_START | HAL_TERMINAL_RESET) /* inputs of which an edge counts */
 
 bool contacts_init(contacts_config_t *cfg, uint32_t control, uint32_t debounce_steps)
@@ -12,19 +14,20 @@ bool contacts_init(contacts_config_t *cfg, uint32_t control, uint32_t debounce_s
 }
 
 /* True once every level has stood long enough to be known; after power-up without a bounce. */
-static bool debounce(const contacts_config_t *cfg, contacts_state_t *st, uint32_t inputs)
+static bool debounce(const contacts_config_t *cfg, contacts_state_t *st, uint32_t inputs,
+                     uint32_t lapse)
 {
     for (uint32_t k = 0u; k < HAL_TERMINAL_INPUTS; k++) {
         const uint32_t input = 1u << k;
         const bool changed = ((inputs ^ st->closed) & input) != 0u;
-        st->steps[k] = changed ? (st->steps[k] + 1u) : 0u;
+        st->steps[k] = lapse_stood(st->steps[k], changed, lapse);
         if (st->steps[k] >= cfg->debounce_steps) {
             st->closed ^= input;
             st->steps[k] = 0u;
         }
     }
     if (st->age < cfg->debounce_steps) {
-        st->age = (((inputs ^ st->inputs) & EDGES) != 0u) ? 0u : (st->age + 1u);
+        st->age = (((inputs ^ st->inputs) & EDGES) != 0u) ? 0u : (st->age + lapse);
     }
     st->inputs = inputs;
     return st->age >= cfg->debounce_steps;
@@ -45,9 +48,10 @@ static void three_wires(contacts_state_t *st)
     st->armed = !start;
 }
 
-void contacts_step(const contacts_config_t *cfg, contacts_state_t *st, uint32_t inputs)
+void contacts_step(const contacts_config_t *cfg, contacts_state_t *st, uint32_t inputs,
+                   uint32_t steps)
 {
-    if (!debounce(cfg, st, inputs)) {
+    if (!debounce(cfg, st, inputs, steps)) {
         return;
     }
     if (cfg->control == CONTACTS_TWO_WIRE) {

@@ -38,7 +38,8 @@ typedef struct {
 /* False for a control that does not exist, or no step. */
 CHECKED bool contacts_init(contacts_config_t *cfg, uint32_t control, uint32_t debounce_steps);
 
-void contacts_step(const contacts_config_t *cfg, contacts_state_t *st, uint32_t inputs);
+void contacts_step(const contacts_config_t *cfg, contacts_state_t *st, uint32_t inputs,
+                   uint32_t steps);
 
 /* Run is taken away: START has to open before it counts again. */
 static inline void contacts_withdraw(contacts_state_t *st)

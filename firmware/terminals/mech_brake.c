@@ -1,5 +1,7 @@
 #include "mech_brake.h"
 
+#include "lapse.h"
+
 bool mech_brake_init(mech_brake_config_t *cfg)
 {
     return !cfg->on ||
@@ -22,12 +24,13 @@ static void give_up(mech_brake_state_t *st)
 }
 
 /* Without a switch it never says released. */
-static void debounce(const mech_brake_config_t *cfg, mech_brake_state_t *st, bool released)
+static void debounce(const mech_brake_config_t *cfg, mech_brake_state_t *st,
+                     const mech_brake_in_t *in)
 {
-    const bool differs = cfg->feedback && (released != st->released);
-    st->differs = differs ? (st->differs + 1u) : 0u;
+    const bool differs = cfg->feedback && (in->released != st->released);
+    st->differs = lapse_stood(st->differs, differs, in->steps);
     if (st->differs >= MECH_BRAKE_FEEDBACK_STEPS) {
-        st->released = released;
+        st->released = in->released;
         st->differs = 0u;
     }
 }
@@ -43,7 +46,7 @@ static uint32_t closed(const mech_brake_config_t *cfg, mech_brake_state_t *st,
     const bool late = st->steps >= cfg->close_steps;
     st->energised = false;
     st->blocked = st->blocked && in->run;
-    st->steps += late ? 0u : 1u;
+    st->steps += late ? 0u : in->steps;
     if (st->released) {
         return late ? MECH_BRAKE_NOT_CLOSED : 0u;
     }
@@ -69,8 +72,8 @@ static uint32_t proving(const mech_brake_config_t *cfg, mech_brake_state_t *st,
                         const mech_brake_in_t *in)
 {
     const bool enough = in->torque_Nm >= MECH_BRAKE_PROVEN_PU * cfg->torque_Nm;
-    st->proven = (in->running && enough) ? (st->proven + 1u) : 0u;
-    st->steps += in->running ? 1u : 0u;
+    st->proven = lapse_stood(st->proven, in->running && enough, in->steps);
+    st->steps += in->running ? in->steps : 0u;
     if (st->released) {
         return hold(cfg, st, in->gates_on);
     }
@@ -90,7 +93,7 @@ static uint32_t proving(const mech_brake_config_t *cfg, mech_brake_state_t *st,
 static uint32_t releasing(const mech_brake_config_t *cfg, mech_brake_state_t *st,
                           const mech_brake_in_t *in)
 {
-    st->steps++;
+    st->steps += in->steps;
     const bool late = st->steps >= cfg->release_steps;
     if (!in->run) {
         enter(st, MECH_BRAKE_CLOSING);
@@ -113,7 +116,7 @@ static uint32_t released(const mech_brake_config_t *cfg, mech_brake_state_t *st,
         return MECH_BRAKE_LOST;
     }
     const bool stops = !in->run || !in->running;
-    st->steps = stops ? (st->steps + 1u) : 0u;
+    st->steps = lapse_stood(st->steps, stops, in->steps);
     const bool slow = !faster(cfg, in->omega_hat_rad_s);
     if ((slow && (stops || !faster(cfg, in->omega_ref_rad_s))) || (st->steps >= cfg->stop_steps)) {
         enter(st, MECH_BRAKE_CLOSING);
@@ -122,9 +125,9 @@ static uint32_t released(const mech_brake_config_t *cfg, mech_brake_state_t *st,
 }
 
 /* A brake that does not close leaves the load to the motor. */
-static uint32_t closing(const mech_brake_config_t *cfg, mech_brake_state_t *st)
+static uint32_t closing(const mech_brake_config_t *cfg, mech_brake_state_t *st, uint32_t steps)
 {
-    st->steps++;
+    st->steps += steps;
     const bool late = st->steps >= cfg->close_steps;
     if (cfg->feedback ? !st->released : late) {
         enter(st, MECH_BRAKE_CLOSED);
@@ -148,7 +151,7 @@ static uint32_t step_state(const mech_brake_config_t *cfg, mech_brake_state_t *s
     case MECH_BRAKE_RELEASED:
         return released(cfg, st, in);
     case MECH_BRAKE_CLOSING:
-        return closing(cfg, st);
+        return closing(cfg, st, in->steps);
     case MECH_BRAKE_CLOSED:
     default:
         return closed(cfg, st, in);
@@ -161,7 +164,7 @@ mech_brake_out_t mech_brake_step(const mech_brake_config_t *cfg, mech_brake_stat
     if (!cfg->on) {
         return (mech_brake_out_t){.run = in->run, .omega_ref_rad_s = in->omega_ref_rad_s};
     }
-    debounce(cfg, st, in->released);
+    debounce(cfg, st, in);
     if (st->id != MECH_BRAKE_CLOSED) {
         const bool fell = st->energised && !in->gates_on;
         st->energised = in->gates_on;

@@ -59,8 +59,9 @@ typedef struct {
 } mech_brake_state_t;
 
 typedef struct {
-    bool run; /* wanted */
-    bool off; /* gates off at once */
+    uint32_t steps; /* since the last look (lapse.h) */
+    bool run;       /* wanted */
+    bool off;       /* gates off at once */
     float omega_ref_rad_s;
     bool gates_on;
     bool running;          /* the drive follows its reference */

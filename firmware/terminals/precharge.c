@@ -1,5 +1,7 @@
 #include "precharge.h"
 
+#include "lapse.h"
+
 bool precharge_init(const precharge_config_t *cfg)
 {
     return !cfg->on ||
@@ -24,22 +26,23 @@ static void let_open(precharge_state_t *st, precharge_id_t then)
     st->then = then;
 }
 
-static bool contradicted(const precharge_config_t *cfg, precharge_state_t *st, bool wrong)
+static bool contradicted(const precharge_config_t *cfg, precharge_state_t *st, bool wrong,
+                         uint32_t steps)
 {
-    st->wrong = (cfg->feedback && wrong) ? (st->wrong + 1u) : 0u;
+    st->wrong = lapse_stood(st->wrong, cfg->feedback && wrong, steps);
     return st->wrong >= PRECHARGE_BOUNCE_STEPS;
 }
 
 /* Once in so many steps: the rise since the last look. */
-static bool level(precharge_state_t *st, float u_dc_V)
+static bool level(precharge_state_t *st, const precharge_in_t *in)
 {
-    st->level_steps++;
+    st->level_steps += in->steps;
     if (st->level_steps < PRECHARGE_LEVEL_STEPS) {
         return false;
     }
-    const bool flat = u_dc_V <= PRECHARGE_LEVEL_PU * st->before_V;
+    const bool flat = in->u_dc_V <= PRECHARGE_LEVEL_PU * st->before_V;
     st->level_steps = 0u;
-    st->before_V = u_dc_V;
+    st->before_V = in->u_dc_V;
     return flat;
 }
 
@@ -47,7 +50,7 @@ static bool level(precharge_state_t *st, float u_dc_V)
 static uint32_t waiting(const precharge_config_t *cfg, precharge_state_t *st,
                         const precharge_in_t *in)
 {
-    if (contradicted(cfg, st, in->closed)) {
+    if (contradicted(cfg, st, in->closed, in->steps)) {
         return fail(st, PRECHARGE_CONTACTOR);
     }
     if (in->u_dc_V >= PRECHARGE_PRESENT_PU * cfg->ready_V) {
@@ -61,11 +64,11 @@ static uint32_t waiting(const precharge_config_t *cfg, precharge_state_t *st,
 static uint32_t charging(const precharge_config_t *cfg, precharge_state_t *st,
                          const precharge_in_t *in)
 {
-    st->steps++;
-    if (contradicted(cfg, st, in->closed)) {
+    st->steps += in->steps;
+    if (contradicted(cfg, st, in->closed, in->steps)) {
         return fail(st, PRECHARGE_CONTACTOR);
     }
-    if (level(st, in->u_dc_V) && (in->u_dc_V >= cfg->ready_V)) {
+    if (level(st, in) && (in->u_dc_V >= cfg->ready_V)) {
         enter(st, PRECHARGE_CLOSING);
     } else if (in->u_dc_V < PRECHARGE_PRESENT_PU * cfg->ready_V) {
         enter(st, PRECHARGE_WAITING);
@@ -80,7 +83,7 @@ static uint32_t charging(const precharge_config_t *cfg, precharge_state_t *st,
 static uint32_t closing(const precharge_config_t *cfg, precharge_state_t *st,
                         const precharge_in_t *in)
 {
-    st->steps++;
+    st->steps += in->steps;
     const bool late = st->steps >= cfg->contactor_steps;
     if (cfg->feedback ? in->closed : late) {
         enter(st, PRECHARGE_CLOSED);
@@ -95,7 +98,7 @@ static uint32_t closing(const precharge_config_t *cfg, precharge_state_t *st,
 /* A link that is low under load is a fault: it takes the gates off. */
 static uint32_t opening(precharge_state_t *st, const precharge_in_t *in)
 {
-    st->steps = in->gates_on ? 0u : (st->steps + 1u);
+    st->steps = lapse_stood(st->steps, !in->gates_on, in->steps);
     if (in->gates_on) {
         return (st->then == PRECHARGE_WAITING) ? PRECHARGE_LINK_LOW : 0u;
     }
@@ -108,8 +111,9 @@ static uint32_t opening(precharge_state_t *st, const precharge_in_t *in)
 static uint32_t closed(const precharge_config_t *cfg, precharge_state_t *st,
                        const precharge_in_t *in)
 {
-    st->steps = (in->u_dc_V < PRECHARGE_OPEN_PU * cfg->ready_V) ? (st->steps + 1u) : 0u;
-    if (contradicted(cfg, st, !in->closed)) {
+    const bool low = in->u_dc_V < PRECHARGE_OPEN_PU * cfg->ready_V;
+    st->steps = lapse_stood(st->steps, low, in->steps);
+    if (contradicted(cfg, st, !in->closed, in->steps)) {
         let_open(st, PRECHARGE_FAILED);
         return PRECHARGE_CONTACTOR | opening(st, in);
     }

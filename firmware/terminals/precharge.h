@@ -55,6 +55,7 @@ typedef struct {
 } precharge_state_t;
 
 typedef struct {
+    uint32_t steps; /* since the last look (lapse.h) */
     float u_dc_V;
     bool closed; /* auxiliary contact */
     bool reset;

@@ -1,7 +1,7 @@
 #include "temperature.h"
 
-#include "debounce.h"
 #include "hal_terminals.h"
+#include "lapse.h"
 
 #define KELVIN      273.15f
 #define T25_PER_K   (1.0f / 298.15f)
@@ -64,7 +64,8 @@ float temperature_degC(const temperature_config_t *cfg, float ohm)
     return 1.0f / (T25_PER_K + natural_log(ohm / cfg->ntc_ohm) / cfg->ntc_beta_K) - KELVIN;
 }
 
-bool temperature_step(const temperature_config_t *cfg, temperature_state_t *st, uint16_t counts)
+bool temperature_step(const temperature_config_t *cfg, temperature_state_t *st, uint16_t counts,
+                      uint32_t steps)
 {
     if (cfg->kind == (uint32_t)TEMPERATURE_OFF) {
         return false;
@@ -72,7 +73,7 @@ bool temperature_step(const temperature_config_t *cfg, temperature_state_t *st, 
     const float ohm = cfg->pullup_ohm * (float)counts / (HAL_TERMINAL_FULL_SCALE - (float)counts);
     const float degC = temperature_degC(cfg, ohm);
     const bool wrong = !((degC >= TEMPERATURE_LOW_DEGC) && (degC <= TEMPERATURE_HIGH_DEGC));
-    st->wrong = debounce_count(st->wrong, wrong, cfg->lost_steps);
+    st->wrong = lapse_debounce(st->wrong, wrong, cfg->lost_steps, steps);
     if (!wrong) {
         st->degC = degC;
         st->known = true;

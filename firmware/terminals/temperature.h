@@ -51,7 +51,8 @@ CHECKED bool temperature_init(const temperature_config_t *cfg);
 float temperature_degC(const temperature_config_t *cfg, float ohm);
 
 /* True: the sensor is lost. */
-bool temperature_step(const temperature_config_t *cfg, temperature_state_t *st, uint16_t counts);
+bool temperature_step(const temperature_config_t *cfg, temperature_state_t *st, uint16_t counts,
+                      uint32_t steps);
 
 /* Of the torque current: 1 up to derate_degC, falling to TEMPERATURE_SHARE_MIN at trip_degC. */
 float temperature_share_pu(const temperature_config_t *cfg, const temperature_state_t *st);

@@ -1,5 +1,6 @@
 #include "terminals.h"
 
+#include "lapse.h"
 #include "terminals_adapt.h"
 
 #define STARTS       (SEQUENCE_CMD_RUN | SEQUENCE_CMD_COMMISSION)
@@ -90,19 +91,19 @@ static float reference_rad_s(const terminals_config_t *cfg, const terminals_stat
 
 /* Contacts, reference and sensors; what is wrong with them. Without inputs all stays as it was. */
 static uint32_t step_inputs(const terminals_config_t *cfg, terminals_state_t *st,
-                            const hal_terminals_t *hal)
+                            const hal_terminals_t *hal, uint32_t steps)
 {
     hal_terminal_in_t in = {0};
     if (!hal->read(hal->context, &in)) {
-        st->unread += (st->unread < UNREAD_STEPS) ? 1u : 0u;
+        st->unread = lapse_stood(st->unread, true, (st->unread < UNREAD_STEPS) ? steps : 0u);
         st->contacts.reset = false;
         return bit(st->unread >= UNREAD_STEPS, TERMINAL_FAULT_INPUTS_LOST);
     }
     st->unread = 0u;
-    contacts_step(&cfg->contacts, &st->contacts, in.inputs & hal->fitted);
-    const bool lost = analog_reference_step(&cfg->analog, &st->analog, in.analog_counts);
-    const bool sink_lost = temperature_step(&cfg->sink, &st->sink, in.sink_counts);
-    const bool motor_lost = temperature_step(&cfg->motor, &st->motor, in.motor_counts);
+    contacts_step(&cfg->contacts, &st->contacts, in.inputs & hal->fitted, steps);
+    const bool lost = analog_reference_step(&cfg->analog, &st->analog, in.analog_counts, steps);
+    const bool sink_lost = temperature_step(&cfg->sink, &st->sink, in.sink_counts, steps);
+    const bool motor_lost = temperature_step(&cfg->motor, &st->motor, in.motor_counts, steps);
     return bit(lost, cfg->hold ? TERMINAL_FAULT_REFERENCE_HELD : TERMINAL_FAULT_REFERENCE_LOST) |
            bit(sink_lost, TERMINAL_FAULT_SINK_SENSOR) | bit(st->sink.hot, TERMINAL_FAULT_SINK_HOT) |
            bit(motor_lost, TERMINAL_FAULT_MOTOR_SENSOR) |
@@ -111,10 +112,11 @@ static uint32_t step_inputs(const terminals_config_t *cfg, terminals_state_t *st
 
 /* Brake resistor, contactor; a link that was just charged is no under-voltage any more. */
 static uint32_t step_supply(const terminals_config_t *cfg, terminals_state_t *st,
-                            const unit_t *unit)
+                            const unit_t *unit, uint32_t steps)
 {
     const float u_dc_V = unit->last.meas.u_dc_V;
     const chopper_watch_in_t chopper = {
+        .steps = steps,
         .u_dc_V = u_dc_V,
         .switched_on =
             unit->drive.limits.link.brake_on && ((st->outputs & HAL_TERMINAL_CHOPPER) != 0u),
@@ -123,7 +125,8 @@ static uint32_t step_supply(const terminals_config_t *cfg, terminals_state_t *st
     const uint32_t resistor = chopper_watch_step(&cfg->chopper, &st->chopper, &chopper);
     const bool was_ready = precharge_ready(&cfg->precharge, &st->precharge);
     const float zero_A = CURRENT_PU * unit->params.current_full_scale_A;
-    const precharge_in_t in = {.u_dc_V = u_dc_V,
+    const precharge_in_t in = {.steps = steps,
+                               .u_dc_V = u_dc_V,
                                .closed = contacts_closed(&st->contacts, HAL_TERMINAL_CONTACTOR_ON),
                                .reset = st->reset,
                                .open = (resistor & CHOPPER_WATCH_SHORT) != 0u,
@@ -143,11 +146,12 @@ static uint32_t step_supply(const terminals_config_t *cfg, terminals_state_t *st
 }
 
 static uint32_t step_brake(const terminals_config_t *cfg, terminals_state_t *st,
-                           const actual_t *actual, const unit_command_t *posted)
+                           const actual_t *actual, const unit_command_t *posted, uint32_t steps)
 {
     const bool off = ((st->faults & terminal_opening) != 0u) ||
                      ((posted->command & SEQUENCE_CMD_TORQUE_OFF) != 0u);
-    const mech_brake_in_t in = {.run = (allowed(cfg, st) & SEQUENCE_CMD_RUN) != 0u,
+    const mech_brake_in_t in = {.steps = steps,
+                                .run = (allowed(cfg, st) & SEQUENCE_CMD_RUN) != 0u,
                                 .off = off,
                                 .omega_ref_rad_s = reference_rad_s(cfg, st, posted),
                                 .gates_on = actual->gates_on,
@@ -180,20 +184,36 @@ static uint32_t relays(const terminals_config_t *cfg, const terminals_state_t *s
            bit(chopper, HAL_TERMINAL_CHOPPER);
 }
 
+/* Whole steps since the last look; the first one knows of none before. */
+static uint32_t lapse(const terminals_config_t *cfg, terminals_state_t *st, uint32_t now)
+{
+    const uint32_t periods = now - st->stepped_at;
+    const uint32_t counted = (periods < cfg->most_periods) ? periods : cfg->most_periods;
+    const uint32_t ns = counted * cfg->period_ns + st->rest_ns;
+    st->stepped_at = now;
+    if (st->steps == 0u) {
+        return 1u;
+    }
+    st->rest_ns = ns % LAPSE_STEP_NS;
+    return ns / LAPSE_STEP_NS;
+}
+
 static void step(const terminals_config_t *cfg, terminals_state_t *st, unit_t *unit,
                  const hal_terminals_t *hal, const unit_command_t *posted)
 {
     const actual_t actual = look(unit);
-    st->steps++;
-    uint32_t present = step_inputs(cfg, st, hal);
+    const uint32_t before = st->steps;
+    const uint32_t steps = lapse(cfg, st, unit->period_count);
+    st->steps = before + steps;
+    uint32_t present = step_inputs(cfg, st, hal, steps);
     const bool reset = st->contacts.reset || st->reset_asked;
     st->reset = reset;
     st->reset_asked = false;
-    present |= step_supply(cfg, st, unit);
+    present |= step_supply(cfg, st, unit, steps);
     st->faults = (reset ? 0u : st->faults) | present;
-    st->faults |= step_brake(cfg, st, &actual, posted);
+    st->faults |= step_brake(cfg, st, &actual, posted, steps);
     unit->link.terminal_faults = st->faults;
-    if ((st->steps % ADAPT_STEPS) == 0u) {
+    if ((st->steps / ADAPT_STEPS) != (before / ADAPT_STEPS)) {
         terminals_adapt(cfg, st, unit);
     }
     st->outputs = relays(cfg, st, &actual) & hal->fitted;
@@ -216,7 +236,6 @@ unit_command_t terminals_command(const terminals_config_t *cfg, terminals_state_
 {
     note_posted(st, unit, posted.command);
     if ((unit->period_count - st->stepped_at) >= cfg->step_periods) {
-        st->stepped_at = unit->period_count;
         step(cfg, st, unit, hal, &posted);
     }
     unit_command_t command = posted;

@@ -2,8 +2,8 @@
  * it, beside host link and fieldbus.
  *
  * Background only. terminals_command() stands last before unit_post_command(): it is given what
- * link or bus command, and returns what the drive gets. A step is 1 ms of control periods; a
- * background that comes later makes it longer, never skips a fault.
+ * link or bus command, and returns what the drive gets. It looks at them after 1 ms of control
+ * periods, or later where the background comes later: then that time counts (lapse.h), up to 4 s.
  *
  * Who commands: the contacts, while no link or bus runs the drive. A STOP contact that opens, a
  * fault with STOP or OFF, a link that is not charged and a brake that is not proven hold against
@@ -22,8 +22,6 @@
 #include "temperature.h"
 #include "terminal_params.h"
 
-#define TERMINALS_STEP_S 1e-3f
-
 typedef enum {
     TERMINALS_OK = 0,
     TERMINALS_NOT_FITTED = 1, /* something enabled needs what the board does not have */
@@ -36,7 +34,9 @@ typedef enum {
 } terminals_status_t;
 
 typedef struct {
-    uint32_t step_periods; /* control periods of a step, at least 2 */
+    uint32_t step_periods; /* control periods from look to look, at least 2 */
+    uint32_t most_periods; /* that count between two looks */
+    uint32_t period_ns;
     contacts_config_t contacts;
     analog_reference_config_t analog;
     mech_brake_config_t brake;
@@ -63,11 +63,12 @@ typedef struct {
     uint32_t outputs; /* as written last */
     bool blocked;     /* run has to drop */
     mech_brake_out_t braked;
-    bool reset;       /* for the drive, until the next step */
-    bool reset_asked; /* by link or bus, since the last step */
-    uint32_t asked;   /* their command then */
-    uint32_t steps;
-    uint32_t stepped_at;    /* period of the last step */
+    bool reset;             /* for the drive, until the next step */
+    bool reset_asked;       /* by link or bus, since the last step */
+    uint32_t asked;         /* their command then */
+    uint32_t steps;         /* in all */
+    uint32_t rest_ns;       /* behind the last whole step */
+    uint32_t stepped_at;    /* period of the last look */
     uint32_t link_commands; /* of the host link, when it was looked at last */
     float adapted_cut_pu;   /* of the torque current, in the configuration made last */
     float adapted_rise_pu;  /* of Rs */

@@ -1,11 +1,17 @@
 #include "terminals.h"
 
+#include "lapse.h"
+
 #define STEP_PERIODS_MIN 2u /* the mailbox is read once in each: a reset has to be seen */
+#define NS_PER_S         1e9f
+#define PERIOD_MIN_NS    1e3f
+#define PERIOD_MAX_NS    1e8f
+#define LAPSE_MAX_NS     4000000000u /* and a step more fits a word */
 
 /* Steps of a time, at least one. */
 static uint32_t steps_of(float time_s)
 {
-    const float steps = time_s / TERMINALS_STEP_S + 0.5f;
+    const float steps = time_s / LAPSE_STEP_S + 0.5f;
     return (steps >= 1.0f) ? (uint32_t)steps : 1u;
 }
 
@@ -41,7 +47,7 @@ static bool analog(terminals_config_t *cfg, const terminal_params_t *p, const ha
         .kind = p->analog_reference,
         .full_scale = hal->analog_full_scale,
         .dead_pu = p->analog_dead_pu,
-        .filter_gain = TERMINALS_STEP_S / (TERMINALS_STEP_S + p->analog_filter_s),
+        .filter_s = p->analog_filter_s,
         .lost_steps = steps_of(p->analog_lost_s),
     };
     cfg->hold = p->analog_lost_action != 0u;
@@ -99,7 +105,7 @@ static bool chopper(chopper_watch_config_t *cfg, const terminal_params_t *p)
     const chopper_watch_params_t params = {.ohm = p->chopper_ohm,
                                            .rated_W = p->chopper_W,
                                            .tau_s = p->chopper_s,
-                                           .step_s = TERMINALS_STEP_S,
+                                           .step_s = LAPSE_STEP_S,
                                            .feedback = p->chopper_feedback != 0u};
     return chopper_watch_init(cfg, &params);
 }
@@ -116,9 +122,13 @@ static bool contacts(terminals_config_t *cfg, const terminal_params_t *p, const 
 terminals_status_t terminals_init(terminals_config_t *cfg, const terminal_params_t *p,
                                   const hal_terminals_t *hal, const params_t *drive)
 {
-    const uint32_t periods = (uint32_t)(TERMINALS_STEP_S / drive->period_s + 0.5f);
+    const float ns = clampf(NS_PER_S * drive->period_s, PERIOD_MIN_NS, PERIOD_MAX_NS);
+    const uint32_t period_ns = (uint32_t)(ns + 0.5f);
+    const uint32_t periods = (LAPSE_STEP_NS + period_ns - 1u) / period_ns;
     *cfg = (terminals_config_t){.step_periods =
-                                    (periods > STEP_PERIODS_MIN) ? periods : STEP_PERIODS_MIN};
+                                    (periods > STEP_PERIODS_MIN) ? periods : STEP_PERIODS_MIN,
+                                .most_periods = LAPSE_MAX_NS / period_ns,
+                                .period_ns = period_ns};
     if ((needed(p) & ~hal->fitted) != 0u) {
         return TERMINALS_NOT_FITTED;
     }

@@ -18,7 +18,7 @@ static void start(analog_reference_kind_t kind, float full_scale)
     params = (analog_reference_params_t){.kind = (uint32_t)kind,
                                          .full_scale = full_scale,
                                          .dead_pu = 0.02f,
-                                         .filter_gain = 1.0f,
+                                         .filter_s = 0.0f,
                                          .lost_steps = LOST};
     TEST_ASSERT_TRUE(analog_reference_init(&cfg, &params));
     st = (analog_reference_state_t){0};
@@ -35,7 +35,7 @@ void tearDown(void)
 static bool give(float value)
 {
     const float full_scale = params.full_scale;
-    return analog_reference_step(&cfg, &st, (uint16_t)lroundf(value / full_scale * 65536.0f));
+    return analog_reference_step(&cfg, &st, (uint16_t)lroundf(value / full_scale * 65536.0f), 1u);
 }
 
 static void refused(float *number, float wrong)
@@ -54,8 +54,8 @@ static void test_init_refuses_what_is_outside_its_range(void)
     refused(&params.full_scale, NAN);
     refused(&params.dead_pu, -0.1f);
     refused(&params.dead_pu, 1.0f);
-    refused(&params.filter_gain, 0.0f);
-    refused(&params.filter_gain, 1.01f);
+    refused(&params.filter_s, -1e-6f);
+    refused(&params.filter_s, NAN);
     params.lost_steps = 0u;
     TEST_ASSERT_FALSE(analog_reference_init(&cfg, &params));
     params.lost_steps = 1u;
@@ -70,9 +70,9 @@ static void test_off_it_needs_no_input_and_gives_nothing(void)
 {
     start(ANALOG_REFERENCE_OFF, 0.0f);
     for (uint32_t k = 0u; k < 10u * LOST; k++) {
-        TEST_ASSERT_FALSE(analog_reference_step(&cfg, &st, 0u));
+        TEST_ASSERT_FALSE(analog_reference_step(&cfg, &st, 0u, 1u));
     }
-    TEST_ASSERT_FALSE(analog_reference_step(&cfg, &st, 30000u));
+    TEST_ASSERT_FALSE(analog_reference_step(&cfg, &st, 30000u, 1u));
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.share_pu);
 }
 
@@ -119,7 +119,7 @@ static void test_a_share_at_the_dead_band_counts(void)
 
 static void test_the_filter_goes_its_share_of_the_way(void)
 {
-    cfg.filter_gain = 0.25f;
+    cfg.filter_s = 3e-3f;
     (void)give(20e-3f);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.25f, st.share_pu);
     (void)give(20e-3f);

@@ -21,7 +21,7 @@ void setUp(void)
         .ohm = OHM, .rated_W = W, .tau_s = TAU_S, .step_s = STEP, .feedback = false};
     TEST_ASSERT_TRUE(chopper_watch_init(&cfg, &params));
     st = (chopper_watch_state_t){0};
-    in = (chopper_watch_in_t){.u_dc_V = 400.0f}; /* 3200 W: 16 times the rating */
+    in = (chopper_watch_in_t){.steps = 1u, .u_dc_V = 400.0f}; /* 3200 W: 16 times the rating */
 }
 void tearDown(void)
 {
@@ -79,6 +79,18 @@ static void test_the_heat_rises_as_its_closed_form(void)
     in.switched_on = false;
     TEST_ASSERT_EQUAL_UINT32(0u, steps(2000u));
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, closed_pu * expf(-1.0f), st.heat_pu);
+}
+
+static void test_a_late_look_heats_for_all_its_time(void)
+{
+    in.switched_on = true;
+    in.steps = 10u;
+    TEST_ASSERT_EQUAL_UINT32(0u, steps(10u));
+    const float closed_pu = 16.0f * (1.0f - expf(-0.1f / TAU_S));
+    TEST_ASSERT_FLOAT_WITHIN(4e-3f * closed_pu, closed_pu, st.heat_pu);
+    in.steps = 4000u; /* longer than its time constant: it is where it ends */
+    TEST_ASSERT_EQUAL_UINT32(CHOPPER_WATCH_HOT, steps(1u));
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 16.0f, st.heat_pu);
 }
 
 static void test_it_is_hot_at_its_rating_until_it_has_cooled(void)
@@ -151,6 +163,7 @@ int main(void)
     RUN_TEST(test_init_refuses_what_is_outside_its_range);
     RUN_TEST(test_without_a_resistor_nothing_is_watched);
     RUN_TEST(test_the_heat_rises_as_its_closed_form);
+    RUN_TEST(test_a_late_look_heats_for_all_its_time);
     RUN_TEST(test_it_is_hot_at_its_rating_until_it_has_cooled);
     RUN_TEST(test_a_shorted_transistor_is_seen_and_heats);
     RUN_TEST(test_a_resistor_that_does_not_lead_is_seen_and_stays_cool);

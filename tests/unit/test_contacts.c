@@ -20,7 +20,7 @@ void tearDown(void)
 static void stand(uint32_t inputs, uint32_t steps)
 {
     for (uint32_t k = 0u; k < steps; k++) {
-        contacts_step(&cfg, &st, inputs);
+        contacts_step(&cfg, &st, inputs, 1u);
     }
 }
 
@@ -38,6 +38,18 @@ static void test_init_wants_a_control_that_exists_and_a_step(void)
     TEST_ASSERT_TRUE(contacts_init(&cfg, CONTACTS_OFF, 1u));
     TEST_ASSERT_EQUAL(CONTACTS_OFF, cfg.control);
     TEST_ASSERT_EQUAL_UINT32(1u, cfg.debounce_steps);
+}
+
+/* Seen first after a gap it counts one step, then the time that passes. */
+static void test_a_late_look_counts_its_time(void)
+{
+    contacts_step(&cfg, &st, 0u, 1u);
+    contacts_step(&cfg, &st, HAL_TERMINAL_REVERSE, 100u * STEPS);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.closed);
+    contacts_step(&cfg, &st, HAL_TERMINAL_REVERSE, STEPS - 2u);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.closed);
+    contacts_step(&cfg, &st, HAL_TERMINAL_REVERSE, 1u);
+    TEST_ASSERT_EQUAL_UINT32(HAL_TERMINAL_REVERSE, st.closed);
 }
 
 static void test_a_level_counts_once_it_has_stood(void)
@@ -231,6 +243,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_wants_a_control_that_exists_and_a_step);
+    RUN_TEST(test_a_late_look_counts_its_time);
     RUN_TEST(test_a_level_counts_once_it_has_stood);
     RUN_TEST(test_what_is_no_input_is_ignored);
     RUN_TEST(test_a_bounce_begins_anew);

@@ -22,7 +22,7 @@ void setUp(void)
                                 .stop_steps = 200u};
     TEST_ASSERT_TRUE(mech_brake_init(&cfg));
     st = (mech_brake_state_t){0};
-    in = (mech_brake_in_t){.omega_ref_rad_s = 30.0f};
+    in = (mech_brake_in_t){.steps = 1u, .omega_ref_rad_s = 30.0f};
 }
 void tearDown(void)
 {

@@ -17,7 +17,7 @@ void setUp(void)
                                .contactor_steps = 40u};
     TEST_ASSERT_TRUE(precharge_init(&cfg));
     st = (precharge_state_t){0};
-    in = (precharge_in_t){0};
+    in = (precharge_in_t){.steps = 1u};
 }
 void tearDown(void)
 {

@@ -29,7 +29,7 @@ void tearDown(void)
 static bool give_ohm(double ohm)
 {
     const double above_ohm = (double)cfg.pullup_ohm;
-    return temperature_step(&cfg, &st, (uint16_t)lround(65536.0 * ohm / (ohm + above_ohm)));
+    return temperature_step(&cfg, &st, (uint16_t)lround(65536.0 * ohm / (ohm + above_ohm)), 1u);
 }
 
 /* IEC 60751 above 0 degC. */
@@ -77,9 +77,9 @@ static void test_off_nothing_is_measured(void)
 {
     cfg.kind = TEMPERATURE_OFF;
     for (uint32_t k = 0u; k < 10u * LOST; k++) {
-        TEST_ASSERT_FALSE(temperature_step(&cfg, &st, 0u));
+        TEST_ASSERT_FALSE(temperature_step(&cfg, &st, 0u, 1u));
     }
-    TEST_ASSERT_FALSE(temperature_step(&cfg, &st, 65000u));
+    TEST_ASSERT_FALSE(temperature_step(&cfg, &st, 65000u, 1u));
     TEST_ASSERT_FALSE(st.known);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, temperature_share_pu(&cfg, &st));
 }
@@ -127,9 +127,9 @@ static void expect_lost(uint16_t counts)
     st = (temperature_state_t){0};
     (void)give_ohm(pt1000_ohm(60.0));
     for (uint32_t k = 0u; k < LOST - 1u; k++) {
-        TEST_ASSERT_FALSE(temperature_step(&cfg, &st, counts));
+        TEST_ASSERT_FALSE(temperature_step(&cfg, &st, counts, 1u));
     }
-    TEST_ASSERT_TRUE(temperature_step(&cfg, &st, counts));
+    TEST_ASSERT_TRUE(temperature_step(&cfg, &st, counts, 1u));
     TEST_ASSERT_FLOAT_WITHIN(0.1f, 60.0f, st.degC);
     TEST_ASSERT_FALSE(give_ohm(pt1000_ohm(60.0)));
 }
@@ -143,14 +143,14 @@ static void test_open_and_short_wires_are_lost_with_every_sensor(void)
         st = (temperature_state_t){0};
         for (uint32_t k = 0u; k < LOST; k++) {
             TEST_ASSERT_EQUAL(k == LOST - 1u,
-                              temperature_step(&cfg, &st, (uint16_t)(65535u * end)));
+                              temperature_step(&cfg, &st, (uint16_t)(65535u * end), 1u));
         }
         TEST_ASSERT_FALSE(st.known);
         cfg.kind = TEMPERATURE_NTC;
     }
     st = (temperature_state_t){0};
     for (uint32_t k = 0u; k < LOST; k++) {
-        TEST_ASSERT_EQUAL(k == LOST - 1u, temperature_step(&cfg, &st, 0u));
+        TEST_ASSERT_EQUAL(k == LOST - 1u, temperature_step(&cfg, &st, 0u, 1u));
     }
 }
 

@@ -64,10 +64,87 @@ static void test_a_step_comes_once_in_its_periods(void)
     unit.period_count += 1u;
     command();
     TEST_ASSERT_EQUAL_UINT32(2u, st.steps);
-    unit.period_count = 3u; /* it wraps */
+    unit.period_count = 3u; /* it wraps: 4 s are the longest time that counts */
     command();
-    TEST_ASSERT_EQUAL_UINT32(3u, st.steps);
+    TEST_ASSERT_EQUAL_UINT32(2u + 4000u, st.steps);
     TEST_ASSERT_EQUAL_UINT32(3u, writes);
+}
+
+static void lose_reference(void)
+{
+    params.analog_reference = ANALOG_REFERENCE_CURRENT;
+    params.analog_lost_s = 0.1f;
+}
+
+static void charge_slowly(void)
+{
+    params.precharge = 1u;
+    params.precharge_ready_V = 200.0f;
+    params.precharge_s = 0.5f;
+    unit.last.meas.u_dc_V = 150.0f;
+}
+
+/* RUN without torque. */
+static void prove_nothing(void)
+{
+    params.brake_control = 1u;
+    params.brake_torque_Nm = 5.0f;
+    params.brake_prove_s = 0.3f;
+    unit.machine.id = SEQUENCE_RUN;
+    unit.asked.mode = DRIVE_RUN;
+    posted = (unit_command_t){RUN, 10.0f, 0.0f, 1u};
+}
+
+static void hide_inputs(void)
+{
+    answers = false;
+}
+
+/* Whatever the control period, and however many of them the background misses. */
+static void test_times_are_true(void)
+{
+    const float period_s[] = {62.5e-6f, 100e-6f, 200e-6f, 300e-6f, 1e-3f, 2e-3f};
+    const uint32_t turn[] = {1u, 7u, 23u}; /* periods from round to round of the background */
+    void (*const prepare[])(void) = {lose_reference, charge_slowly, prove_nothing, hide_inputs};
+    const double time_s[] = {0.1, 0.5, 0.3, 0.1};
+    for (uint32_t k = 0u; k < 6u * 3u * 4u; k++) {
+        start_board();
+        drive.period_s = period_s[k % 6u];
+        prepare[k / 18u]();
+        fit();
+        uint32_t periods = 0u;
+        for (command(); st.faults == 0u; command()) {
+            unit.period_count += turn[(k / 6u) % 3u];
+            periods += turn[(k / 6u) % 3u];
+            TEST_ASSERT_TRUE(periods < 100000u);
+        }
+        const double look_s = 1e-3 + (double)(2u + turn[(k / 6u) % 3u]) * (double)drive.period_s;
+        const double lasted_s = (double)periods * (double)drive.period_s;
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * look_s, time_s[k / 18u], lasted_s);
+    }
+}
+
+/* Nobody knows since when it has been there. */
+static void test_what_is_seen_once_counts_once_after_a_gap(void)
+{
+    params.contact_debounce_s = 0.02f;
+    params.sink_sensor = TEMPERATURE_PT1000;
+    params.precharge = 1u;
+    params.precharge_ready_V = 200.0f;
+    in.sink_counts = of_pt1000(40.0f);
+    two_wires();
+    rounds(200u);
+    unit.period_count += 2500u; /* .5 s: flash was erased */
+    in.inputs = START;
+    in.sink_counts = 0u;
+    command();
+    in.sink_counts = of_pt1000(40.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.command);
+    TEST_ASSERT_EQUAL_HEX32(0u, st.faults);
+    in.inputs = 0u;
+    rounds(30u);
+    TEST_ASSERT_EQUAL_UINT32(0u, out.command);
+    TEST_ASSERT_EQUAL_HEX32(0u, st.faults);
 }
 
 static void test_start_runs_at_the_full_speed(void)
@@ -783,6 +860,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_with_all_off_a_command_passes);
     RUN_TEST(test_a_step_comes_once_in_its_periods);
+    RUN_TEST(test_times_are_true);
+    RUN_TEST(test_what_is_seen_once_counts_once_after_a_gap);
     RUN_TEST(test_start_runs_at_the_full_speed);
     RUN_TEST(test_contacts_run_at_speed_whatever_a_silent_host_said);
     RUN_TEST(test_contacts_are_alive_and_a_host_only_by_itself);

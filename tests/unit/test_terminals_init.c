@@ -118,12 +118,22 @@ static void test_the_full_speed_may_be_the_drives_largest(void)
 
 static void test_a_step_is_a_millisecond_and_two_periods_at_least(void)
 {
-    const float period_s[] = {200e-6f, 100e-6f, 360e-6f, 1e-3f, 2e-3f};
-    const uint32_t periods[] = {5u, 10u, 3u, 2u, 2u};
-    for (uint32_t k = 0u; k < 5u; k++) {
-        drive.period_s = period_s[k];
+    const struct {
+        float period_s;
+        uint32_t periods;
+        uint32_t ns;
+        uint32_t most;
+    } rows[] = {{200e-6f, 5u, 200000u, 20000u},  {100e-6f, 10u, 100000u, 40000u},
+                {62.5e-6f, 16u, 62500u, 64000u}, {360e-6f, 3u, 360000u, 11111u},
+                {300e-6f, 4u, 300000u, 13333u},  {1e-3f, 2u, 1000000u, 4000u},
+                {2e-3f, 2u, 2000000u, 2000u},    {0.0f, 1000u, 1000u, 4000000u},
+                {1e9f, 2u, 100000000u, 40u}};
+    for (uint32_t k = 0u; k < sizeof rows / sizeof rows[0]; k++) {
+        drive.period_s = rows[k].period_s;
         TEST_ASSERT_EQUAL(TERMINALS_OK, init());
-        TEST_ASSERT_EQUAL_UINT32(periods[k], cfg.step_periods);
+        TEST_ASSERT_EQUAL_UINT32(rows[k].periods, cfg.step_periods);
+        TEST_ASSERT_EQUAL_UINT32(rows[k].ns, cfg.period_ns);
+        TEST_ASSERT_EQUAL_UINT32(rows[k].most, cfg.most_periods);
     }
 }
 
@@ -180,7 +190,7 @@ static void test_every_number_goes_where_it_belongs(void)
     TEST_ASSERT_EQUAL(CONTACTS_THREE_WIRE, cfg.contacts.control);
     TEST_ASSERT_EQUAL_FLOAT(50.0f, cfg.full_speed_rad_s);
     TEST_ASSERT_TRUE(cfg.analog.on && cfg.hold);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, cfg.analog.filter_gain);
+    TEST_ASSERT_EQUAL_FLOAT(3e-3f, cfg.analog.filter_s);
     TEST_ASSERT_EQUAL_FLOAT(0.01f, cfg.analog.dead_pu);
     TEST_ASSERT_TRUE(cfg.brake.on && cfg.brake.feedback);
     TEST_ASSERT_EQUAL_FLOAT(7.0f, cfg.brake.torque_Nm);

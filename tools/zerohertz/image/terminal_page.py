@@ -72,7 +72,8 @@ flowchart LR
 3. With an open STOP, a fault with STOP or OFF, or a link that is not charged, nobody's run command
    counts. It has to drop before it counts again.
 
-A step of the terminals is 1 ms. Nothing here runs in the control interrupt.
+The terminals are looked at every 1 ms, or two control periods where that is longer. A background
+that comes late counts the time that has passed, up to 4 s. Nothing here runs in the control interrupt.
 
 ## Hoist
 
@@ -150,8 +151,8 @@ The owner's `i_q_max_A` and `Rs_ohm` stay as they are: only the configuration in
 ## Brake resistor
 
 The drive switches it (`chopper_on_V`); the terminals watch it: heat from u^2/R and its time
-constant, a transistor that is shorted, a resistor that is open. The heat is counted once in 1 ms,
-from the switch at that moment. Too hot, its driver is disabled and the drive stops; set
+constant, a transistor that is shorted, a resistor that is open. The heat is counted at each
+look, from the switch at that moment. Too hot, its driver is disabled and the drive stops; set
 `regen_start_V` so that the link limits the braking torque meanwhile.
 
 ## In SIL
