@@ -3,6 +3,8 @@
 #include "hal_terminals.h"
 #include "lapse.h"
 
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
 #define KELVIN      273.15f
 #define T25_PER_K   (1.0f / 298.15f)
 #define LN_2        0.693147180559945f
@@ -64,21 +66,49 @@ float temperature_degC(const temperature_config_t *cfg, float ohm)
     return 1.0f / (T25_PER_K + natural_log(ohm / cfg->ntc_ohm) / cfg->ntc_beta_K) - KELVIN;
 }
 
+/* Of this word and the two before. */
+static uint16_t median(temperature_state_t *st, uint16_t c)
+{
+    const uint16_t a = st->before[0];
+    const uint16_t b = st->before[1];
+    st->before[0] = b;
+    st->before[1] = c;
+    const uint16_t low = (a < b) ? a : b;
+    const uint16_t high = (a < b) ? b : a;
+    const uint16_t least = (c > low) ? c : low;
+    return (least < high) ? least : high;
+}
+
+static void filter(const temperature_config_t *cfg, temperature_state_t *st, float degC,
+                   uint32_t steps)
+{
+    const float behind_K = degC - st->degC;
+    st->degC += st->known ? (lapse_gain(TEMPERATURE_FILTER_S, steps) * behind_K) : behind_K;
+    st->known = true;
+    const float limit_degC = cfg->trip_degC - (st->hot ? TEMPERATURE_HYSTERESIS_K : 0.0f);
+    st->hot = st->degC >= limit_degC;
+}
+
 bool temperature_step(const temperature_config_t *cfg, temperature_state_t *st, uint16_t counts,
                       uint32_t steps)
 {
     if (cfg->kind == (uint32_t)TEMPERATURE_OFF) {
         return false;
     }
-    const float ohm = cfg->pullup_ohm * (float)counts / (HAL_TERMINAL_FULL_SCALE - (float)counts);
+    const float word = (float)median(st, counts);
+    if (st->words < (uint32_t)COUNT(st->before)) {
+        st->words++;
+        return false;
+    }
+    const float ohm = cfg->pullup_ohm * word / (HAL_TERMINAL_FULL_SCALE - word);
     const float degC = temperature_degC(cfg, ohm);
-    const bool wrong = !((degC >= TEMPERATURE_LOW_DEGC) && (degC <= TEMPERATURE_HIGH_DEGC));
-    st->wrong = lapse_debounce(st->wrong, wrong, cfg->lost_steps, steps);
-    if (!wrong) {
-        st->degC = degC;
-        st->known = true;
-        const float limit_degC = cfg->trip_degC - (st->hot ? TEMPERATURE_HYSTERESIS_K : 0.0f);
-        st->hot = degC >= limit_degC;
+    const bool good = (degC >= TEMPERATURE_LOW_DEGC) && (degC <= TEMPERATURE_HIGH_DEGC);
+    st->wrong = lapse_debounce(st->wrong, !good, cfg->lost_steps, steps);
+    if (good) {
+        filter(cfg, st, degC, steps);
+    } else {
+        const bool ntc = cfg->kind == (uint32_t)TEMPERATURE_NTC;
+        st->shorted = ohm < (ntc ? cfg->ntc_ohm : R0_OHM);
     }
     return debounce_elapsed(st->wrong, cfg->lost_steps);
 }

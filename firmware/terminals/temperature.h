@@ -3,8 +3,10 @@
  *   NTC     1/T = 1/T25 + ln(R/R25)/beta
  *   KTY84   R = 1000 ohm (1 + 6.12e-3 d + 1.1e-5 d^2), d = T - 100 degC
  *   PT1000  R = 1000 ohm (1 + 3.9083e-3 T - 5.775e-7 T^2), IEC 60751
- * The sensor is the lower part of a divider. A temperature outside -40 to 250 degC is a wire that
- * is open or shorted; the last good one stays. It trips above trip_degC and has to fall by 10 K.
+ * The sensor is the lower part of a divider. The median of the last three words counts, through a
+ * low-pass filter of 20 ms: one bad word neither trips nor resets. A temperature outside -40 to
+ * 250 degC is a wire that is open or shorted; the last good one stays. It trips above trip_degC and
+ * has to fall by 10 K.
  */
 #ifndef TEMPERATURE_H
 #define TEMPERATURE_H
@@ -17,6 +19,7 @@
 #define TEMPERATURE_LOW_DEGC     (-40.0f)
 #define TEMPERATURE_HIGH_DEGC    250.0f
 #define TEMPERATURE_HYSTERESIS_K 10.0f
+#define TEMPERATURE_FILTER_S     20e-3f
 #define TEMPERATURE_SHARE_MIN    0.5f /* of the torque current, at the trip */
 
 typedef enum {
@@ -37,9 +40,12 @@ typedef struct {
 } temperature_config_t;
 
 typedef struct {
-    bool known; /* degC has been measured */
-    float degC;
+    uint16_t before[2]; /* the words before this one */
+    uint32_t words;     /* of them, at most 2 */
+    bool known;         /* degC has been measured */
+    float degC;         /* filtered */
     bool hot;
+    bool shorted; /* what was wrong last was a short circuit; else an open one */
     uint32_t wrong;
 } temperature_state_t;
 

@@ -106,6 +106,8 @@ static uint32_t step_inputs(const terminals_config_t *cfg, terminals_state_t *st
     const bool motor_lost = temperature_step(&cfg->motor, &st->motor, in.motor_counts, steps);
     return bit(lost, cfg->hold ? TERMINAL_FAULT_REFERENCE_HELD : TERMINAL_FAULT_REFERENCE_LOST) |
            bit(sink_lost, TERMINAL_FAULT_SINK_SENSOR) | bit(st->sink.hot, TERMINAL_FAULT_SINK_HOT) |
+           bit(sink_lost && st->sink.shorted, TERMINAL_FAULT_SINK_SHORT) |
+           bit(motor_lost && st->motor.shorted, TERMINAL_FAULT_MOTOR_SHORT) |
            bit(motor_lost, TERMINAL_FAULT_MOTOR_SENSOR) |
            bit(st->motor.hot, TERMINAL_FAULT_MOTOR_HOT);
 }

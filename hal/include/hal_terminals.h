@@ -46,7 +46,8 @@ typedef struct {
     float sink_pullup_ohm;
     float motor_pullup_ohm;
 
-    /* What the terminals show now; false: it could not be read, *in does not count. */
+    /* What the terminals show now, with new words of the converter; false: it could not be read,
+     * *in does not count. */
     bool (*read)(void *context, hal_terminal_in_t *in);
 
     /* All outputs; a bit that is not set is de-energised. Returns at once. */

@@ -289,6 +289,24 @@ def test_a_warm_heat_sink_derates_and_a_hot_one_trips() -> None:
     assert not bench.out.gates_on
 
 
+@pytest.mark.parametrize("bad_degC", [-30.0, 120.0, 300.0])
+def test_one_bad_word_of_a_sensor_neither_trips_nor_resets(bad_degC: float) -> None:
+    settings = {"sink_sensor": "pt1000", "sink_derate_degC": 70.0, "sink_trip_degC": 90.0}
+    bench = Bench(settings)
+    for degC, fault in ((85.0, 0), (95.0, Fault.SINK_HOT)):
+        bench.wire(sink_ohm=pt1000_ohm(degC))
+        bench.run(0.3)
+        assert bench.terminals.look().faults == fault
+        before = bench.terminals.look().current_pu
+        bench.wire(sink_ohm=pt1000_ohm(bad_degC))
+        bench.run(0.001)
+        bench.wire(Input.RESET, sink_ohm=pt1000_ohm(degC))
+        bench.run(0.2)
+        assert bench.terminals.look().faults == fault
+        assert bench.terminals.look().current_pu == before
+        bench.wire(sink_ohm=pt1000_ohm(degC))
+
+
 @pytest.mark.parametrize("ohm", [0.0, math.inf])
 @pytest.mark.parametrize("kind", ["ntc", "kty84", "pt1000"])
 def test_open_and_shorted_sensors_are_told(kind: str, ohm: float) -> None:
@@ -299,11 +317,14 @@ def test_open_and_shorted_sensors_are_told(kind: str, ohm: float) -> None:
     assert bench.terminals.look().faults == 0
     bench.wire(motor_ohm=ohm)
     bench.run(0.51)
-    assert bench.terminals.look().faults == Fault.MOTOR_SENSOR  # a warning
+    short = math.isfinite(ohm)
+    motor = Fault.MOTOR_SENSOR | (Fault.MOTOR_SHORT if short else 0)
+    assert bench.terminals.look().faults == motor  # a warning
     assert bench.terminals.look().outputs == QUIET
     bench.wire(sink_ohm=ohm)
     bench.run(0.51)
-    assert bench.terminals.look().faults == Fault.MOTOR_SENSOR | Fault.SINK_SENSOR
+    sink = Fault.SINK_SENSOR | (Fault.SINK_SHORT if short else 0)
+    assert bench.terminals.look().faults == motor | sink
     assert bench.terminals.look().outputs == 0
 
 

@@ -26,10 +26,20 @@ void tearDown(void)
 {
 }
 
-static bool give_ohm(double ohm)
+static bool give_once(double ohm)
 {
     const double above_ohm = (double)cfg.pullup_ohm;
     return temperature_step(&cfg, &st, (uint16_t)lround(65536.0 * ohm / (ohm + above_ohm)), 1u);
+}
+
+/* Until the filter has settled. */
+static bool give_ohm(double ohm)
+{
+    bool lost = false;
+    for (uint32_t k = 0u; k < 400u; k++) {
+        lost = give_once(ohm);
+    }
+    return lost;
 }
 
 /* IEC 60751 above 0 degC. */
@@ -126,11 +136,12 @@ static void expect_lost(uint16_t counts)
 {
     st = (temperature_state_t){0};
     (void)give_ohm(pt1000_ohm(60.0));
-    for (uint32_t k = 0u; k < LOST - 1u; k++) {
+    for (uint32_t k = 0u; k < LOST; k++) { /* the first of them is not the median yet */
         TEST_ASSERT_FALSE(temperature_step(&cfg, &st, counts, 1u));
     }
     TEST_ASSERT_TRUE(temperature_step(&cfg, &st, counts, 1u));
     TEST_ASSERT_FLOAT_WITHIN(0.1f, 60.0f, st.degC);
+    TEST_ASSERT_EQUAL(counts == 0u, st.shorted);
     TEST_ASSERT_FALSE(give_ohm(pt1000_ohm(60.0)));
 }
 
@@ -138,19 +149,79 @@ static void test_open_and_short_wires_are_lost_with_every_sensor(void)
 {
     expect_lost(0u);
     expect_lost(65535u);
-    cfg.kind = TEMPERATURE_KTY84;
-    for (uint32_t end = 0u; end < 2u; end++) {
+    const temperature_kind_t kinds[] = {TEMPERATURE_KTY84, TEMPERATURE_NTC, TEMPERATURE_PT1000};
+    const uint16_t ends[] = {0u, 1u, 65534u, 65535u};
+    for (uint32_t k = 0u; k < 12u; k++) {
+        cfg.kind = kinds[k % 3u];
         st = (temperature_state_t){0};
-        for (uint32_t k = 0u; k < LOST; k++) {
-            TEST_ASSERT_EQUAL(k == LOST - 1u,
-                              temperature_step(&cfg, &st, (uint16_t)(65535u * end), 1u));
+        for (uint32_t n = 0u; n < 2u + LOST; n++) {
+            const bool lost = temperature_step(&cfg, &st, ends[k / 3u], 1u);
+            TEST_ASSERT_EQUAL(n == 1u + LOST, lost);
         }
         TEST_ASSERT_FALSE(st.known);
-        cfg.kind = TEMPERATURE_NTC;
+        TEST_ASSERT_EQUAL(k < 6u, st.shorted);
+    }
+}
+
+/* Whatever it is, wherever it comes, at the start too. */
+static void test_one_bad_word_changes_nothing(void)
+{
+    const uint16_t words[] = {0u, 65535u, 25000u, 40000u};
+    for (uint32_t k = 0u; k < 4u; k++) {
+        for (uint32_t at = 0u; at < 5u; at++) {
+            st = (temperature_state_t){0};
+            cfg.lost_steps = 1u;
+            for (uint32_t n = 0u; n < 100u; n++) {
+                const bool bad = n == at;
+                TEST_ASSERT_FALSE(bad ? temperature_step(&cfg, &st, words[k], 1u)
+                                      : give_once(pt1000_ohm(60.0)));
+                TEST_ASSERT_FALSE(st.hot);
+                TEST_ASSERT_FLOAT_WITHIN(0.1f, (n < 2u) ? 0.0f : 60.0f, st.degC);
+            }
+        }
     }
     st = (temperature_state_t){0};
-    for (uint32_t k = 0u; k < LOST; k++) {
-        TEST_ASSERT_EQUAL(k == LOST - 1u, temperature_step(&cfg, &st, 0u, 1u));
+    (void)give_ohm(pt1000_ohm(110.0));
+    TEST_ASSERT_TRUE(st.hot);
+    (void)give_once(pt1000_ohm(20.0));
+    (void)give_ohm(pt1000_ohm(110.0));
+    TEST_ASSERT_TRUE(st.hot);
+}
+
+static void test_two_words_in_three_count_through_the_filter(void)
+{
+    (void)give_ohm(pt1000_ohm(60.0));
+    (void)give_once(pt1000_ohm(90.0));
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 60.0f, st.degC);
+    (void)give_once(pt1000_ohm(90.0));
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 60.0f + 30.0f / 21.0f, st.degC);
+    for (uint32_t k = 1u; k < 20u; k++) {
+        (void)give_once(pt1000_ohm(90.0));
+    }
+    TEST_ASSERT_FLOAT_WITHIN(0.5f, 90.0f - 30.0f * 0.377f, st.degC); /* (20/21)^20 */
+    st = (temperature_state_t){0};
+    (void)give_ohm(pt1000_ohm(60.0));
+    (void)give_once(pt1000_ohm(90.0));
+    (void)temperature_step(&cfg, &st, st.before[1], 60u); /* a late look */
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 60.0f + 0.75f * 30.0f, st.degC);
+}
+
+static void test_the_median_is_that_of_any_order(void)
+{
+    const uint16_t word[] = {21500u, 22500u, 23500u};
+    for (uint32_t k = 0u; k < 27u; k++) {
+        st = (temperature_state_t){0};
+        const uint16_t given[] = {word[k % 3u], word[(k / 3u) % 3u], word[k / 9u]};
+        uint32_t above = 0u;
+        uint32_t below = 0u;
+        for (uint32_t n = 0u; n < 3u; n++) {
+            (void)temperature_step(&cfg, &st, given[n], 1u);
+            above += (given[n] > word[1]) ? 1u : 0u;
+            below += (given[n] < word[1]) ? 1u : 0u;
+        }
+        const uint16_t middle = (above > 1u) ? word[2] : ((below > 1u) ? word[0] : word[1]);
+        const float ohm = cfg.pullup_ohm * (float)middle / (65536.0f - (float)middle);
+        TEST_ASSERT_EQUAL_FLOAT(temperature_degC(&cfg, ohm), st.degC);
     }
 }
 
@@ -203,6 +274,9 @@ int main(void)
     RUN_TEST(test_ntc_follows_beta_from_minus_40_to_250);
     RUN_TEST(test_counts_are_the_lower_part_of_the_divider);
     RUN_TEST(test_open_and_short_wires_are_lost_with_every_sensor);
+    RUN_TEST(test_one_bad_word_changes_nothing);
+    RUN_TEST(test_two_words_in_three_count_through_the_filter);
+    RUN_TEST(test_the_median_is_that_of_any_order);
     RUN_TEST(test_both_ends_of_the_range_are_good);
     RUN_TEST(test_it_trips_and_has_to_cool_by_ten_kelvin);
     RUN_TEST(test_the_share_falls_from_derating_to_trip);

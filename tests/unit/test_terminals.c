@@ -414,8 +414,10 @@ static void test_sensors_stop_trip_or_warn(void)
         uint16_t motor;
         uint32_t fault;
         uint32_t command;
-    } rows[] = {{0u, good, TERMINAL_FAULT_SINK_SENSOR, 0u},
+    } rows[] = {{0u, good, TERMINAL_FAULT_SINK_SENSOR | TERMINAL_FAULT_SINK_SHORT, 0u},
+                {65535u, good, TERMINAL_FAULT_SINK_SENSOR, 0u},
                 {good, 65535u, TERMINAL_FAULT_MOTOR_SENSOR, RUN},
+                {good, 0u, TERMINAL_FAULT_MOTOR_SENSOR | TERMINAL_FAULT_MOTOR_SHORT, RUN},
                 {of_pt1000(95.0f), good, TERMINAL_FAULT_SINK_HOT, TORQUE_OFF},
                 {good, of_pt1000(155.0f), TERMINAL_FAULT_MOTOR_HOT, 0u},
                 {good, good, 0u, RUN}};
@@ -426,7 +428,7 @@ static void test_sensors_stop_trip_or_warn(void)
         start();
         in.sink_counts = rows[k].sink;
         in.motor_counts = rows[k].motor;
-        rounds(10u);
+        rounds(100u);
         TEST_ASSERT_EQUAL_HEX32(rows[k].fault, st.faults);
         TEST_ASSERT_EQUAL_UINT32(rows[k].command, out.command);
     }

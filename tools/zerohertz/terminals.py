@@ -87,6 +87,8 @@ class Fault(IntFlag):
     CHOPPER_OPEN = 1 << 15
     LINK_LOW = 1 << 16
     COMMISSION_REFUSED = 1 << 17
+    SINK_SHORT = 1 << 18
+    MOTOR_SHORT = 1 << 19
 
 
 class RawTerminalIn(Structure):

@@ -73,7 +73,8 @@ flowchart LR
    counts. It has to drop before it counts again.
 
 The terminals are looked at every 1 ms, or two control periods where that is longer. A background
-that comes late counts the time that has passed, up to 4 s. Nothing here runs in the control interrupt.
+that comes late counts the time that has passed, up to 4 s. Nothing here runs in the control
+interrupt.
 
 ## Hoist
 
@@ -144,6 +145,9 @@ once.
 | above `*_trip_degC` | gates off; 10 K to cool | stop; 10 K to cool |
 | open or shorted | stop | warning: the drive's thermal model still protects |
 | while the gates are off | | Rs of the next start follows, from `motor_Rs_degC` |
+
+The median of the last three words counts, through a low-pass filter of 20 ms. `SINK_SHORT` and
+`MOTOR_SHORT` tell a short circuit from an open wire.
 
 The owner's `i_q_max_A` and `Rs_ohm` stay as they are: only the configuration in force changes. With
 `rs_measure` on, the start measures Rs anyhow. The rotor's part of the thermal model is not fed.
