@@ -1,14 +1,33 @@
 #include "stm32_rs485.h"
 
+#define BYTE_BITS_US 10000000u /* start, eight and parity; of the stop bit half is enough */
+
+static void begin_to_hear(stm32_rs485_t *line)
+{
+    line->hears_since_us = stm32_timebase_us(line->timebase);
+    line->early = true;
+    line->says = false;
+}
+
 bool stm32_rs485_start(stm32_rs485_t *line, uint32_t bus_Hz, uint32_t baud)
 {
     stm32_gpio_write(line->port, line->pin, false);
+    stm32_usart_even(line->usart);
     if (!stm32_usart_start(line->usart, bus_Hz, baud)) {
         return false;
     }
-    stm32_usart_even(line->usart);
+    line->character_us = BYTE_BITS_US / baud;
+    begin_to_hear(line);
     stm32_usart_interrupt(line->usart);
     return true;
+}
+
+/* Whether a byte that ends now began before the line was switched. */
+static bool early(stm32_rs485_t *line)
+{
+    const uint32_t heard_us = stm32_timebase_us(line->timebase) - line->hears_since_us;
+    line->early = line->early && (heard_us < line->character_us);
+    return line->early;
 }
 
 /* A full buffer drops the byte; the frame's CRC tells. */
@@ -35,9 +54,10 @@ static void say_on(stm32_rs485_t *line)
     } else if (stm32_usart_sent(line->usart)) {
         stm32_gpio_write(line->port, line->pin, false);
         stm32_usart_wish(line->usart, STM32_USART_QUIET);
-        line->says = false;
+        begin_to_hear(line);
     } else {
-        /* the last byte is on its way */
+        /* The background may have asked for room behind the last byte: that request never ends. */
+        stm32_usart_wish(line->usart, STM32_USART_DONE);
     }
 }
 
@@ -47,10 +67,10 @@ void stm32_rs485_interrupt(stm32_rs485_t *line)
     const bool came = stm32_usart_receive(line->usart, &byte);
     if (line->says) {
         say_on(line);
-    } else if (came) {
+    } else if (came && !early(line)) {
         keep(line, byte);
     } else {
-        /* a damaged byte */
+        /* a damaged byte, or none of somebody else's */
     }
 }
 

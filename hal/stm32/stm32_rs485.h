@@ -1,7 +1,9 @@
 /* Serial line of a fieldbus: RS-485, 8 bits with even parity, by interrupt.
  *
  * The driver-enable pin is high from before the first bit sent until behind the last. What comes
- * meanwhile is our own echo and is dropped. Each byte received keeps its time: where a frame ends
+ * meanwhile is our own echo and is dropped. So is a byte that ends less than a character after the
+ * line was switched to hearing: it began before, as the last echo or in the midst of a byte of
+ * somebody who speaks while the port starts. Each byte received keeps its time: where a frame ends
  * is for who reads it.
  */
 #ifndef STM32_RS485_H
@@ -30,6 +32,9 @@ typedef struct {
     uint32_t said_n;
     volatile uint32_t said_at;
     volatile bool says;
+    uint32_t character_us;   /* the shortest that a whole byte takes */
+    uint32_t hears_since_us; /* when it was switched to hearing */
+    bool early;              /* no whole byte can have come since */
 } stm32_rs485_t;
 
 /* False when the bus clock does not allow the rate. */

@@ -19,10 +19,12 @@ typedef enum {
     STM32_USART_DONE   /* the last bit has left */
 } stm32_usart_wish_t;
 
-/* Without parity; false when the bus clock does not allow the rate. */
+/* Without parity, unless it was asked for before; false when the bus clock does not allow the rate.
+ */
 bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud);
 
-/* Directly behind the start: with even parity. */
+/* Directly before the start, while the port is off: with even parity. A byte that is on the line
+ * when the port begins to listen must not meet another format. */
 void stm32_usart_even(stm32_usart_t *usart);
 
 /* False when the transmitter did not take all of it; the rest is dropped. */

@@ -11,14 +11,14 @@ bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud)
         return false;
     }
     usart->BRR = clocks;
-    usart->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
+    usart->CR1 |= USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
     return true;
 }
 
 void stm32_usart_even(stm32_usart_t *usart)
 {
     /* The parity is a ninth bit. */
-    usart->CR1 |= USART_CR1_M | USART_CR1_PCE;
+    usart->CR1 = USART_CR1_M | USART_CR1_PCE;
 }
 
 bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte)

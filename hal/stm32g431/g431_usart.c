@@ -13,18 +13,17 @@ COLD bool stm32_usart_start(stm32_usart_t *usart, uint32_t bus_Hz, uint32_t baud
     if ((clocks < OVERSAMPLING) || (clocks > BRR_MAX)) {
         return false;
     }
-    usart->CR1 = 0u; /* the rate can be written only while it is off */
+    usart->CR1 &= ~USART_CR1_UE; /* the rate can be written only while it is off */
     usart->BRR = clocks;
-    usart->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
+    usart->CR1 |= USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
     return true;
 }
 
 COLD void stm32_usart_even(stm32_usart_t *usart)
 {
     /* The parity is a ninth bit. It can be switched only while the port is off. */
-    usart->CR1 &= ~USART_CR1_UE;
-    usart->CR1 |= USART_CR1_M0 | USART_CR1_PCE;
-    usart->CR1 |= USART_CR1_UE;
+    usart->CR1 = 0u;
+    usart->CR1 = USART_CR1_M0 | USART_CR1_PCE;
 }
 
 bool stm32_usart_put(stm32_usart_t *usart, uint8_t byte)

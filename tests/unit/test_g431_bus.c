@@ -101,8 +101,10 @@ static void test_off_the_bus_it_is_told_to_return(void)
 
 static void test_the_serial_port_has_a_parity_and_tells_of_the_last_bit(void)
 {
-    TEST_ASSERT_TRUE(stm32_usart_start(&usart, 170000000u, 19200u));
+    usart.CR1 = USART_CR1_UE | USART_CR1_RE;
     stm32_usart_even(&usart);
+    TEST_ASSERT_EQUAL_HEX32(USART_CR1_M0 | USART_CR1_PCE, usart.CR1); /* still off */
+    TEST_ASSERT_TRUE(stm32_usart_start(&usart, 170000000u, 19200u));
     const uint32_t on = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_M0 | USART_CR1_PCE;
     TEST_ASSERT_EQUAL_HEX32(on, usart.CR1);
     stm32_usart_wish(&usart, STM32_USART_ROOM);

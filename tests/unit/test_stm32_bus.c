@@ -92,6 +92,7 @@ static void start(void)
 {
     TEST_ASSERT_TRUE(stm32_rs485_start(&line, 42000000u, 19200u));
     follow();
+    tim.CNT += 573u;
 }
 
 static void test_a_line_starts_with_even_parity_and_its_driver_off(void)
@@ -118,7 +119,7 @@ static void test_bytes_come_with_their_times_and_256_of_them_wait(void)
     for (uint32_t k = 0u; k < 256u; k++) {
         TEST_ASSERT_TRUE(stm32_rs485_read(&line, &byte, &at_us));
         TEST_ASSERT_EQUAL_UINT8(k, byte);
-        TEST_ASSERT_EQUAL_UINT32(1000u + 10u * k, at_us);
+        TEST_ASSERT_EQUAL_UINT32(1573u + 10u * k, at_us);
     }
     TEST_ASSERT_FALSE(stm32_rs485_read(&line, &byte, &at_us));
     TEST_ASSERT_EQUAL_UINT32(tim.CNT, stm32_rs485_clock_us(&line));
@@ -155,9 +156,74 @@ static void test_the_driver_is_on_from_the_first_bit_to_behind_the_last(void)
     TEST_ASSERT_FALSE(enabled);
     TEST_ASSERT_EQUAL_HEX32(0u, usart.CR1 & (USART_CR1_TXEIE | USART_CR1_TCIE));
     TEST_ASSERT_FALSE(stm32_rs485_read(&line, &byte, &at_us));
+    tim.CNT += 573u;
     hear('f');
     TEST_ASSERT_TRUE(stm32_rs485_read(&line, &byte, &at_us));
     TEST_ASSERT_EQUAL_UINT8('f', byte);
+}
+
+/* Its last bit has left, and what it says comes back late: behind an isolator, or because the
+ * interrupt looked between both. */
+static void test_the_last_echo_is_nobodys_byte(void)
+{
+    uint8_t byte = 0u;
+    uint32_t at_us = 0u;
+    start();
+    (void)stm32_rs485_write(&line, (const uint8_t *)"ab", 2u);
+    follow();
+    for (uint32_t k = 0u; k < 4u; k++) {
+        character();
+    }
+    TEST_ASSERT_FALSE(enabled);
+    tim.CNT += 30u;
+    hear('b');
+    TEST_ASSERT_FALSE(stm32_rs485_read(&line, &byte, &at_us));
+    tim.CNT += 520u - 30u; /* bits of a whole byte */
+    hear('x');
+    TEST_ASSERT_TRUE(stm32_rs485_read(&line, &byte, &at_us));
+    TEST_ASSERT_EQUAL_UINT8('x', byte);
+    tim.CNT += UINT32_MAX - 600u; /* the clock comes round */
+    hear('y');
+    TEST_ASSERT_TRUE(stm32_rs485_read(&line, &byte, &at_us));
+}
+
+static void test_a_byte_under_way_at_the_start_is_dropped(void)
+{
+    uint8_t byte = 0u;
+    uint32_t at_us = 0u;
+    TEST_ASSERT_TRUE(stm32_rs485_start(&line, 42000000u, 19200u));
+    tim.CNT += 519u;
+    hear('x');
+    TEST_ASSERT_FALSE(stm32_rs485_read(&line, &byte, &at_us));
+    tim.CNT += 573u;
+    hear('y');
+    TEST_ASSERT_TRUE(stm32_rs485_read(&line, &byte, &at_us));
+    TEST_ASSERT_EQUAL_UINT8('y', byte);
+}
+
+/* The port never listens in another format than that of the line. */
+static void test_the_parity_is_there_before_the_port_is_on(void)
+{
+    usart.CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
+    stm32_usart_even(&usart);
+    TEST_ASSERT_EQUAL_HEX32(USART_CR1_M | USART_CR1_PCE, usart.CR1);
+    TEST_ASSERT_FALSE(stm32_rs485_start(&line, 42000000u, 1u));
+    TEST_ASSERT_EQUAL_HEX32(0u, usart.CR1 & (USART_CR1_UE | USART_CR1_RE));
+}
+
+/* The byte was taken between load and store of the background's own request. */
+static void test_a_request_for_room_behind_the_last_byte_ends(void)
+{
+    start();
+    (void)stm32_rs485_write(&line, (const uint8_t *)"a", 1u);
+    stm32_rs485_interrupt(&line);
+    follow();
+    stm32_usart_wish(&usart, STM32_USART_ROOM);
+    for (uint32_t k = 0u; k < 3u; k++) {
+        character();
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, sent_n);
+    TEST_ASSERT_FALSE(enabled);
 }
 
 static void test_the_longest_answer_is_256_bytes(void)
@@ -337,6 +403,10 @@ int main(void)
     RUN_TEST(test_bytes_come_with_their_times_and_256_of_them_wait);
     RUN_TEST(test_a_damaged_byte_is_dropped);
     RUN_TEST(test_the_driver_is_on_from_the_first_bit_to_behind_the_last);
+    RUN_TEST(test_the_last_echo_is_nobodys_byte);
+    RUN_TEST(test_a_byte_under_way_at_the_start_is_dropped);
+    RUN_TEST(test_the_parity_is_there_before_the_port_is_on);
+    RUN_TEST(test_a_request_for_room_behind_the_last_byte_ends);
     RUN_TEST(test_the_longest_answer_is_256_bytes);
     RUN_TEST(test_bit_times_sample_behind_seven_eighths);
     RUN_TEST(test_can_starts_for_standard_data_frames);
