@@ -2,7 +2,7 @@
  *
  * A look at them comes when the background has its turn: `steps` is the whole number of
  * milliseconds since the last look, 1 or more. A condition that is seen for the first time counts
- * one step, whatever time has passed before: nobody knows when it began.
+ * one step, whatever time has passed before: when it began is unknown.
  */
 #ifndef LAPSE_H
 #define LAPSE_H

@@ -4,8 +4,8 @@
  *
  * The contactor closes once the link is above ready_V and has risen by less than 1 % in 50 steps.
  * When the link stays below .7 ready_V it has to open: the next charging current needs the resistor
- * again. It never opens under load: OPENING reports the fault, which takes the gates off, and keeps
- * the coil energised until they are off and no current flows.
+ * again. It never opens under load: the fault takes the gates off first. OPENING keeps the coil
+ * energised until they are off and no current flows.
  */
 #ifndef PRECHARGE_H
 #define PRECHARGE_H

@@ -2,9 +2,8 @@
  *
  * The driver-enable pin is high from before the first bit sent until behind the last. What comes
  * meanwhile is our own echo and is dropped. So is a byte that ends less than a character after the
- * line was switched to hearing: it began before, as the last echo or in the midst of a byte of
- * somebody who speaks while the port starts. Each byte received keeps its time: where a frame ends
- * is for who reads it.
+ * line was switched to hearing. It began before: the last echo, or a frame that was on the line
+ * when the port started. Each byte received keeps its time: where a frame ends is for who reads it.
  */
 #ifndef STM32_RS485_H
 #define STM32_RS485_H

@@ -124,7 +124,7 @@ static void test_times_are_true(void)
     }
 }
 
-/* Nobody knows since when it has been there. */
+/* Since when it has been there is unknown. */
 static void test_what_is_seen_once_counts_once_after_a_gap(void)
 {
     params.contact_debounce_s = 0.02f;

@@ -172,20 +172,25 @@ def _follow(drive: Client, say: Callable[[str], None], pause: Pause) -> tuple[Co
                 say(told := now)
         elif begun:
             break
-        elif status.terminal_faults & terminals.Fault.COMMISSION_REFUSED:
-            raise UserError(
-                "the drive refuses the commissioning (COMMISSION_REFUSED): brake_control is on, "
-                "and a hoist would drop its load; commission the motor without load and with "
-                "brake_control off"
-            )
-        elif waited_s > _PATIENCE_S:
-            raise UserError(f"the drive does not start; it is {State(status.state).name}")
+        else:
+            _must_start(status, waited_s)
         pause(_POLL_S)
         waited_s += _POLL_S
     if seen.status == 0:
         faults = " ".join(f.name or "" for f in Fault if f & status.faults)
         raise UserError(f"commissioning ended early: {faults or 'the command was taken away'}")
     return seen, (status.period - begun) * drive.identity.period_s
+
+
+def _must_start(status: link.Status, waited_s: float) -> None:
+    if status.terminal_faults & terminals.Fault.COMMISSION_REFUSED:
+        raise UserError(
+            "the drive refuses the commissioning (COMMISSION_REFUSED): brake_control is on, and a "
+            "hoist would drop its load; commission the motor without load and with brake_control "
+            "off"
+        )
+    if waited_s > _PATIENCE_S:
+        raise UserError(f"the drive does not start; it is {State(status.state).name}")
 
 
 def _stage(seen: Commissioning) -> str:
