@@ -95,7 +95,7 @@ static uint32_t releasing(const mech_brake_config_t *cfg, mech_brake_state_t *st
 {
     st->steps += in->steps;
     const bool late = st->steps >= cfg->release_steps;
-    if (!in->run) {
+    if (!in->run || !in->running) { /* a drive that ramps down by itself soon has no gates */
         enter(st, MECH_BRAKE_CLOSING);
     } else if (cfg->feedback ? st->released : late) {
         enter(st, MECH_BRAKE_RELEASED);

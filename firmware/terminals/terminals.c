@@ -5,7 +5,7 @@
 
 #define STARTS       (SEQUENCE_CMD_RUN | SEQUENCE_CMD_COMMISSION)
 #define UNREAD_STEPS 100u
-#define CURRENT_PU   0.05f /* of full scale; a sensor's offset is at most .02 */
+#define CURRENT_PU   0.02f /* of full scale: what noise and the rest of an offset do not reach */
 #define ADAPT_STEPS  128u  /* power of two: the steps may wrap */
 
 /* What the drive does, as far as terminals ask. */

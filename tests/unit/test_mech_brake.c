@@ -294,6 +294,15 @@ static void test_run_that_drops_while_releasing_closes_it(void)
     expect(MECH_BRAKE_CLOSING, false, true, 0u);
 }
 
+/* RAMP_DOWN after a fault ends at standstill, which is here. */
+static void test_a_drive_that_stops_by_itself_is_not_given_the_load(void)
+{
+    to_releasing();
+    in.running = false;
+    steps(1u);
+    expect(MECH_BRAKE_CLOSING, false, true, 0u);
+}
+
 static void test_released_it_follows_the_reference(void)
 {
     to_released();
@@ -560,6 +569,7 @@ int main(void)
     RUN_TEST(test_a_brake_that_does_not_release_ends_it);
     RUN_TEST(test_without_a_switch_the_time_ends_the_release);
     RUN_TEST(test_run_that_drops_while_releasing_closes_it);
+    RUN_TEST(test_a_drive_that_stops_by_itself_is_not_given_the_load);
     RUN_TEST(test_released_it_follows_the_reference);
     RUN_TEST(test_a_low_reference_closes_it_at_low_speed);
     RUN_TEST(test_a_stop_asks_for_zero_and_closes_at_low_speed);

@@ -548,7 +548,7 @@ static void test_a_low_link_turns_the_gates_off_before_the_contactor_opens(void)
 {
     charged();
     drive_runs();
-    unit.last.meas.i_s_A = (ab_t){0.0f, 0.06f * unit.params.current_full_scale_A};
+    unit.last.meas.i_s_A = (ab_t){0.0f, 0.021f * unit.params.current_full_scale_A};
     unit.last.meas.u_dc_V = 139.0f;
     rounds(4u);
     TEST_ASSERT_EQUAL_HEX32(0u, st.faults);
@@ -559,7 +559,7 @@ static void test_a_low_link_turns_the_gates_off_before_the_contactor_opens(void)
     drive_rests();
     rounds(1u);
     TEST_ASSERT_EQUAL_HEX32(HAL_TERMINAL_CONTACTOR, written);
-    unit.last.meas.i_s_A = (ab_t){0.0f, 0.04f * unit.params.current_full_scale_A};
+    unit.last.meas.i_s_A = (ab_t){0.0f, 0.019f * unit.params.current_full_scale_A};
     rounds(1u);
     TEST_ASSERT_EQUAL_HEX32(0u, written);
     TEST_ASSERT_EQUAL(PRECHARGE_WAITING, st.precharge.id);

@@ -133,7 +133,7 @@ stateDiagram-v2
 ```
 
 The contactor never opens under load. In OPENING it stays energised: the fault turns the gates off
-first. It opens once the motor's current is below 5 % of full scale, or after .5 s without gates.
+first. It opens once the motor's current is below 2 % of full scale, or after .5 s without gates.
 The drive runs only in CLOSED. The under-voltage that it latched while the link was charged is reset
 once.
 
