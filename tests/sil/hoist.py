@@ -65,11 +65,13 @@ class Hoist:
         self,
         load_Nm: float = LOAD_NM,
         i_q_max_A: float | None = None,
+        rs_measure: bool = True,
         **parameters: float | str,
     ) -> None:
         setup = load_setup("recommended")
         limit = {"i_q_max_A": i_q_max_A} if i_q_max_A is not None else {}
         overrides = setup.parameters() | {"stop_mode": 1} | limit
+        overrides |= {} if rs_measure else {"rs_measure": 0}
         self.drive = Drive(setup.motor_dir, setup.board, overrides)
         self.plant = Plant(setup.rig, setup.board)
         self.terminals = self.drive.fit_terminals(**(SETTINGS | parameters))
