@@ -1,8 +1,20 @@
 #include "boot_link.h"
 
-void boot_link_reset(boot_link_t *link, bool running)
+void boot_link_reset(boot_link_t *link, bool running, uint32_t window_ms)
 {
-    *link = (boot_link_t){.running = running};
+    *link = (boot_link_t){.running = running, .left_ms = window_ms};
+}
+
+bool boot_link_listens(const boot_link_t *link)
+{
+    return !link->done && (!link->running || (link->left_ms > 0u));
+}
+
+void boot_link_tick(boot_link_t *link)
+{
+    if (link->left_ms > 0u) {
+        link->left_ms--;
+    }
 }
 
 static boot_area_t target(const boot_config_t *cfg)
@@ -136,6 +148,7 @@ bool boot_link_byte(const boot_config_t *cfg, boot_link_t *link, uint8_t byte)
     if (!command_byte(&link->parser, byte, &frame)) {
         return false;
     }
+    link->left_ms = BOOT_LINK_PATIENCE_MS;
     if (link->answered && (frame.sequence == link->last_sequence) &&
         (frame.crc32c == link->last_crc32c)) {
         return true; /* the answer was lost on its way: once more, but nothing is done twice */

@@ -21,6 +21,9 @@
 #define BOOT_LINK_ANSWER   0x80u
 #define BOOT_LINK_DATA_MAX 224u /* a multiple of BOOT_UNIT_BYTES */
 
+#define BOOT_LINK_WINDOW_MS   500u  /* after a reset */
+#define BOOT_LINK_PATIENCE_MS 3000u /* after each request */
+
 enum {
     BOOT_LINK_ASK = 0x70,
     BOOT_LINK_BEGIN = 0x71,
@@ -36,12 +39,19 @@ typedef struct {
     bool open;               /* an update has begun */
     bool running;            /* what boot_start found */
     bool done;               /* an update is complete: begin anew */
+    uint32_t left_ms;        /* of the time to listen while there is something to start */
     bool answered;
     uint8_t last_sequence;
     uint32_t last_crc32c;
 } boot_link_t;
 
-void boot_link_reset(boot_link_t *link, bool running);
+void boot_link_reset(boot_link_t *link, bool running, uint32_t window_ms);
+
+/* Until an update is complete, or nobody asks any more; with nothing to start for ever. */
+bool boot_link_listens(const boot_link_t *link);
+
+/* Once per millisecond. */
+void boot_link_tick(boot_link_t *link);
 
 /* One byte from the line; true when there is an answer. Takes seconds when it erases. */
 bool boot_link_byte(const boot_config_t *cfg, boot_link_t *link, uint8_t byte);

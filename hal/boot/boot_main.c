@@ -1,16 +1,13 @@
 /* The boot loader: proves what is in flash, listens for a moment, starts it. Gates stay off.
  *
- * With nothing to start it listens for ever. Otherwise for WINDOW_MS after a reset, and for
- * PATIENCE_MS after each request, so that nobody keeps a drive from starting by falling silent.
+ * With nothing to start it listens for ever. Otherwise for a moment after a reset and after each
+ * request, so that nobody keeps a drive from starting by falling silent.
  */
 #include "boot_key.h"
 #include "boot_link.h"
 #include "boot_port.h"
 #include "boot_reset.h"
 #include "cm_registers.h"
-
-#define WINDOW_MS   500u
-#define PATIENCE_MS 3000u
 
 static boot_link_t link;
 
@@ -39,18 +36,15 @@ static void start_clock(void)
     CM_SYST_CSR = CM_SYST_CSR_CORE | CM_SYST_CSR_ENABLE;
 }
 
-/* Until an update is complete, or nobody asks any more. */
 static void listen(void)
 {
-    uint32_t left_ms = WINDOW_MS;
-    while (!link.done && (!link.running || (left_ms > 0u))) {
+    while (boot_link_listens(&link)) {
         uint8_t byte;
         if (boot_port_receive(&byte) && boot_link_byte(&config, &link, byte)) {
             send(link.answer.byte, link.answer.length);
-            left_ms = PATIENCE_MS;
         }
-        if (((CM_SYST_CSR & CM_SYST_CSR_PASSED) != 0u) && (left_ms > 0u)) {
-            left_ms--;
+        if ((CM_SYST_CSR & CM_SYST_CSR_PASSED) != 0u) {
+            boot_link_tick(&link);
         }
     }
 }
@@ -60,7 +54,7 @@ int main(void)
     boot_port_start();
     start_clock();
     do {
-        boot_link_reset(&link, boot_start(&config));
+        boot_link_reset(&link, boot_start(&config), BOOT_LINK_WINDOW_MS);
         say(link.running ? "ZeroHertz loader\r\n" : "ZeroHertz loader: waits for an update\r\n");
         listen();
     } while (link.done);

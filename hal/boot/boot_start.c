@@ -43,7 +43,7 @@ static bool update_found(const boot_config_t *cfg, bool running, const boot_head
 /* Nothing of the running slot is lost before what replaces it is whole for good. */
 static bool take_update(const boot_config_t *cfg, bool running, boot_header_t *run)
 {
-    boot_header_t next;
+    boot_header_t next = {{0u}};
     if (!update_found(cfg, running, run, &next) || !boot_image_settle(cfg->flash, BOOT_STAGE)) {
         return running;
     }

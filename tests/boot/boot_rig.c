@@ -41,7 +41,8 @@ static bool program(void *context, boot_area_t area, uint32_t offset, const uint
 
 static uint32_t read_word(void *context, boot_area_t area, uint32_t offset)
 {
-    const boot_rig_t *rig = (const boot_rig_t *)context;
+    boot_rig_t *rig = (boot_rig_t *)context;
+    rig->sim.misuses += ((offset % 4u) != 0u) ? 1u : 0u;
     return rig->sim.flash.read(rig->sim.flash.context, (uint32_t)area, offset);
 }
 
@@ -88,7 +89,7 @@ rig_image_t rig_image(const boot_rig_t *rig, uint32_t version)
 bool rig_boot(boot_rig_t *rig)
 {
     const bool running = boot_start(&rig->cfg);
-    boot_link_reset(&rig->link, running);
+    boot_link_reset(&rig->link, running, BOOT_LINK_WINDOW_MS);
     return running;
 }
 
@@ -108,7 +109,9 @@ boot_status_t rig_request(boot_rig_t *rig, uint8_t op, const void *body, uint32_
     command_parser_t parser = {.length = 0u};
     command_frame_t frame;
     for (uint32_t k = 0u; answered && (k < rig->link.answer.length); k++) {
-        if (command_byte(&parser, rig->link.answer.byte[k], &frame)) {
+        if (command_byte(&parser, rig->link.answer.byte[k], &frame) &&
+            (frame.sequence == (uint8_t)rig->sequence) &&
+            (frame.op == (uint8_t)(op | BOOT_LINK_ANSWER))) {
             return (boot_status_t)frame.body[0];
         }
     }

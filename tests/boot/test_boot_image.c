@@ -1,6 +1,7 @@
 /* What makes a header good, and an application the one that was signed. */
 #include "boot_image.h"
 
+#include "boot_journal.h"
 #include "boot_rig.h"
 #include "unity.h"
 
@@ -14,6 +15,7 @@ void setUp(void)
 }
 void tearDown(void)
 {
+    TEST_ASSERT_EQUAL_UINT32(0u, rig.sim.misuses);
 }
 
 static boot_status_t check(uint32_t least)
@@ -127,7 +129,10 @@ static void test_a_slot_is_complete_with_header_and_mark(void)
 {
     install(BOOT_RUN);
     TEST_ASSERT_FALSE(boot_image_marked(&rig.flash, BOOT_RUN));
+    const uint32_t units = rig.sim.operations;
     TEST_ASSERT_TRUE(boot_image_complete(&rig.flash, BOOT_RUN, &image.header));
+    TEST_ASSERT_EQUAL_UINT32(BOOT_HEADER_WORDS / 2u + BOOT_JOURNAL_RECORDS,
+                             rig.sim.operations - units);
     TEST_ASSERT_TRUE(boot_image_marked(&rig.flash, BOOT_RUN));
     boot_header_t read;
     boot_header_read(&rig.flash, BOOT_RUN, &read);
@@ -135,6 +140,18 @@ static void test_a_slot_is_complete_with_header_and_mark(void)
     const uint32_t before = rig.sim.operations;
     TEST_ASSERT_TRUE(boot_image_settle(&rig.flash, BOOT_RUN));
     TEST_ASSERT_EQUAL_UINT32(before, rig.sim.operations);
+}
+
+/* Those of files, slots and keys of before, and of tools/zerohertz/update/image.py. */
+static void test_the_numbers_of_the_format_stay(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(0x5055485Au, image.header.word[0]);
+    TEST_ASSERT_EQUAL_UINT32(1u, image.header.word[1]);
+    TEST_ASSERT_EQUAL_UINT32(64u, BOOT_HASH_BYTES);
+    TEST_ASSERT_EQUAL_UINT32(32u, BOOT_KEY_BYTES);
+    TEST_ASSERT_TRUE(boot_image_settle(&rig.flash, BOOT_RUN));
+    TEST_ASSERT_EQUAL_HEX32(1u, rig.sim.cell[BOOT_RUN][256 / 4]);
+    TEST_ASSERT_EQUAL_HEX32(~1u, rig.sim.cell[BOOT_RUN][256 / 4 + 1]);
 }
 
 static void test_without_its_whole_header_a_slot_gets_no_mark(void)
@@ -156,6 +173,8 @@ static void test_a_write_is_read_back(void)
     rig.sim.cell[BOOT_RUN][3] = 1u;
     TEST_ASSERT_FALSE(boot_write(&rig.flash, BOOT_RUN, 8u, words));
     TEST_ASSERT_TRUE(boot_write(&rig.flash, BOOT_RUN, 16u, words));
+    TEST_ASSERT_EQUAL_UINT32(2u, rig.sim.misuses); /* what was not blank */
+    rig.sim.misuses = 0u;
 }
 
 int main(void)
@@ -171,6 +190,7 @@ int main(void)
     RUN_TEST(test_every_bit_of_the_application_is_signed);
     RUN_TEST(test_a_long_application_is_hashed_to_its_end);
     RUN_TEST(test_a_slot_is_complete_with_header_and_mark);
+    RUN_TEST(test_the_numbers_of_the_format_stay);
     RUN_TEST(test_without_its_whole_header_a_slot_gets_no_mark);
     RUN_TEST(test_a_write_is_read_back);
     return UNITY_END();

@@ -87,6 +87,15 @@ static void test_two_equal_ones_and_anything_behind_are_proven(void)
     TEST_ASSERT_EQUAL_UINT32(0u, rig.sim.operations);
 }
 
+/* What follows the journal is no record of it. */
+static void test_nothing_behind_the_end_proves_the_last(void)
+{
+    put(8u, 5u, ~5u);
+    put(9u, 5u, ~5u);
+    put(10u, 5u, ~5u);
+    TEST_ASSERT_FALSE(boot_journal_raise(&journal, 5u));
+}
+
 static void test_two_different_ones_prove_neither(void)
 {
     put(0u, 4u, ~4u);
@@ -146,6 +155,7 @@ int main(void)
     RUN_TEST(test_a_record_without_its_complement_is_none);
     RUN_TEST(test_only_the_middle_of_three_is_proven);
     RUN_TEST(test_two_equal_ones_and_anything_behind_are_proven);
+    RUN_TEST(test_nothing_behind_the_end_proves_the_last);
     RUN_TEST(test_two_different_ones_prove_neither);
     RUN_TEST(test_a_unit_that_fails_is_left_behind);
     RUN_TEST(test_a_full_journal_refuses_and_keeps_its_number);

@@ -6,6 +6,9 @@
 #include "boot_rig.h"
 #include "unity.h"
 
+/* Zero, COBS code, sequence, op, status; CRC and zero behind the body. */
+#define HEAD_BYTES 10u
+
 static boot_rig_t rig;
 
 void setUp(void)
@@ -63,6 +66,7 @@ static void test_it_tells_what_runs_and_what_fits(void)
     TEST_ASSERT_EQUAL_UINT32(3u, word(told() + 6));
     TEST_ASSERT_EQUAL_UINT32(rig.flash.slot_bytes - BOOT_IMAGE_AT, word(told() + 10));
     TEST_ASSERT_EQUAL_MEMORY(rig.cfg.board, told() + 14, sizeof rig.cfg.board);
+    TEST_ASSERT_EQUAL_UINT32(30u + HEAD_BYTES, rig.link.answer.length);
 }
 
 static void test_only_a_signed_newer_header_erases_anything(void)
@@ -125,6 +129,24 @@ static void test_data_come_in_order_and_behind_a_begin(void)
     TEST_ASSERT_EQUAL(BOOT_NOT_COMPLETE, rig_data(&rig, 8u, &image.application[8], 4u));
     TEST_ASSERT_EQUAL(BOOT_NOT_COMPLETE, rig_request(&rig, BOOT_LINK_COMMIT, NULL, 0u));
     TEST_ASSERT_FALSE(rig.link.done);
+    TEST_ASSERT_EQUAL(BOOT_OUT_OF_ORDER, rig_data(&rig, 8u, &image.application[8], 8u));
+}
+
+static void test_a_begin_that_is_refused_ends_the_update(void)
+{
+    const rig_image_t image = rig_image(&rig, 1u);
+    TEST_ASSERT_EQUAL(BOOT_GOOD, rig_begin(&rig, &image));
+    TEST_ASSERT_EQUAL(BOOT_NO_IMAGE, begin(0u));
+    TEST_ASSERT_EQUAL(BOOT_OUT_OF_ORDER, rig_data(&rig, 0u, image.application, 8u));
+}
+
+static void test_the_numbers_of_the_protocol_stay(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(1u, BOOT_LINK_PROTOCOL);
+    TEST_ASSERT_EQUAL_HEX8(0x80u, BOOT_LINK_ANSWER);
+    TEST_ASSERT_EQUAL_UINT32(224u, BOOT_LINK_DATA_MAX);
+    TEST_ASSERT_EQUAL_UINT32(500u, BOOT_LINK_WINDOW_MS);
+    TEST_ASSERT_EQUAL_UINT32(3000u, BOOT_LINK_PATIENCE_MS);
 }
 
 static void test_no_byte_goes_behind_the_application(void)
@@ -177,6 +199,7 @@ static void test_a_request_of_another_length_or_name_is_refused(void)
     TEST_ASSERT_EQUAL(BOOT_UNKNOWN, rig_request(&rig, BOOT_LINK_DATA, body, 4u));
     TEST_ASSERT_EQUAL(BOOT_UNKNOWN,
                       rig_request(&rig, BOOT_LINK_DATA, body, 5u + BOOT_LINK_DATA_MAX));
+    TEST_ASSERT_EQUAL(BOOT_OUT_OF_ORDER, rig_request(&rig, BOOT_LINK_DATA, body, 5u));
     TEST_ASSERT_EQUAL(BOOT_OUT_OF_ORDER,
                       rig_request(&rig, BOOT_LINK_DATA, body, 4u + BOOT_LINK_DATA_MAX));
     TEST_ASSERT_EQUAL(BOOT_UNKNOWN, rig_request(&rig, BOOT_LINK_COMMIT, body, 1u));
@@ -214,6 +237,48 @@ static void test_noise_is_not_answered(void)
     }
 }
 
+/* So many milliseconds pass; whether the loader still listens then. */
+static bool listens_after(uint32_t ms)
+{
+    for (uint32_t k = 0u; k < ms; k++) {
+        TEST_ASSERT_TRUE(boot_link_listens(&rig.link));
+        boot_link_tick(&rig.link);
+    }
+    return boot_link_listens(&rig.link);
+}
+
+static void test_with_nothing_to_start_it_listens_for_ever(void)
+{
+    TEST_ASSERT_FALSE(rig_boot(&rig));
+    TEST_ASSERT_TRUE(listens_after(BOOT_LINK_WINDOW_MS + 1u));
+}
+
+static void test_it_starts_what_runs_when_nobody_asks(void)
+{
+    install(3u);
+    TEST_ASSERT_FALSE(listens_after(BOOT_LINK_WINDOW_MS));
+    boot_link_tick(&rig.link);
+    TEST_ASSERT_FALSE(boot_link_listens(&rig.link));
+}
+
+static void test_each_request_is_waited_for_again(void)
+{
+    install(3u);
+    TEST_ASSERT_TRUE(listens_after(BOOT_LINK_WINDOW_MS - 1u));
+    TEST_ASSERT_EQUAL(BOOT_GOOD, rig_request(&rig, BOOT_LINK_ASK, NULL, 0u));
+    TEST_ASSERT_TRUE(listens_after(BOOT_LINK_PATIENCE_MS - 1u));
+    rig.sequence--; /* one whose answer was lost counts as much */
+    TEST_ASSERT_EQUAL(BOOT_GOOD, rig_request(&rig, BOOT_LINK_ASK, NULL, 0u));
+    TEST_ASSERT_FALSE(listens_after(BOOT_LINK_PATIENCE_MS));
+}
+
+static void test_a_complete_update_ends_the_listening(void)
+{
+    const rig_image_t image = rig_image(&rig, 1u);
+    TEST_ASSERT_EQUAL(BOOT_GOOD, rig_send(&rig, &image));
+    TEST_ASSERT_FALSE(boot_link_listens(&rig.link));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -223,6 +288,8 @@ int main(void)
     RUN_TEST(test_a_full_counter_is_told_before_anything_is_erased);
     RUN_TEST(test_an_erasure_that_fails_is_told);
     RUN_TEST(test_data_come_in_order_and_behind_a_begin);
+    RUN_TEST(test_a_begin_that_is_refused_ends_the_update);
+    RUN_TEST(test_the_numbers_of_the_protocol_stay);
     RUN_TEST(test_no_byte_goes_behind_the_application);
     RUN_TEST(test_other_bytes_than_those_signed_are_not_completed);
     RUN_TEST(test_a_unit_that_fails_ends_the_update);
@@ -231,5 +298,9 @@ int main(void)
     RUN_TEST(test_a_repeated_request_is_answered_and_done_once);
     RUN_TEST(test_a_new_begin_starts_over);
     RUN_TEST(test_noise_is_not_answered);
+    RUN_TEST(test_with_nothing_to_start_it_listens_for_ever);
+    RUN_TEST(test_it_starts_what_runs_when_nobody_asks);
+    RUN_TEST(test_each_request_is_waited_for_again);
+    RUN_TEST(test_a_complete_update_ends_the_listening);
     return UNITY_END();
 }
