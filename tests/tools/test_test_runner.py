@@ -7,13 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from zerohertz.campaign.mutation import all_mutants
 from zerohertz.errors import UserError
 from zerohertz.testing import watchdog
 from zerohertz.testing.counts import TimedTest, junit_outcome, slowest_tests
 from zerohertz.testing.misra import cppcheck_suppressions, notices
 from zerohertz.testing.runner import run_stages
 from zerohertz.testing.stage import Log, Outcome, Stage
-from zerohertz.testing.stages import all_stages, coverage_outcome, unbuilt
+from zerohertz.testing.stages import (
+    MUTATION_SAMPLES,
+    PROVEN,
+    all_stages,
+    coverage_outcome,
+    unbuilt,
+)
 from zerohertz.testing.watchdog import StoppedError
 
 
@@ -137,6 +144,12 @@ def test_coverage_below_all_lines_and_all_branches_fails():
     assert coverage_outcome(coverage(9, 4)).failed == 1
     assert coverage_outcome(coverage(9, 3)).failed == 2
     assert "short: pi.c" in coverage_outcome(coverage(10, 3)).note
+
+
+def test_the_boot_loader_is_judged_as_the_firmware_is():
+    assert {"firmware", "hal/boot"} == set(PROVEN) == set(MUTATION_SAMPLES)
+    for name in MUTATION_SAMPLES:
+        assert all_mutants(name)
 
 
 def test_no_coverage_data_is_a_failure():

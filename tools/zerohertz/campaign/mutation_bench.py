@@ -20,7 +20,7 @@ from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
 from zerohertz.testing.watchdog import limit_cpu
 
-FOLDERS = ("firmware", "hal", "gain_tables", "tests/unit")
+FOLDERS = ("firmware", "hal", "gain_tables", "tests/unit", "tests/boot")
 ESTIMATORS = ROOT / "firmware" / "law" / "estimator"
 FLAGS = ("-std=c11", "-O0", "-w", "-ffp-contract=off", "-fmax-errors=1")
 COMPILE_TIMEOUT_S = 60.0
