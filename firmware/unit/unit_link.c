@@ -83,6 +83,12 @@ void unit_link_background(unit_t *unit, const hal_devices_t *devices)
     if (!answer_sent(link, devices)) {
         return; /* the host waits for it before it asks again */
     }
+    if ((devices->loader != NULL) && link->leaving) {
+        link->leaving = false;
+        if (unit_at_rest(unit)) {
+            devices->loader(devices->context);
+        }
+    }
     for (uint32_t n = 0u; n < BYTES_PER_SLICE; n++) {
         uint8_t byte;
         command_frame_t frame;

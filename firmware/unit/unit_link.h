@@ -31,6 +31,7 @@ enum {
     UNIT_LINK_STATUS = 0x21,
     UNIT_LINK_SAMPLE = 0x22,
     UNIT_LINK_COMMISSIONING = 0x23,
+    UNIT_LINK_LOADER = 0x24,
     UNIT_LINK_TRACE_ARM = 0x30,
     UNIT_LINK_TRACE_STATE = 0x31,
     UNIT_LINK_TRACE_READ = 0x32,
@@ -82,6 +83,7 @@ typedef struct {
     uint32_t reset_at;      /* period in which a reset was fetched */
     bool reset;             /* a reset is requested and not fetched yet */
     bool expired;           /* the last command expired */
+    bool leaving;           /* into the boot loader, once the answer is sent */
 
     uint32_t terminal_faults; /* TERMINAL_FAULT_* of a board that has terminals; shown */
 } unit_link_t;

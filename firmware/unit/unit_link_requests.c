@@ -96,6 +96,19 @@ static unit_link_status_t do_save(unit_t *unit, const hal_devices_t *devices)
     return unit_store_save(unit, devices) ? UNIT_LINK_OK : UNIT_LINK_REFUSED;
 }
 
+/* For an update. unit_link_background leaves, once the answer is sent. */
+static unit_link_status_t do_loader(unit_t *unit, const hal_devices_t *devices)
+{
+    if (devices->loader == NULL) {
+        return UNIT_LINK_NO_SUCH_OP;
+    }
+    if (!unit_at_rest(unit) || unit->store.store.wanted) {
+        return UNIT_LINK_NOT_NOW;
+    }
+    unit->link.leaving = true;
+    return UNIT_LINK_OK;
+}
+
 /* Who may ask: anybody, who is in session, or who also has the key. */
 typedef enum {
     TELLS = 0,
@@ -124,6 +137,7 @@ static const link_request_t requests[] = {
     {TELLS, UNIT_LINK_STORE_ENTRY, 2u, 2u, 1u},
     /* A stop is everybody's who is in session: commands_power(). */
     {ACTS, UNIT_LINK_COMMAND, 14u, 18u, 4u},
+    {SEALED, UNIT_LINK_LOADER, 4u, 4u, 1u},
     {TELLS, UNIT_LINK_SAMPLE, 0u, TRACE_SIGNALS_MAX, 1u},
     /* Exact once its signals are counted. */
     {ACTS, UNIT_LINK_TRACE_ARM, 4u, COMMAND_BODY_MAX, 1u},
@@ -158,6 +172,25 @@ static bool commands_power(uint8_t op, command_reader_t body)
            ((command_take_u32(&body) & ~SEQUENCE_CMD_TORQUE_OFF) != 0u);
 }
 
+static unit_link_status_t act_on_records(unit_t *unit, uint8_t op, command_reader_t *body,
+                                         command_writer_t *w)
+{
+    switch (op) {
+    case UNIT_LINK_TRACE_ARM:
+        return unit_link_trace_setup(unit, body, w);
+    case UNIT_LINK_TRACE_STOP:
+        trace_stop(&unit->trace);
+        return UNIT_LINK_OK;
+    case UNIT_LINK_FLIGHT_ARM:
+        return unit_link_flight_arm(unit, body);
+    case UNIT_LINK_FLIGHT_READ:
+        return unit_link_flight_read(unit, body, w);
+    default: /* UNIT_LINK_FAULT_CLEAR */
+        fault_record_clear(&unit->fault_recorder);
+        return UNIT_LINK_OK;
+    }
+}
+
 static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_t op,
                               command_reader_t *body, command_writer_t *w)
 {
@@ -172,18 +205,10 @@ static unit_link_status_t act(unit_t *unit, const hal_devices_t *devices, uint8_
         return do_unlock(unit, body);
     case UNIT_LINK_COMMAND:
         return unit_link_drive_command(unit, body);
-    case UNIT_LINK_TRACE_ARM:
-        return unit_link_trace_setup(unit, body, w);
-    case UNIT_LINK_TRACE_STOP:
-        trace_stop(&unit->trace);
-        return UNIT_LINK_OK;
-    case UNIT_LINK_FLIGHT_ARM:
-        return unit_link_flight_arm(unit, body);
-    case UNIT_LINK_FLIGHT_READ:
-        return unit_link_flight_read(unit, body, w);
-    default: /* UNIT_LINK_FAULT_CLEAR */
-        fault_record_clear(&unit->fault_recorder);
-        return UNIT_LINK_OK;
+    case UNIT_LINK_LOADER:
+        return do_loader(unit, devices);
+    default:
+        return act_on_records(unit, op, body, w);
     }
 }
 

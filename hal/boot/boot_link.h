@@ -21,8 +21,9 @@
 #define BOOT_LINK_ANSWER   0x80u
 #define BOOT_LINK_DATA_MAX 224u /* a multiple of BOOT_UNIT_BYTES */
 
-#define BOOT_LINK_WINDOW_MS   500u  /* after a reset */
-#define BOOT_LINK_PATIENCE_MS 3000u /* after each request */
+#define BOOT_LINK_WINDOW_MS   500u   /* after a reset */
+#define BOOT_LINK_CALLED_MS   30000u /* after a reset for an update */
+#define BOOT_LINK_PATIENCE_MS 3000u  /* after each request */
 
 enum {
     BOOT_LINK_ASK = 0x70,

@@ -1,13 +1,17 @@
 /* The boot loader: proves what is in flash, listens for a moment, starts it. Gates stay off.
  *
  * With nothing to start it listens for ever. Otherwise for a moment after a reset and after each
- * request, so that nobody keeps a drive from starting by falling silent.
+ * request, longer when the application called it, so that nobody keeps a drive from starting by
+ * falling silent.
  */
+#include "boot_call.h"
 #include "boot_key.h"
 #include "boot_link.h"
 #include "boot_port.h"
 #include "boot_reset.h"
 #include "cm_registers.h"
+
+extern uint32_t boot_mark[BOOT_CALL_WORDS];
 
 static boot_link_t link;
 
@@ -53,8 +57,10 @@ int main(void)
 {
     boot_port_start();
     start_clock();
+    uint32_t window_ms = boot_called(boot_mark) ? BOOT_LINK_CALLED_MS : BOOT_LINK_WINDOW_MS;
     do {
-        boot_link_reset(&link, boot_start(&config), BOOT_LINK_WINDOW_MS);
+        boot_link_reset(&link, boot_start(&config), window_ms);
+        window_ms = BOOT_LINK_WINDOW_MS;
         say(link.running ? "ZeroHertz loader\r\n" : "ZeroHertz loader: waits for an update\r\n");
         listen();
     } while (link.done);

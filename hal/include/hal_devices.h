@@ -63,6 +63,10 @@ typedef struct {
 
     /* NULL: only the image survives power-down. */
     const hal_flash_t *flash;
+
+    /* Resets the part into its boot loader, which then waits for an update; called with the gates
+     * off. NULL: this image does not stand above a loader. */
+    void (*loader)(void *context);
 } hal_devices_t;
 
 #endif

@@ -11,6 +11,7 @@
 #include "bus.h"
 #include "cm_config.h"
 #include "cm_image.h"
+#include "cm_loader.h"
 #include "cm_port.h"
 #include "cm_registers.h"
 #include "cm_stack.h"
@@ -125,7 +126,8 @@ static const hal_devices_t devices = {.context = &link,
                                       .identity = identity,
                                       .access_key = access_key,
                                       .entropy = entropy,
-                                      .flash = &flash};
+                                      .flash = &flash,
+                                      .loader = CM_LOADER(cm_loader_call)};
 
 _Noreturn static void leave(void)
 {

@@ -38,3 +38,9 @@ bool stm32_services_entropy(void *context, uint64_t *bits)
 {
     return stm32_rng_draw(((const stm32_services_t *)context)->rng, bits);
 }
+
+void stm32_services_drain(const stm32_services_t *services)
+{
+    for (uint32_t n = 0u; (n < STM32_USART_POLLS) && !stm32_usart_sent(services->usart); n++) {
+    }
+}

@@ -27,4 +27,7 @@ void stm32_services_watchdog(void *context);
 uint32_t stm32_services_clock_us(void *context);
 bool stm32_services_entropy(void *context, uint64_t *bits);
 
+/* Until the last bit to the host has left, some bytes' time at most. */
+void stm32_services_drain(const stm32_services_t *services);
+
 #endif

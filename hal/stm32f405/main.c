@@ -7,6 +7,7 @@
 #include "unit_record.h"
 #include "cm_config.h"
 #include "cm_image.h"
+#include "cm_loader.h"
 #include "cm_port.h"
 #include "cm_registers.h"
 #include "cm_text.h"
@@ -16,6 +17,7 @@
 #include "stm32_bus.h"
 #include "stm32_clock.h"
 #include "stm32_hang.h"
+#include "stm32_loader.h"
 #include "stm32_map.h"
 #include "stm32_pwm.h"
 #include "stm32_rng.h"
@@ -166,7 +168,8 @@ static const hal_devices_t devices = {.context = (void *)&services,
                                       .identity = identity,
                                       .access_key = access_key,
                                       .entropy = stm32_services_entropy,
-                                      .flash = &flash};
+                                      .flash = &flash,
+                                      .loader = CM_LOADER(stm32_loader_call)};
 
 void port_early(void)
 {

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "boot_call.h"
 #include "boot_rig.h"
 #include "unity.h"
 
@@ -146,6 +147,7 @@ static void test_the_numbers_of_the_protocol_stay(void)
     TEST_ASSERT_EQUAL_HEX8(0x80u, BOOT_LINK_ANSWER);
     TEST_ASSERT_EQUAL_UINT32(224u, BOOT_LINK_DATA_MAX);
     TEST_ASSERT_EQUAL_UINT32(500u, BOOT_LINK_WINDOW_MS);
+    TEST_ASSERT_EQUAL_UINT32(30000u, BOOT_LINK_CALLED_MS);
     TEST_ASSERT_EQUAL_UINT32(3000u, BOOT_LINK_PATIENCE_MS);
 }
 
@@ -261,6 +263,29 @@ static void test_it_starts_what_runs_when_nobody_asks(void)
     TEST_ASSERT_FALSE(boot_link_listens(&rig.link));
 }
 
+static void test_a_call_of_the_application_is_taken_once(void)
+{
+    uint32_t mark[BOOT_CALL_WORDS] = {0u, 0u};
+    TEST_ASSERT_FALSE(boot_called(mark));
+    boot_call(mark);
+    TEST_ASSERT_EQUAL_HEX32(0x4C4C4143u, mark[0]);
+    TEST_ASSERT_EQUAL_HEX32(~0x4C4C4143u, mark[1]);
+    TEST_ASSERT_TRUE(boot_called(mark));
+    TEST_ASSERT_FALSE(boot_called(mark));
+}
+
+/* Memory after a power-up holds anything. */
+static void test_half_a_call_is_none(void)
+{
+    for (uint32_t word = 0u; word < BOOT_CALL_WORDS; word++) {
+        uint32_t mark[BOOT_CALL_WORDS];
+        boot_call(mark);
+        mark[word] ^= 1u;
+        TEST_ASSERT_FALSE(boot_called(mark));
+        TEST_ASSERT_EQUAL_HEX32(0u, mark[0] | mark[1]);
+    }
+}
+
 static void test_each_request_is_waited_for_again(void)
 {
     install(3u);
@@ -300,6 +325,8 @@ int main(void)
     RUN_TEST(test_noise_is_not_answered);
     RUN_TEST(test_with_nothing_to_start_it_listens_for_ever);
     RUN_TEST(test_it_starts_what_runs_when_nobody_asks);
+    RUN_TEST(test_a_call_of_the_application_is_taken_once);
+    RUN_TEST(test_half_a_call_is_none);
     RUN_TEST(test_each_request_is_waited_for_again);
     RUN_TEST(test_a_complete_update_ends_the_listening);
     return UNITY_END();

@@ -125,7 +125,8 @@ static command_writer_t sealed(const command_writer_t *w)
 static bool needs_seal(uint8_t op)
 {
     return (op == UNIT_LINK_SET) || (op == UNIT_LINK_SAVE) || (op == UNIT_LINK_COMMAND) ||
-           (op == UNIT_LINK_FAULT_CLEAR) || (op == UNIT_LINK_FLIGHT_ARM);
+           (op == UNIT_LINK_FAULT_CLEAR) || (op == UNIT_LINK_FLIGHT_ARM) ||
+           (op == UNIT_LINK_LOADER);
 }
 
 /* Sends; the answer's status, and a reader behind it. */
@@ -1102,9 +1103,66 @@ static void test_what_can_hurt_needs_a_sealed_request(void)
     TEST_ASSERT_EQUAL_FLOAT(before, get("speed_filter_s"));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, act_only(UNIT_LINK_SAVE));
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, act_only(UNIT_LINK_FAULT_CLEAR));
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_SEALED, act_only(UNIT_LINK_LOADER));
     sealing = true;
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, set("speed_filter_s", 0.01f));
     TEST_ASSERT_EQUAL_FLOAT(0.01f, get("speed_filter_s"));
+}
+
+/* The way into the boot loader: how often it was taken, and what the host had been sent by then. */
+static uint32_t loader_calls;
+static uint32_t sent_before;
+
+static void loader(void *context)
+{
+    loader_calls++;
+    sent_before = ((const host_port_t *)context)->line.sent_n;
+}
+
+static void stand_above_a_loader(void)
+{
+    loader_calls = 0u;
+    sent_before = 0u;
+    port.devices.loader = loader;
+}
+
+static void test_an_image_without_a_loader_knows_no_way_there(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH_OP, act_only(UNIT_LINK_LOADER));
+    unit()->link.leaving = true;
+    rounds(3u);
+    TEST_ASSERT_TRUE(unit()->link.leaving);
+}
+
+static void test_the_loader_is_called_once_behind_the_answer(void)
+{
+    stand_above_a_loader();
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, act_only(UNIT_LINK_LOADER));
+    TEST_ASSERT_EQUAL_UINT32(1u, loader_calls);
+    TEST_ASSERT_EQUAL_UINT32(unit()->link.answer.length, sent_before);
+    rounds(100u);
+    TEST_ASSERT_EQUAL_UINT32(1u, loader_calls);
+}
+
+static void test_the_loader_is_not_called_while_the_drive_runs(void)
+{
+    stand_above_a_loader();
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 1.0f, 0u));
+    rounds(100u);
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, act_only(UNIT_LINK_LOADER));
+    TEST_ASSERT_FALSE(unit()->link.leaving);
+    unit()->link.leaving = true; /* a bus started it behind the answer */
+    rounds(3u);
+    TEST_ASSERT_FALSE(unit()->link.leaving);
+    TEST_ASSERT_EQUAL_UINT32(0u, loader_calls);
+}
+
+static void test_the_loader_is_not_called_while_parameters_are_saved(void)
+{
+    stand_above_a_loader();
+    unit()->store.store.wanted = true;
+    TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NOT_NOW, act_only(UNIT_LINK_LOADER));
+    TEST_ASSERT_EQUAL_UINT32(0u, loader_calls);
 }
 
 static void test_a_stop_needs_no_key(void)
@@ -1579,6 +1637,10 @@ int main(void)
     RUN_TEST(test_nothing_is_saved_while_the_gates_are_on);
     RUN_TEST(test_protected_parameters_want_the_key);
     RUN_TEST(test_what_can_hurt_needs_a_sealed_request);
+    RUN_TEST(test_an_image_without_a_loader_knows_no_way_there);
+    RUN_TEST(test_the_loader_is_called_once_behind_the_answer);
+    RUN_TEST(test_the_loader_is_not_called_while_the_drive_runs);
+    RUN_TEST(test_the_loader_is_not_called_while_parameters_are_saved);
     RUN_TEST(test_a_stop_needs_no_key);
     RUN_TEST(test_a_sealed_request_is_taken_once_and_whole);
     RUN_TEST(test_a_seal_is_of_one_session);

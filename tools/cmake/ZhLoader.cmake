@@ -2,7 +2,7 @@
 #   target zh_boot   the boot loader, loader/loader.elf and .bin, from boot/boot_port.c and the sources;
 #                    there when Monocypher is (tools/fetch_monocypher.sh puts it into .cache/monocypher)
 #   target zh_above  the application above the loader, above/firmware.elf and .bin: the objects of the
-#                    image, linked with boot/memory.ld; above/board.txt holds the name for its header
+#                    image, its main.c with ZH_ABOVE, linked with boot/memory.ld; above/board.txt holds the name for its header
 # Neither is built unless asked for, and neither changes the image.
 set(ZH_MONOCYPHER "${PROJECT_SOURCE_DIR}/.cache/monocypher" CACHE PATH "Folder with monocypher.c and monocypher.h")
 set(ZH_UPDATE_KEY "" CACHE FILEPATH
@@ -94,6 +94,7 @@ function(zh_application_above board)
         zh_above PROPERTIES OUTPUT_NAME firmware RUNTIME_OUTPUT_DIRECTORY "${folder}" LINK_DEPENDS
         "${cortex_m}/sections.ld;${CMAKE_CURRENT_SOURCE_DIR}/boot/memory.ld")
     target_include_directories(zh_above PRIVATE ${includes})
+    target_compile_definitions(zh_above PRIVATE ZH_ABOVE)
     if(definitions)
         target_compile_definitions(zh_above PRIVATE ${definitions})
     endif()
