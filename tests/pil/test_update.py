@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import functools
 import struct
 import subprocess
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,13 +17,17 @@ import pytest
 
 from zerohertz import sim
 from zerohertz.build import build_image
+from zerohertz.drive import State
 from zerohertz.errors import UserError
 from zerohertz.image import loop, sizes
-from zerohertz.image.emulator import LINK, emulator, save_memory
+from zerohertz.image.emulator import FROM_IMAGE, LINK, TO_IMAGE, emulator, save_memory
 from zerohertz.image.loop import End
+from zerohertz.link.client import Client
 from zerohertz.link.line import UnixLine
+from zerohertz.link.siphash import DEVELOPMENT_KEY
 from zerohertz.scenario.setup import load_setup
 from zerohertz.update import image as images
+from zerohertz.update import restart
 from zerohertz.update.image import DEVELOPMENT_SEED, Image
 from zerohertz.update.loader import Loader, RefusedError, send
 
@@ -131,6 +138,103 @@ def test_refusals_are_the_loaders_own_and_erase_nothing(loader: Path, applicatio
             send(loader, signed(application, 5), PATIENCE_S)
 
     talk_to(loader, (RUN_AT, kept), talk)
+
+
+class StandingMotor(threading.Thread):
+    """In place of the plant: the same words in every period, to whatever image asks."""
+
+    HELLO, START_WORDS, OUT_WORDS, IN = struct.Struct("<6I"), 4, 8, struct.Struct("<I2fI8H")
+    MAGIC = 0x5A48504C
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(daemon=True)
+        self._folder = folder
+        self.images = 0  # that began
+        self.periods = 0
+
+    def wait(self, images: int) -> None:
+        until_s = time.monotonic() + PATIENCE_S
+        while self.images < images:
+            assert time.monotonic() < until_s
+            time.sleep(0.05)
+
+    def run(self) -> None:
+        sample = self.IN.pack(0, 0.0, 0.0, 0, *[8192] * 5, 11592, 0, 0)
+        to = (self._folder / TO_IMAGE).open("wb", buffering=0)
+        told = (self._folder / FROM_IMAGE).open("rb")
+        waiting = out_bytes = 0  # bytes of a sample that a reset image never took
+        with contextlib.suppress(BrokenPipeError), to, told:
+            while first := told.read(4):
+                if first != struct.pack("<I", self.MAGIC):
+                    told.read(out_bytes - 4)
+                    self.periods += 1
+                else:
+                    _, params, signals, *_ = self.HELLO.unpack(first + told.read(20))
+                    out_bytes = 4 * (self.OUT_WORDS + signals)
+                    # All zero but for what follows use_params = 0: the image's own parameters.
+                    to.write(bytes(4 * self.START_WORDS + params - waiting))
+                    told.read(4)
+                    self.images += 1
+                to.write(sample)
+                waiting = len(sample)
+
+
+def test_an_application_restarts_into_its_loader_for_an_update(
+    loader: Path, application: bytes
+) -> None:
+    """The line is cut in the middle at first; then the same again, and an older version."""
+    three, four = signed(application, 3), signed(application, 4)
+    with emulator(loader, kept=(RUN_AT, three.slot), on_reset="reset") as board:
+        motor = StandingMotor(board.folder)
+        motor.start()
+
+        def update(image: Image, progress: Callable[[int], None] = lambda _: None) -> str:
+            line = UnixLine(board.folder / LINK)
+            with contextlib.closing(line):
+                call = functools.partial(restart.into_loader, line, DEVELOPMENT_KEY, PATIENCE_S)
+                talk = Loader(line, answer_s=PATIENCE_S, slow_s=PATIENCE_S)
+                state = send(talk, image, PATIENCE_S, progress, call=call)
+                return restart.application(line, state.running, 5.0)
+
+        def cut(count: int) -> None:
+            if count > len(application) // 2:
+                raise UserError("the line is gone")
+
+        motor.wait(1)
+        with pytest.raises(UserError, match=r"gone\. The update is not complete: give the same"):
+            update(four, cut)
+        motor.wait(2)  # nobody asks any more: version 3 again
+        assert "port=qemu_mps2" in update(four)
+        assert motor.images == 3
+        with pytest.raises(UserError, match="is version 4; this drive takes 5 or higher"):
+            update(four)
+
+
+def test_an_application_stays_where_it_must(loader: Path, application: bytes) -> None:
+    """With its gates on, for a wrong key, and without a loader below it."""
+    found: list[str] = []
+
+    def ask(socket: Path, key: bytes = DEVELOPMENT_KEY) -> None:
+        with contextlib.closing(UnixLine(socket)) as line, pytest.raises(UserError) as refused:
+            restart.into_loader(line, key, PATIENCE_S)
+        found.append(str(refused.value))
+
+    def running(socket: Path) -> None:
+        with contextlib.closing(UnixLine(socket)) as line:
+            restart.application(line, 3, 5.0)
+        with Client(UnixLine(socket), timeout_s=PATIENCE_S) as drive:
+            while drive.status().state != State.RUN:
+                pass
+        ask(socket)
+        ask(socket, bytes(16))
+
+    long = dataclasses.replace(job(), scenario_overrides={"scenario.duration_s": 25.0})
+    run = loop.run(long, loader, beside=running, kept=(RUN_AT, signed(application, 3).slot))
+    assert (run.end, run.differing_bits, run.gates_on) == (End.EQUAL, 0, True)
+    run = loop.run(long, build_image("qemu_mps2"), beside=ask)
+    assert (run.end, run.differing_bits) == (End.EQUAL, 0)
+    assert ["stop it" in found[0], "key is not this drive's" in found[1]] == [True, True]
+    assert "has no boot loader below it" in found[2]
 
 
 def said_by_the_f405(loader: Path, folder: Path, slot: bytes, until: bytes) -> bytes:

@@ -13,9 +13,11 @@ import typer
 from typer.testing import CliRunner
 
 from zerohertz.errors import UserError
+from zerohertz.link import client as link
+from zerohertz.link.client import Client, NoAnswerError, Op
 from zerohertz.link.frame import Frame, Reader, encode
 from zerohertz.paths import ROOT
-from zerohertz.update import command, loader, monocypher
+from zerohertz.update import command, loader, monocypher, restart
 from zerohertz.update import image as images
 from zerohertz.update.image import DEVELOPMENT_SEED, Image
 from zerohertz.update.loader import Loader, RefusedError
@@ -130,7 +132,7 @@ def test_a_lost_answer_is_asked_for_again() -> None:
 def test_a_loader_that_falls_silent_is_told() -> None:
     far = FakeLoader()
     far.lost = 100
-    with pytest.raises(UserError, match="fallen silent"):
+    with pytest.raises(UserError, match=r"fallen silent\. The update is not complete"):
         talk(far).update(image(), lambda _: None)
     with pytest.raises(UserError, match="no boot loader answers"):
         talk(far).find(0.3, lambda _: None)
@@ -143,6 +145,63 @@ def test_an_application_that_runs_is_told_from_silence() -> None:
     with pytest.raises(UserError, match="switch the drive off and on"):
         talk(far).find(0.3, said.append)
     assert said == ["the application runs"]
+
+
+def test_an_application_is_asked_once_to_restart() -> None:
+    far = FakeLoader()
+    far.refuse = {loader.ASK: 5}
+    calls: list[str] = []
+
+    def call() -> None:
+        calls.append("")
+        far.refuse.clear()
+
+    assert talk(far).find(1.0, calls.append, call).running == 3
+    assert calls == [""]
+    far.refuse = {loader.ASK: 5}
+    with pytest.raises(UserError, match="no boot loader answers"):
+        talk(far).find(0.3, lambda _: None, lambda: calls.append("again"))
+    assert calls == ["", "again"]
+
+
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [
+        (5, "has no boot loader below it"),
+        (6, "add --by-hand"),
+        (7, "somebody else has taken over"),
+        (8, "the drive runs, or saves its parameters: stop it"),
+        (9, None),  # a loader's: the reset was faster than the answer
+        (-1, None),  # no answer: as before
+    ],
+)
+def test_why_an_application_does_not_restart_is_told(
+    status: int, said: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[int, bytes]] = []
+
+    def sealed(drive: Client, op: Op, body: bytes, what: str) -> bytes:
+        asked.append((op, body))
+        if status < 0:
+            raise NoAnswerError("no answer")
+        raise link.RefusedError(what, status)
+
+    monkeypatch.setattr(Client, "sealed", sealed)
+    monkeypatch.setattr(Client, "session", 5)
+    if said is None:
+        restart.into_loader(FakeLoader(), bytes(16))
+    else:
+        with pytest.raises(UserError, match=said):
+            restart.into_loader(FakeLoader(), bytes(16))
+    assert asked == [(0x24, b"\5\0\0\0")]
+
+
+def test_an_application_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(restart, "_STARTS_WITHIN_S", 0.1)
+    far = FakeLoader()
+    far.lost = 1000
+    with pytest.raises(UserError, match="version 7 is installed and proven, but does not answer"):
+        restart.application(far, 7, 0.01, 0.01)
 
 
 def test_an_update_that_does_not_start_is_told() -> None:
@@ -215,6 +274,8 @@ def test_without_its_library_no_key_is_left_behind(
     [
         (("a.zhu", "--version", "7"), "--version: only with --sign"),
         (("a.zhu", "--port", "p", "--key", "k"), "--key: only with --sign"),
+        (("a.zhu", "--drive-key", "k"), "--drive-key: only with --port"),
+        (("a.zhu", "--by-hand"), "--by-hand: only with --port"),
         (("--make-key", "k", "--port", "p"), "--make-key: makes keys alone"),
         (("a.zhu", "--make-key", "k"), "--make-key: makes keys alone"),
     ],
@@ -253,10 +314,12 @@ def test_the_command_sends_and_tells(
 ) -> None:
     far, file = FakeLoader(), tmp_path / "a.zhu"
     monkeypatch.setattr(command, "SerialLine", lambda port, baud: far)
+    monkeypatch.setattr(restart, "application", lambda line, version: f"version {version} runs")
     file.write_bytes(image().file)
     words = ["update", "--port", "/dev/none", str(file)]
     sent = CliRunner().invoke(app, words)
     assert sent.exit_code == 0, sent.output
+    assert "version 7 runs" in sent.output
     assert loader.COMMIT in far.ops()
     refused = CliRunner().invoke(app, words)
     assert "is version 7; this drive takes 8 or higher" in str(refused.exception)

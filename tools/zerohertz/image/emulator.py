@@ -92,13 +92,15 @@ def emulator(
     kept: tuple[int, bytes] | None = None,
     plugin: str | None = None,
     files: dict[str, bytes] | None = None,
+    on_reset: str = "shutdown",
 ) -> Iterator[Emulator]:
     """The image, started in a folder of its own; killed when the block is left early.
 
     `link_frames` is what its host link hears first; None: what somebody writes into LINK_FILE, and
     it waits for that whenever it has time to listen (StepLine); `kept` an address in RAM and what
     stands there from before the reset; `plugin` the emulator's argument of that name; `files` lie
-    in its folder.
+    in its folder. A reset of its own ends the emulator; with `on_reset` "reset" the image begins
+    anew, with RAM as it was, and flash and `kept` as at first.
     """
     with tempfile.TemporaryDirectory(prefix="zh-pil-") as name:
         folder = Path(name)
@@ -121,7 +123,7 @@ def emulator(
             *("qemu-system-arm", "-M", machine, "-nographic"),
             *("-monitor", f"unix:{MONITOR},server=on,wait=off", *before),
             *("-chardev", f"socket,id=link,path={LINK},server=on,wait=off"),
-            *("-serial", "chardev:link", "-no-reboot", *_ICOUNT),
+            *("-serial", "chardev:link", "-action", f"reboot={on_reset}", *_ICOUNT),
             *("-semihosting-config", "enable=on,target=native", "-kernel", str(kernel.resolve())),
             *(("-plugin", plugin) if plugin else ()),
         )

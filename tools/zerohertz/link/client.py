@@ -50,6 +50,7 @@ class Op(IntEnum):
     STATUS = 0x21
     SAMPLE = 0x22
     COMMISSIONING = 0x23
+    LOADER = 0x24
     TRACE_ARM = 0x30
     TRACE_STATE = 0x31
     TRACE_READ = 0x32
@@ -91,6 +92,10 @@ class RefusedError(UserError):
         super().__init__(f"{what}: {why or REASONS.get(status, f'refused with status {status}')}")
         self.status = status
         self.detail = detail  # what followed the status
+
+
+class NoAnswerError(UserError):
+    """Nobody answered in time, however often asked."""
 
 
 @dataclass(frozen=True)
@@ -276,7 +281,7 @@ class Client:
                     if (frame.sequence, frame.op) == (self._sequence, op | ANSWER):
                         return self._body(frame, what or op.name.lower())
         heard = self._reader.noise.decode(errors="replace").strip()
-        raise UserError(
+        raise NoAnswerError(
             f"no answer to {what or op.name.lower()}; "
             + (f"received instead: {heard[-200:]!r}" if heard else _NO_ANSWER)
         )

@@ -83,14 +83,16 @@ class Seal:
         return message + siphash_2_4(self._key, message).to_bytes(8, "little")
 
 
-def load_key(path: Path | None) -> bytes:
+def load_key(path: Path | None, option: str = "--key") -> bytes:
     """32 hexadecimal digits of a file; none: the development key."""
     if path is None:
         return DEVELOPMENT_KEY
     try:
         key = bytes.fromhex(path.read_text(encoding="ascii"))
     except (OSError, ValueError) as error:
-        raise UserError(f"--key {path}: cannot be read as hexadecimal digits ({error})") from None
+        raise UserError(
+            f"{option} {path}: cannot be read as hexadecimal digits ({error})"
+        ) from None
     if len(key) != 16:
-        raise UserError(f"--key {path}: {len(key)} bytes; a key has 16, 32 hexadecimal digits")
+        raise UserError(f"{option} {path}: {len(key)} bytes; a key has 16, 32 hexadecimal digits")
     return key

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +12,13 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeR
 
 from zerohertz.errors import UserError
 from zerohertz.link.line import DEFAULT_BAUD, SerialLine
+from zerohertz.link.siphash import load_key
 from zerohertz.update import image as images
+from zerohertz.update import restart
 from zerohertz.update.image import Image
 from zerohertz.update.loader import Loader, send
+
+_NO_IMAGE = "IMAGE: is missing; give a signed image, a file for --sign to make, or --make-key"
 
 
 def register(app: typer.Typer) -> None:
@@ -50,35 +55,50 @@ def update(
         Path | None,
         typer.Option(help="Private key; default: the development key, which everybody has."),
     ] = None,
+    drive_key: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The drive's key, which lets it restart; as for zh run."),
+    ] = None,
+    by_hand: Annotated[
+        bool, typer.Option(help="Do not restart the drive; somebody switches it off and on.")
+    ] = False,
 ) -> None:
     """Sign an image and send it to a drive with a boot loader, or make the keys for that.
 
-    The loader listens after every reset: start this command, then switch the drive off and on.
+    With --port the drive restarts into its loader, takes the image, proves it and starts it; its
+    gates have to be off. A line that was lost does no harm: give the same command again.
     The loader refuses an image of another board, of an older version or with another signature.
     """
     console = Console(stderr=True)
-    if sign is None:
-        for option, given in (("--version", version), ("--board", board), ("--key", key)):
-            if given is not None:
-                raise UserError(f"{option}: only with --sign")
+    _only_with("--port", port, {"--drive-key": drive_key, "--by-hand": by_hand or None})
+    _only_with("--sign", sign, {"--version": version, "--board": board, "--key": key})
     if make_key is not None:
-        if (image, sign, port) != (None, None, None):
-            raise UserError("--make-key: makes keys alone; leave out IMAGE, --sign and --port")
-        public = images.make_key(make_key)
-        console.print(f"private key {make_key}: keep it; public key {public}: for the loader")
+        _make_key(make_key, (image, sign, port), console)
         return
     if image is None:
-        raise UserError(
-            "IMAGE: is missing; give a signed image, a file for --sign to make, or --make-key"
-        )
+        raise UserError(_NO_IMAGE)
     if sign is not None:
         _sign(sign, image, version, board, key)
         console.print(f"{image} is signed", highlight=False)
     signed = images.read(image)
     if port is not None:
-        _send(signed, port, baud, wait_s, console)
+        access = None if by_hand else load_key(drive_key, "--drive-key")
+        _send(signed, port, baud, wait_s, access, console)
     elif sign is None:
         print(f"{image}: version {signed.version} for {signed.board}, {len(signed.file)} bytes")
+
+
+def _make_key(path: Path, others: tuple[object, ...], console: Console) -> None:
+    if any(other is not None for other in others):
+        raise UserError("--make-key: makes keys alone; leave out IMAGE, --sign and --port")
+    public = images.make_key(path)
+    console.print(f"private key {path}: keep it; public key {public}: for the loader")
+
+
+def _only_with(name: str, value: object, options: dict[str, object]) -> None:
+    for option, given in options.items():
+        if value is None and given is not None:
+            raise UserError(f"{option}: only with {name}")
 
 
 def _sign(
@@ -101,7 +121,9 @@ def _sign(
         raise UserError(f"{image}: cannot be written ({error.strerror})") from None
 
 
-def _send(image: Image, port: str, baud: int, wait_s: float, console: Console) -> None:
+def _send(
+    image: Image, port: str, baud: int, wait_s: float, key: bytes | None, console: Console
+) -> None:
     line = SerialLine(port, baud)
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn())
     try:
@@ -114,7 +136,9 @@ def _send(image: Image, port: str, baud: int, wait_s: float, console: Console) -
             def done(count: int) -> None:
                 progress.update(task, completed=count, description="sending")
 
-            state = send(Loader(line), image, wait_s, done, hint)
+            call = functools.partial(restart.into_loader, line, key) if key is not None else None
+            state = send(Loader(line), image, wait_s, done, hint, call)
+        console.print(f"version {state.running} is proven; the drive starts it", highlight=False)
+        console.print(restart.application(line, state.running), highlight=False)
     finally:
         line.close()
-    console.print(f"version {state.running} is proven; the drive starts it", highlight=False)

@@ -61,16 +61,26 @@ class Loader:
         self._reader = Reader()
         self._sequence = time.monotonic_ns() // 1_000_000 % 256
 
-    def find(self, wait_s: float, hint: Callable[[str], None]) -> State:
-        """Waits for the loader, which listens for half a second after a reset."""
+    def find(
+        self,
+        wait_s: float,
+        hint: Callable[[str], None],
+        call: Callable[[], None] | None = None,
+    ) -> State:
+        """Waits for the loader, which listens for half a second after a reset; `call` makes an
+        application that answers instead reset into it."""
         until_s = time.monotonic() + wait_s
         said = False
         while time.monotonic() < until_s:
             answer = self._once(ASK, b"", _ASK_EVERY_S)
             if answer is not None and answer[:1] == b"\0":
                 return _state(answer[1:])
+            running = answer is not None and answer[:1] == bytes((_NO_SUCH_OP,))
+            if running and call is not None:
+                call()
+                call, said = None, True
+                continue
             if not said:
-                running = answer is not None and answer[:1] == bytes((_NO_SUCH_OP,))
                 hint("the application runs" if running else "nobody answers yet")
                 said = True
             if answer is not None:
@@ -78,13 +88,20 @@ class Loader:
         raise UserError("no boot loader answers; switch the drive off and on while this waits")
 
     def update(self, image: Image, progress: Callable[[int], None]) -> None:
-        """Sends all of it; the loader then proves and starts it."""
-        self._request(BEGIN, image.header, self._slow_s)
-        for at in range(0, len(image.application), CHUNK_BYTES):
-            chunk = image.application[at : at + CHUNK_BYTES]
-            self._request(DATA, struct.pack("<I", at) + chunk, self._answer_s)
-            progress(at + len(chunk))
-        self._request(COMMIT, b"", self._slow_s)
+        """Sends all of it; the loader then proves and starts it. Begun anew, it starts over."""
+        try:
+            self._request(BEGIN, image.header, self._slow_s)
+            for at in range(0, len(image.application), CHUNK_BYTES):
+                chunk = image.application[at : at + CHUNK_BYTES]
+                self._request(DATA, struct.pack("<I", at) + chunk, self._answer_s)
+                progress(at + len(chunk))
+            self._request(COMMIT, b"", self._slow_s)
+        except RefusedError:
+            raise
+        except UserError as lost:
+            raise UserError(
+                f"{lost}. The update is not complete: give the same command again"
+            ) from None
 
     def _request(self, op: int, body: bytes, timeout_s: float) -> bytes:
         self._sequence = (self._sequence + 1) % 256
@@ -95,7 +112,7 @@ class Loader:
             if answer[:1] != b"\0":
                 raise RefusedError(answer[0] if answer else -1)
             return answer[1:]
-        raise UserError("the loader has fallen silent; switch the drive off and on and try again")
+        raise UserError("the loader has fallen silent")
 
     def _once(self, op: int, body: bytes, timeout_s: float) -> bytes | None:
         self._sequence = (self._sequence + 1) % 256
@@ -137,9 +154,10 @@ def send(
     wait_s: float = 60.0,
     progress: Callable[[int], None] = lambda _: None,
     hint: Callable[[str], None] = lambda _: None,
+    call: Callable[[], None] | None = None,
 ) -> State:
     """An update from finding the loader to its word that the new version runs."""
-    state = loader.find(wait_s, hint)
+    state = loader.find(wait_s, hint, call)
     if (why := refusal(image, state)) is not None:
         raise UserError(why)
     loader.update(image, progress)
