@@ -84,13 +84,17 @@ class Result:
 
 def all_mutants(folder: str, only: Sequence[str] = ()) -> list[Mutant]:
     """Mutants of the C files of a folder, or of those named in `only`."""
-    found = sorted((ROOT / folder).rglob("*.[ch]"))
-    files = [f for f in found if not is_rival(f) and f.name not in ON_THE_CORE]
+    files = _files(ROOT / folder)
     unknown = set(only) - {path.name for path in files}
     if unknown or not files:
         raise UserError(f"{folder}: no file {', '.join(sorted(unknown)) or '*.c'}; see its listing")
     chosen = [path for path in files if not only or path.name in only]
     return [m for path in chosen for m in mutants(str(path.relative_to(ROOT)), path.read_text())]
+
+
+def _files(folder: Path) -> list[Path]:
+    found = sorted(folder.rglob("*.[ch]"))
+    return [path for path in found if not is_rival(path) and path.name not in ON_THE_CORE]
 
 
 def read_accepted(path: Path = ACCEPTED_FILE) -> dict[Change, str]:
