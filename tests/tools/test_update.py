@@ -303,10 +303,29 @@ def test_the_command_signs_for_the_board_that_was_built(app: typer.Typer, tmp_pa
     refused = CliRunner().invoke(app, [*words, "--version", "7"])
     assert "--board: is missing" in str(refused.exception)
     (tmp_path / "board.txt").write_text("board\n")
-    assert CliRunner().invoke(app, [*words, "--version", "7"]).exit_code == 0
+    done = CliRunner().invoke(app, [*words, "--version", "7"])
+    assert done.exit_code == 0
+    assert "warning: everybody has the development key" in done.output
     assert images.read(made) == image()
     told = CliRunner().invoke(app, ["update", str(made)])
     assert told.stdout.endswith("version 7 for board, 912 bytes\n")
+
+
+def test_a_release_is_not_signed_with_everybodys_key(app: typer.Typer, tmp_path: Path) -> None:
+    (tmp_path / "firmware.bin").write_bytes(APPLICATION)
+    (tmp_path / "board.txt").write_text("board\nrelease\n")
+    made, key = tmp_path / "a.zhu", tmp_path / "my.key"
+    words = ["update", str(made), "--sign", str(tmp_path / "firmware.bin"), "--version", "7"]
+    key.write_text(DEVELOPMENT_SEED.hex())
+    for options in ((), ("--board", "other"), ("--key", str(key))):
+        refused = CliRunner().invoke(app, [*words, *options])
+        assert "development key, which signs this, and this is a release" in str(refused.exception)
+        assert not made.exists()
+    key.write_text(bytes(range(32)).hex())
+    done = CliRunner().invoke(app, [*words, "--key", str(key)])
+    assert done.exit_code == 0
+    assert "warning" not in done.output
+    assert images.read(made).board == "board"
 
 
 def test_the_command_sends_and_tells(

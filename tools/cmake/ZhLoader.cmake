@@ -2,7 +2,8 @@
 #   target zh_boot   the boot loader, loader/loader.elf and .bin, from boot/boot_port.c and the sources;
 #                    there when Monocypher is (tools/fetch_monocypher.sh puts it into .cache/monocypher)
 #   target zh_above  the application above the loader, above/firmware.elf and .bin: the objects of the
-#                    image, its main.c with ZH_ABOVE, linked with boot/memory.ld; above/board.txt holds the name for its header
+#                    image, its main.c with ZH_ABOVE, linked with boot/memory.ld; above/board.txt holds the name for its header,
+#                    and `release` below it for a release
 # Neither is built unless asked for, and neither changes the image.
 set(ZH_MONOCYPHER "${PROJECT_SOURCE_DIR}/.cache/monocypher" CACHE PATH "Folder with monocypher.c and monocypher.h")
 set(ZH_UPDATE_KEY "" CACHE FILEPATH
@@ -105,7 +106,8 @@ function(zh_application_above board)
                 -L${CMAKE_CURRENT_SOURCE_DIR}/boot -L${CMAKE_CURRENT_SOURCE_DIR} -L${cortex_m}
                 -Tmemory.ld -T${cortex_m}/sections.ld
                 LINKER:--gc-sections,--fatal-warnings,--no-warn-rwx-segments,--build-id=none)
-    file(CONFIGURE OUTPUT "${folder}/board.txt" CONTENT "${board}\n")
+    set(kind "$<$<BOOL:${ZH_RELEASE}>:release\n>")
+    file(GENERATE OUTPUT "${folder}/board.txt" CONTENT "${board}\n${kind}")
     add_custom_command(
         TARGET zh_above POST_BUILD
         COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tools/stamp_image.py"

@@ -18,6 +18,7 @@ from zerohertz.update import restart
 from zerohertz.update.image import Image
 from zerohertz.update.loader import Loader, send
 
+_EVERYBODYS = "everybody has the development key, which signs this"
 _NO_IMAGE = "IMAGE: is missing; give a signed image, a file for --sign to make, or --make-key"
 
 
@@ -78,7 +79,7 @@ def update(
     if image is None:
         raise UserError(_NO_IMAGE)
     if sign is not None:
-        _sign(sign, image, version, board, key)
+        _sign(sign, image, version, board, key, console)
         console.print(f"{image} is signed", highlight=False)
     signed = images.read(image)
     if port is not None:
@@ -102,19 +103,29 @@ def _only_with(name: str, value: object, options: dict[str, object]) -> None:
 
 
 def _sign(
-    binary: Path, image: Path, version: int | None, board: str | None, key: Path | None
+    binary: Path,
+    image: Path,
+    version: int | None,
+    board: str | None,
+    key: Path | None,
+    console: Console,
 ) -> None:
     if version is None:
         raise UserError("--version: is missing; give a number above that of every image before")
     name = binary.with_name("board.txt")
-    if board is None and not name.is_file():
+    told = name.read_text().split() if name.is_file() else []
+    if board is None and not told:
         raise UserError(f"--board: is missing; {name} would name it")
     try:
         content = binary.read_bytes()
     except OSError as error:
         raise UserError(f"--sign {binary}: cannot be read ({error.strerror})") from None
     seed = images.read_key(key)
-    made = images.make(content, board or name.read_text().strip(), version, seed)
+    if seed == images.DEVELOPMENT_SEED:
+        if "release" in told[1:]:
+            raise UserError(f"--key: {_EVERYBODYS}, and this is a release; --make-key makes yours")
+        console.print(f"warning: {_EVERYBODYS}; a release needs --key FILE", highlight=False)
+    made = images.make(content, board or told[0], version, seed)
     try:
         image.write_bytes(made.file)
     except OSError as error:
