@@ -19,6 +19,7 @@ from zerohertz.paths import ROOT
 from zerohertz.release import bundle
 from zerohertz.release.sbom import sbom
 from zerohertz.studio.bundle import FOLDER, ensure_bundle
+from zerohertz.update import monocypher
 
 DOCS = ROOT / "tools" / "docs"
 APP = make_app()
@@ -63,6 +64,18 @@ def test_the_bill_of_materials_is_valid_and_names_what_is_inside(folder: Path) -
     assert len(parts["numpy"]["hashes"]) > 1
     assert len(parts["uplot"]["hashes"][0]["content"]) == 128
     assert parts["a.whl"]["hashes"][0]["content"] == hashlib.sha256(b"wheel").hexdigest()
+
+
+def test_the_bill_names_the_cryptography_of_the_boot_loader(folder: Path) -> None:
+    parts = {part["name"]: part for part in sbom([], folder)["components"]}
+    lock = (ROOT / "tools" / "monocypher.lock").read_text()
+    carrier, inside = parts["pymonocypher"], parts["monocypher"]
+    assert f"pymonocypher=={carrier['version']} --hash=sha256:" in lock
+    assert f"sha256:{carrier['hashes'][0]['content']}" in lock
+    assert inside["licenses"] == [{"expression": "BSD-2-Clause OR CC0-1.0"}]
+    source = monocypher.FOLDER / "monocypher.c"
+    if source.is_file():
+        assert f"// Monocypher version {inside['version']}\n" in source.read_text()
 
 
 def test_the_bill_is_the_same_for_the_same_content(folder: Path) -> None:

@@ -39,7 +39,7 @@ _HASH = re.compile(r"--hash=sha256:([0-9a-f]{64})")
 
 def sbom(files: Sequence[Path], folder: Path) -> dict[str, Any]:
     """The document of these files of a folder; the same for the same content."""
-    components = [*_files(files, folder), *_python(), *_npm(), *_debian()]
+    components = [*_files(files, folder), *_python(), *_monocypher(), *_npm(), *_debian()]
     content = json.dumps(components, sort_keys=True).encode()
     serial = uuid.UUID(bytes=hashlib.sha256(content).digest()[:16], version=4)
     return {
@@ -98,6 +98,17 @@ def _python() -> list[dict[str, Any]]:
                 hashes = [{"alg": "SHA-256", "content": h} for h in _HASH.findall(entry)]
                 found[part["purl"]] = part | {"hashes": hashes}
     return list(found.values())
+
+
+def _monocypher() -> Iterator[dict[str, Any]]:
+    """What a boot loader is compiled with, and the source distribution that carries it."""
+    lock = (TOOLS / "monocypher.lock").read_text(encoding="utf-8")
+    (carrier,) = re.finditer(_PIN.pattern, lock, re.MULTILINE)
+    (version,) = re.findall(r"^# monocypher\.c: version (\S+)$", lock, re.MULTILINE)
+    hashes = [{"alg": "SHA-256", "content": h} for h in _HASH.findall(lock)]
+    yield _part("pypi", carrier[1], carrier[2], "optional") | {"hashes": hashes}
+    licence = {"expression": "BSD-2-Clause OR CC0-1.0"}
+    yield _part("generic", "monocypher", version, "optional") | {"licenses": [licence]}
 
 
 def _npm() -> Iterator[dict[str, Any]]:
