@@ -118,6 +118,15 @@ def test_the_banner_names_what_the_image_is(capfd: pytest.CaptureFixture[str]) -
     assert int(words["image"], 16) == int.from_bytes(image[-4:], "little")
 
 
+def test_a_run_that_compares_only_the_start_says_so() -> None:
+    start = command.Experiment("smoke", "recommended")
+    said = command.never_ran(start, command.measure(start, "mps2-an386", None))
+    assert said.startswith("smoke recommended: the drive did not reach RUN in 15000 periods;")
+    scenario, _, periods = command.LONG_ENOUGH.split()
+    whole = command.Experiment(scenario, "recommended")
+    assert command.never_ran(whole, command.measure(whole, "mps2-an386", int(periods))) == ""
+
+
 def test_unknown_names_are_refused_with_the_choices() -> None:
     with pytest.raises(UserError, match="no 'fig99'; there are all, fig06"):
         command.experiments("fig99", None)

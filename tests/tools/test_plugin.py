@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -145,6 +146,15 @@ def test_what_is_no_estimator_is_refused(tmp_path, folder):
         chosen.folder_of(str(incomplete))
     with pytest.raises(UserError, match="no such file"):
         chosen.choose(str(tmp_path / "no.py:Such"))
+
+
+def test_a_class_is_refused_for_an_image_before_anything_is_built():
+    began = time.monotonic()
+    done = zh("pil", "fig07", "--estimator", f"{EXAMPLE}:FluxLength")
+    assert done.returncode == 2
+    assert "an image has no Python" in done.stderr
+    assert "zh estimator new" in done.stderr
+    assert time.monotonic() - began < 20.0
 
 
 def test_the_drive_runs_with_it_in_c_and_in_python(folder):

@@ -39,6 +39,15 @@ def use(estimator: str | None, write: bool = False) -> None:
         checked_library()
 
 
+def refuse_python(estimator: str | None) -> None:
+    """For a command that runs an image: UserError for a class."""
+    if estimator is not None and _CLASS.fullmatch(estimator):
+        raise UserError(
+            f"--estimator: {estimator}: an image has no Python; write the estimator in C: "
+            "`zh estimator new NAME` makes a folder that runs already"
+        )
+
+
 def choose(estimator: str) -> None:
     """For this process and its children, before the first run of a drive."""
     found = _CLASS.fullmatch(estimator)

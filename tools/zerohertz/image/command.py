@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from zerohertz.console import tell
 from zerohertz.errors import UserError
 from zerohertz.estimators import chosen
 from zerohertz.options import Estimator, Json
@@ -40,6 +41,8 @@ ALL_OPTIONS = {
 # A start that the short scenario has time for. What it finds is of little use: the drive falls back
 # to I-f and returns, again and again, which is what makes its worst period.
 SHORT_START = {"rs_level_s": 0.05, "premagnetise_s": 0.2}
+# With every configuration the drive reaches RUN in it.
+LONG_ENOUGH = "fig07 --max-periods 30000"
 # Boards whose objects also make a program of the emulated board, with the table of `recommended`.
 BOARDS = ("stm32g431_esc", "stm32g431_ihm08m1")
 MACHINES = {"an386": "mps2-an386", "an500": "mps2-an500"}
@@ -94,7 +97,8 @@ def pil(
 
     The image's duties drive the plant. Every signal of firmware/unit/signal_list.def is compared
     bit for bit in every control period. The first difference ends the run with exit 1. The command
-    also counts the instructions of the control period, worst and mean.
+    also counts the instructions of the control period, worst and mean. A run in which the drive
+    never reached RUN is named: it compared nothing of the estimator.
     """
     if machine not in MACHINES:
         raise UserError(f"--machine: no '{machine}'; there are {', '.join(MACHINES)}")
@@ -102,6 +106,7 @@ def pil(
         raise UserError(f"--board: no '{board}'; there are {', '.join(BOARDS)}")
     if board is not None and config not in (None, "recommended", "all_options"):
         raise UserError(f"--config: {board} has no gain table of '{config}'; leave it out")
+    chosen.refuse_python(estimator)
     chosen.use(estimator)
     if fieldbus is not None:
         found = [(Experiment(bus, "fieldbus"), on_a_bus(bus, machine)) for bus in buses(fieldbus)]
@@ -144,8 +149,21 @@ def _report(runs: list[tuple[Experiment, loop.PilRun]], as_json: bool) -> None:
         print(json.dumps(result))
     else:
         _show(result)
+    for experiment, run in runs:
+        if text := never_ran(experiment, run):
+            tell(text)
     if result["differing_runs"]:
         raise typer.Exit(1)
+
+
+def never_ran(experiment: Experiment, run: Any) -> str:
+    """What to say of a run without a single period in state RUN; empty: it had some."""
+    if run.run_periods:
+        return ""
+    return (
+        f"{experiment.name}: the drive did not reach RUN in {run.periods} periods; only its start "
+        f"was compared; take `zh pil {LONG_ENOUGH}`"
+    )
 
 
 def experiments(scenario: str, config: str | None) -> list[Experiment]:
