@@ -38,6 +38,12 @@ struct Row {
     double x_rad_s = 0.0;
 };
 
+bool finite(const estimate_t &e)
+{
+    return std::isfinite(e.lambda_r_hat_Wb.alpha + e.lambda_r_hat_Wb.beta + e.lambda_Wb +
+                         e.omega_e_rad_s + e.omega_s_rad_s);
+}
+
 // Estimated minus true angle, -180..180; 0 without flux. The angles are recorded anyway.
 double angle_error_deg(const Row &r)
 {
@@ -195,6 +201,9 @@ void Loop::watch(double t_s)
     const MotorState &x = plant_.state();
     const Vec i_A = plant_.motor().stator_current(x);
     std::uint32_t trip = 0;
+    if (!finite(firmware_.unit().drive.estimator.estimate)) {
+        trip |= ZH_TRIP_NAN;
+    }
     if (const std::uint32_t faults = firmware_.unit().machine.faults; faults != 0) {
         trip |= ZH_TRIP_FIRMWARE;
         if (out_.first_fault == 0) {

@@ -28,6 +28,7 @@ extern "C" {
 #define ZH_TRIP_CURRENT  (1u << 2) /* true |i_s| > 60 A, power invariant */
 #define ZH_TRIP_DIVERGED (1u << 3) /* the plant diverged: the run ends */
 #define ZH_TRIP_SLOW     (1u << 4) /* firmware: above 250 us of CPU time per period: it ends */
+#define ZH_TRIP_NAN      (1u << 5) /* the estimate was not finite */
 
 typedef struct {
     uint32_t struct_size;  /* sizeof(zh_sim_job), set by the caller */

@@ -333,9 +333,9 @@ def test_classes_of_the_sample_agree_with_their_numbers(sample_rows):
             assert (row["outcome"] == "oriented") == (row["oriented_share"] >= 0.99)
         elif held:
             # Only torque that was off, or a runaway, takes a held speed out of its class.
-            assert row["first_fault"] != 0
+            assert row["first_fault"]
         if row["outcome"] == "safe_stop":
-            assert row["first_fault"] != 0
+            assert row["first_fault"]
         total = row["closed_share"] + row["degraded_share"] + row["impressed_share"]
         assert total == pytest.approx(1.0) or row["outcome"] == "safe_stop"
         assert row["silent"] == (row["lost_silent_s"] > 0.1)

@@ -28,6 +28,7 @@ job = sim.Job(decimate=500, scenario_overrides={"scenario.duration_s": float(sys
 record = sim.run(job)
 last = ("speed_rpm", "speed_hat_rpm", "gates_on", "state")
 json.dump({"trip": int(record.trip), "fault": record.first_fault, "steps": record.steps,
+           "cause": record.cause, "cause_s": record.cause_s,
            **{name: float(record[name][-1]) for name in last}}, sys.stdout)
 """
 BAD = """
@@ -232,18 +233,23 @@ def test_an_estimator_in_python_has_no_snapshot():
 def test_what_is_not_finite_ends_in_a_fault(bad, name):
     end = ran(f"{bad}:{name}")
     assert end["fault"] != 0
+    assert end["cause"] == "NaN"
+    assert 0.0 < end["cause_s"] < 3.0
     assert (end["gates_on"], end["steps"]) == (0.0, 30000)
 
 
 def test_what_diverges_ends_in_a_fault(bad):
     end = ran(f"{bad}:Diverges")
     assert end["fault"] != 0
+    assert end["cause"] in ("OVER_SPEED", "OVER_CURRENT", "SPEED_DEVIATION", "NaN")
     assert end["gates_on"] == 0.0
 
 
 def test_what_is_too_slow_ends_its_run(bad):
     end = ran(f"{bad}:Slow")
     assert end["trip"] & 16
+    assert end["cause"] == "too slow"
+    assert end["cause_s"] == pytest.approx(end["steps"] * 200e-6)
     assert end["steps"] < 30000
 
 
@@ -252,10 +258,16 @@ def test_a_campaign_goes_on_whatever_the_estimator_does(bad):
     assert done.returncode == 0, done.stderr
     counted = json.loads(done.stdout)["random"]
     assert (counted["points"], counted["held"]) == (4, 0)
+    assert counted["causes"]["NaN"]["count"] == 4
+    said = zh("atlas", "--random", 4, "--estimator", f"{bad}:Nan", "-j", 2).stdout
+    assert "random: points that stopped: NaN 4 (first at " in said
     envelope = ("envelope", "--runs", 2, "--fix", "motor=table1", "--json", "-j", 1, "--fresh")
-    done = zh(*envelope, "--estimator", f"{bad}:Slow")
-    assert done.returncode in (0, 1), done.stderr
-    assert json.loads(done.stdout)["verdicts"] == {"too_slow": 2}
+    for name, verdict, cause in (("Slow", "too_slow", "too slow"), ("Nan", "nan", "NaN")):
+        done = zh(*envelope, "--estimator", f"{bad}:{name}")
+        assert done.returncode in (0, 1), done.stderr
+        found = json.loads(done.stdout)
+        assert found["verdicts"] == {verdict: 2}
+        assert found["causes"][cause]["count"] == 2
 
 
 def test_a_class_with_another_signature_is_refused(bad):

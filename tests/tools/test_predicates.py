@@ -189,7 +189,7 @@ def test_a_trip_between_two_samples_is_seen(trip):
 @TRIPS
 def test_only_a_trip_without_threshold_has_margin(trip):
     tripped = dataclasses.replace(step_signals(), trip=int(trip), trip_s=20.0)
-    beyond_thresholds = trip in (sim.Trip.FIRMWARE, sim.Trip.DIVERGED, sim.Trip.SLOW)
+    beyond_thresholds = trip not in (sim.Trip.SPEED, sim.Trip.CURRENT)
     assert holds(8, p.TIGHT, f8=tripped) is beyond_thresholds
 
 

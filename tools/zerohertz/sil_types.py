@@ -74,6 +74,10 @@ class Fault(IntFlag):
     SPEED_DEVIATION = 1 << 31
 
 
+# Bits that leave the gates on.
+WARNINGS = int(Fault.PERIOD_LATE | Fault.DERATED | Fault.REGENERATION | Fault.UNDERLOAD)
+
+
 class Access(IntEnum):
     """When a parameter may change."""
 

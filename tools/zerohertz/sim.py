@@ -23,7 +23,7 @@ import numpy.typing as npt
 from zerohertz.drive import check, library, override_lines
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
-from zerohertz.sil_types import Commissioned, commissioned
+from zerohertz.sil_types import WARNINGS, Commissioned, Fault, commissioned
 from zerohertz.sim_structs import RawJob, RawResult
 
 HOST_SIM = ROOT / "host_sim"
@@ -42,6 +42,16 @@ class Trip(IntFlag):
     CURRENT = 4  # true |i_s| > 60 A, power invariant
     DIVERGED = 8  # the plant's numbers
     SLOW = 16  # the firmware: more than 250 us of CPU time per period
+    NAN = 32  # the estimate was not finite
+
+
+# Causes that are the estimator's own.
+TOO_SLOW, NOT_FINITE = "too slow", "NaN"
+
+
+def fault_names(bits: int) -> str:
+    """Names of the fault bits, as in fault_list.def; empty: none."""
+    return " ".join(fault.name or "" for fault in Fault if bits & fault)
 
 
 @dataclass(frozen=True)
@@ -87,6 +97,31 @@ class Record:
 
     def __getitem__(self, name: str) -> npt.NDArray[np.float32]:
         return self.columns[name]
+
+    @property
+    def cause(self) -> str:
+        """What stopped the run: `too slow`, `NaN`, the first fault's names, `diverged`, or none."""
+        for trip, text in ((Trip.SLOW, TOO_SLOW), (Trip.NAN, NOT_FINITE)):
+            if trip in self.trip:
+                return text
+        diverged = "diverged" if Trip.DIVERGED in self.trip else ""
+        return fault_names(self._stopped()[0]) or diverged
+
+    @property
+    def cause_s(self) -> float | None:
+        """When; the end of a run that was too slow."""
+        if Trip.SLOW in self.trip:
+            return self.steps * self.period_s
+        bits, at_s = self._stopped()
+        return at_s if bits else self.trip_s
+
+    def _stopped(self) -> tuple[int, float]:
+        """The first fault that is no warning, and when: of a decimated record its row."""
+        if self.first_fault & ~WARNINGS and self.first_fault_s is not None:
+            return self.first_fault & ~WARNINGS, self.first_fault_s
+        bits = self["faults"].astype(np.int64) & ~WARNINGS
+        first = int(np.argmax(bits != 0))
+        return int(bits[first]), float(self.t_s[first])
 
     @property
     def t_s(self) -> npt.NDArray[np.float32]:

@@ -70,7 +70,7 @@ def maps(task: Task) -> dict[str, Any]:
     from zerohertz.atlas.points import standard_map
     from zerohertz.atlas.run import RunOptions, run_map
     from zerohertz.atlas.simulate import make_bench
-    from zerohertz.atlas.summary import counts
+    from zerohertz.atlas.summary import causes, counts
 
     bench = make_bench(task.entrant.setup(task.bare))
     how = RunOptions(Path(task.folder) / _drive(task), task.workers)
@@ -81,13 +81,14 @@ def maps(task: Task) -> dict[str, Any]:
             rows = run_map(bench, points, how, _say, progress)
         # By the number of the point: which class, and silent or not.
         classes = {row["index"]: row["outcome"] for row in rows}
-        found[name] = counts(rows) | {"classes": classes}
+        found[name] = counts(rows) | {"classes": classes, "causes": causes(rows)}
     return found
 
 
 def envelope(task: Task) -> dict[str, Any]:
     """Counts of the random missions, the same for every entrant."""
     from zerohertz.atlas.run import RunOptions
+    from zerohertz.atlas.summary import causes
     from zerohertz.envelope import campaign
     from zerohertz.envelope.run import Sample
 
@@ -100,7 +101,8 @@ def envelope(task: Task) -> dict[str, Any]:
     )
     how = RunOptions(Path(task.folder) / _drive(task) / "envelope", task.workers)
     result = campaign.run_all(sample, task.runs, how, _say, progress_bar)
-    return campaign.summary(result.possible) | {"rows": columns_of(result.possible)}
+    rows = result.possible
+    return campaign.summary(rows) | {"rows": columns_of(rows), "causes": causes(rows)}
 
 
 def figures(task: Task) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from zerohertz.atlas import picture
 from zerohertz.atlas.simulate import RIG_NAME, Bench
-from zerohertz.atlas.summary import counts, percent, shares
+from zerohertz.atlas.summary import causes, causes_text, counts, percent, shares
 from zerohertz.console import tell
 from zerohertz.scenario.setup import Setup
 
@@ -36,7 +36,9 @@ def store(
     folder: Path, config: str, results: Results, test_R: dict[str, Any] | None, run_s: float
 ) -> dict[str, Any]:
     """Maps beside their rows, summary.json above them; returns what --json prints."""
-    content: dict[str, Any] = {name: counts(rows) for name, rows in results.items()}
+    content: dict[str, Any] = {
+        name: counts(rows) | {"causes": causes(rows)} for name, rows in results.items()
+    }
     if "map_i" in results and "drift" in results:
         content["test_R"] = test_R
     content["run_s"] = round(run_s, 1)
@@ -66,6 +68,9 @@ def print_table(config: str, results: Results) -> None:
         table.add_row(name, str(count["points"]), *cells, str(share["failed_starts"]))
     # Wide enough for the numbers where nobody looks: a pipe has 80 columns.
     Console(width=max(Console().width, 150)).print(table)
+    for name, rows in results.items():
+        if stopped := causes(rows):
+            print(f"{name}: points that stopped: {causes_text(stopped)}")
 
 
 def print_throughput(bench: Bench, workers: int, as_json: bool) -> None:

@@ -136,13 +136,15 @@ def judge_record(bench: Bench, point: Point, record: sim.Record) -> Judgement:
 
 
 def run_point(bench: Bench, point: Point) -> dict[str, Any]:
-    """One row of the atlas: the point, its class, the firmware's first fault."""
+    """One row of the atlas: the point, its class, what stopped it, the firmware's first fault."""
     record = sim.run(job_of(bench, point))
     fault_s = record.first_fault_s
     return {
         **vars(point),
         **vars(judge_record(bench, point, record)),
-        "first_fault": record.first_fault,
+        "cause": record.cause,
+        "cause_s": record.cause_s,  # since the run began
+        "first_fault": sim.fault_names(record.first_fault),
         "first_fault_s": None if fault_s is None else fault_s - begin_s(bench, point),
     }
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from zerohertz.atlas.classes import Outcome
@@ -35,6 +36,27 @@ def shares(rows: Sequence[dict[str, Any]]) -> dict[str, float | int | None]:
         "closed_share_held_above_1Hz": closed_s / above_s if above_s > 0.0 else None,
         "failed_starts": sum(not row["started"] for row in rows),
     }
+
+
+def causes(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, float]]:
+    """What stopped points, the most frequent first: how many, and when the first of them."""
+    stopped = [row for row in rows if row["cause"]]
+    found = Counter(row["cause"] for row in stopped)
+    return {
+        cause: {
+            "count": count,
+            "first_s": min(row["cause_s"] for row in stopped if row["cause"] == cause),
+        }
+        for cause, count in found.most_common()
+    }
+
+
+def causes_text(found: Mapping[str, Mapping[str, float]]) -> str:
+    """As one line."""
+    return ", ".join(
+        f"{cause} {each['count']} (first at {each['first_s']:.3f} s)"
+        for cause, each in found.items()
+    )
 
 
 def percent(count: int, rows: int) -> float:

@@ -21,9 +21,10 @@ from zerohertz.atlas.detection import longest_s
 from zerohertz.atlas.points import Point
 from zerohertz.atlas.simulate import Bench, begin_s, job_of, library_sha256
 from zerohertz.campaign.monitor_cases import FAULT_S, Case, scenario_overrides
-from zerohertz.campaign.rig import FIRMWARE, LINK, OVER_PU, WARNINGS
+from zerohertz.campaign.rig import FIRMWARE, LINK, OVER_PU
 from zerohertz.drive import State
 from zerohertz.errors import UserError
+from zerohertz.sil_types import WARNINGS
 
 # A real board has comparators.
 BOARD = {"protection.comparator_A": 25.0}

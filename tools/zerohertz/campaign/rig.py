@@ -15,8 +15,6 @@ LINK: Mapping[str, float] = {
 }
 FIRMWARE: Mapping[str, float] = {"chopper_on_V": 350.0}
 OVER_PU = 1.125  # of i_trip_A
-# Bits that leave the gates on.
-WARNINGS = int(Fault.PERIOD_LATE | Fault.DERATED | Fault.REGENERATION | Fault.UNDERLOAD)
 
 
 def bit_names(bits: int) -> str:

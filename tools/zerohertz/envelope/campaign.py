@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from zerohertz.atlas.run import RunOptions, Tell, run_map
+from zerohertz.atlas.summary import causes
 from zerohertz.envelope.axes import AXES, Axis
 from zerohertz.envelope.run import Sample, bench_of_envelope, cases_of, run_cases
 
@@ -121,6 +122,7 @@ def as_dict(result: Result) -> dict[str, Any]:
         "impossible_undeclared_harm": sum(row["undeclared_harm"] for row in result.impossible),
         "verdicts": dict(Counter(row["verdict"] for row in rows)),
         "faults": dict(as_counts(rows)),
+        "causes": causes(rows),
         "quantiles": every_quantile(rows),
         "axes": {
             axis.name: {

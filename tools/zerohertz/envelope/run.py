@@ -41,7 +41,8 @@ RUN_ON_S = 0.01
 LONGEST_START_S = 60.0
 AFTER_START_S = 0.3
 FOREIGN_START_S = 6.0  # of an estimator of somebody else's with which the drive never gets ready
-TOO_SLOW = "too_slow"  # verdict of a run that was ended for it
+# Verdicts of runs that the estimator ended itself.
+OWN_ENDS = {sim.TOO_SLOW: "too_slow", sim.NOT_FINITE: "nan"}
 NOMINAL: tuple[tuple[str, Value], ...] = (
     *((name, 1.0) for name in ("Rs_ratio", "Rr_ratio", "M_ratio", "leakage_ratio", "J_ratio")),
     *((name, 0.0) for name in ("offset_A", "gain_error", "dead_time_us", "load_pu")),
@@ -223,7 +224,9 @@ def row_of(plan: Planned, record: sim.Record) -> dict[str, Any]:
         "duration_s": plan.mission.end_s,
         "impossible": plan.impossible,
         **verdict,
-        **({"verdict": TOO_SLOW} if sim.Trip.SLOW in record.trip else {}),
+        **({"verdict": OWN_ENDS[record.cause]} if record.cause in OWN_ENDS else {}),
+        "cause": record.cause,
+        "cause_s": record.cause_s,
         "fault": bit_names(int(verdict["bits"])),
         "false_trip": fault and not plan.impossible,
         "undeclared_harm": verdict["verdict"] == UNDECLARED,

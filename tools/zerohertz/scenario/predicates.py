@@ -169,6 +169,7 @@ def trip_text(trip: int, first_fault: int) -> str | None:
         (Trip.CURRENT, "|i| > 60 A"),
         (Trip.DIVERGED, "plant diverged"),
         (Trip.SLOW, "estimator too slow"),
+        (Trip.NAN, "estimate not finite"),
     ):
         words += [word] if trip & bit else []
     return ", ".join(words) or None
@@ -244,7 +245,9 @@ def stable(m: StepMeasures, tight: float) -> tuple[Clause, ...]:
 def unstable(m: StepMeasures, tight: float) -> tuple[Clause, ...]:
     error_rpm = m.sustained_error_tight_rpm if tight > 0.0 else m.sustained_error_rpm
     # A fault has no threshold; those of speed and current are to be passed with margin.
-    trip = m.trip & (Trip.FIRMWARE | Trip.DIVERGED | Trip.SLOW) if tight > 0.0 else m.trip
+    trip = (
+        m.trip & (Trip.FIRMWARE | Trip.DIVERGED | Trip.SLOW | Trip.NAN) if tight > 0.0 else m.trip
+    )
     lost = either(
         at_least("|w - w*| for 0.5 s after the step", error_rpm, 100.0, tight),
         at_least(

@@ -27,8 +27,8 @@ import numpy.typing as npt
 
 from zerohertz import sim
 from zerohertz.atlas.detection import stretches
-from zerohertz.campaign.rig import WARNINGS
 from zerohertz.drive import Fault, State
+from zerohertz.sil_types import WARNINGS
 
 Array = npt.NDArray[np.float64]
 

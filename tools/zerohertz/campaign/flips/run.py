@@ -24,8 +24,8 @@ from zerohertz.campaign.flips.cases import Case
 from zerohertz.campaign.flips.fork import answer_of
 from zerohertz.campaign.flips.layout import leaf_of
 from zerohertz.campaign.flips.modes import MODES, PLAIN, Mode
-from zerohertz.campaign.rig import WARNINGS
 from zerohertz.errors import UserError
+from zerohertz.sil_types import WARNINGS
 from zerohertz.sim_steps import Steps
 
 # A row depends on these besides the firmware: a change of one makes stored rows old.
