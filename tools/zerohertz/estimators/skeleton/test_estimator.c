@@ -8,6 +8,11 @@
 #define PERIOD_S 200e-6f
 #define OMEGA    60.0f
 #define I_A      4.0f
+/* How near is right, after 2 s. The seed is 20 % off in speed: an estimator that stays where it was
+ * put fails. The signals are exact, so these are no errors of sensors or parameters; the skeleton
+ * ends within 0.01 %. If yours needs more, write the reason here. */
+#define SPEED_RAD_S 1.0f  /* 1.7 % of OMEGA, 5 min^-1 with two pole pairs */
+#define FLUX_PU     0.05f /* 5 % of the flux: as much in torque */
 
 static int failed;
 
@@ -53,9 +58,9 @@ int main(void)
         const estimator_in_t in = turning(&motor, PERIOD_S * (float)k);
         estimator_step(&cfg, &st, &in);
     }
-    check(fabsf(st.estimate.omega_e_rad_s - OMEGA) < 1.0f, "the speed of a turning motor, rad/s",
-          st.estimate.omega_e_rad_s);
-    check(fabsf(st.estimate.lambda_Wb / (params.M_H * I_A) - 1.0f) < 0.05f, "and its flux, Wb",
+    check(fabsf(st.estimate.omega_e_rad_s - OMEGA) < SPEED_RAD_S,
+          "the speed of a turning motor, rad/s", st.estimate.omega_e_rad_s);
+    check(fabsf(st.estimate.lambda_Wb / (params.M_H * I_A) - 1.0f) < FLUX_PU, "and its flux, Wb",
           st.estimate.lambda_Wb);
 
     const estimator_in_t still = {.u_s_V = {params.Rs_ohm * I_A, 0.0f}, .i_s_A = {I_A, 0.0f}};
@@ -63,7 +68,7 @@ int main(void)
     for (int k = 0; k < STEPS; k++) {
         estimator_hold(&cfg, &st, &still, 0.0f);
     }
-    check(fabsf(st.estimate.lambda_r_hat_Wb.alpha / (params.M_H * I_A) - 1.0f) < 0.05f,
+    check(fabsf(st.estimate.lambda_r_hat_Wb.alpha / (params.M_H * I_A) - 1.0f) < FLUX_PU,
           "hold magnetises a motor at rest, Wb", st.estimate.lambda_r_hat_Wb.alpha);
 
     st.estimate.lambda_r_hat_Wb.alpha = NAN;
