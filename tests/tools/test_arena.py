@@ -107,7 +107,7 @@ def test_a_folder_brings_its_own_line(tmp_path):
     assert (mine.name, mine.title, mine.base) == ("mine", "Mine", "paper")
     assert mine.estimator == str(folder)
     assert mine.setup().params["i_d_A"] == 4
-    assert entrant.of_user(f"{EXAMPLE}:FluxLength").name == "FluxLength"
+    assert entrant.of_user(f"{EXAMPLE}:FluxLength").name == "flux_length.py:FluxLength"
 
 
 def test_points_are_spread_evenly():
@@ -203,9 +203,9 @@ def test_a_sample_ranks_a_stranger_beside_ours_and_is_kept(tmp_path):
     assert estimators["ours"]["maps"]["map_i"]["oriented"] == 3
     assert estimators["ours"]["figures"]["score"] == 4
     assert "classes" not in estimators["ours"]["maps"]["map_i"]
-    assert estimators["FluxLength"]["maps"]["drift"]["points"] == 3
-    assert estimators["Broken"]["errors"]
-    assert "`FluxLength`" in (tmp_path / "arena.md").read_text()
+    assert estimators["flux_length.py:FluxLength"]["maps"]["drift"]["points"] == 3
+    assert estimators["broken.py:Broken"]["errors"]
+    assert "`flux_length.py:FluxLength`" in (tmp_path / "arena.md").read_text()
     again = arena(*words[:-2], out=tmp_path)
     assert again.returncode == 0, again.stderr
     assert "  maps: kept" in again.stderr

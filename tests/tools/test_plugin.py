@@ -338,7 +338,7 @@ def test_the_choice_reaches_workers(folder, monkeypatch):
     assert os.environ[chosen.ESTIMATOR] == str(folder)
     assert chosen.chosen_name() == "my_observer"
     chosen.choose(f"{EXAMPLE}:FluxLength")
-    assert chosen.chosen_name() == "FluxLength"
+    assert chosen.chosen_name() == "flux_length.py:FluxLength"
     assert chosen.python_digest() != b""
     chosen.choose("hasegawa")
     assert chosen.chosen_name() == ""

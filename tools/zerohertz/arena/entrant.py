@@ -106,8 +106,9 @@ def read(path: Path) -> Entrant:
 def of_user(estimator: str) -> Entrant:
     """From --estimator; with an arena.toml in its folder as that says."""
     if ".py:" in estimator:
-        name = estimator.rpartition(":")[2]
-        return Entrant(name, name, "", str(_absolute(estimator)), "recommended")
+        absolute = _absolute(estimator)
+        name = Path(absolute).name  # file.py:Class, as it was written
+        return Entrant(name, name, "", absolute, "recommended")
     folder = folder_of(estimator)
     if (folder / OWN_FILE).is_file():
         return read(folder / OWN_FILE)

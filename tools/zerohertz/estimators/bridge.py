@@ -22,6 +22,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from ctypes import CFUNCTYPE, POINTER, Structure, c_float, c_uint32
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Protocol
 
@@ -116,7 +117,7 @@ def _names(lib: ctypes.CDLL) -> list[str]:
 
 def _loaded(spec: str) -> type[PythonEstimator]:
     file, _, name = spec.rpartition(":")
-    found = importlib.util.spec_from_file_location("zerohertz_user_estimator", file)
+    found = importlib.util.spec_from_file_location(Path(file).stem, file)
     assert found is not None
     assert found.loader is not None
     module = importlib.util.module_from_spec(found)

@@ -106,7 +106,7 @@ def in_tree() -> list[str]:
 def chosen_name() -> str:
     """For folders and tables; empty: the drive's own."""
     if python := os.environ.get(PYTHON):
-        return python.rpartition(":")[2]
+        return Path(python).name  # file.py:Class, as it was written
     return Path(os.environ.get(ESTIMATOR, "")).name
 
 
