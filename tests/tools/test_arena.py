@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import os
 import re
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from zerohertz.arena import columns, entrant, measure, page, picture, scatter
+from zerohertz.arena import campaign, columns, entrant, measure, page, picture, runs, scatter
 from zerohertz.atlas.points import standard_map
 from zerohertz.errors import UserError
 from zerohertz.estimators import new
@@ -40,22 +41,22 @@ def measured(oriented: int, mean: float, unsafe: int = 0) -> dict:
     }
 
 
-def ran(held: int, runs: int) -> dict:
+def ran(held: int, count: int) -> dict:
     """An envelope of so many runs, the first of them held."""
     rows = [
         {"index": k, "held": k < held, "undeclared_harm": False, "false_trip": k >= held}
         | {"above_1Hz_s": 10.0, "oriented_above_1Hz_s": 10.0 if k < held else 5.0}
         | {"torque_ripple_pu": 0.01 * k if k % 3 else None}
-        for k in range(runs)
+        for k in range(count)
     ]
     return {
-        "runs": runs,
-        "held": {"count": held, "share": held / runs},
-        "false_trips": {"count": runs - held, "share": 1.0 - held / runs},
+        "runs": count,
+        "held": {"count": held, "share": held / count},
+        "false_trips": {"count": count - held, "share": 1.0 - held / count},
         "undeclared_harm": {"count": 0, "share": 0.0},
-        "oriented_above_1Hz": {"count": 1.0, "share": 0.5 + 0.5 * held / runs},
+        "oriented_above_1Hz": {"count": 1.0, "share": 0.5 + 0.5 * held / count},
         "torque_ripple_p95_pu": 0.1,
-        "rows": scatter.columns_of(rows),
+        "rows": runs.columns_of(rows),
     }
 
 
@@ -139,13 +140,92 @@ def test_wilsons_interval():
 def test_one_run_more_of_40_is_chance_and_60_more_of_1000_are_not():
     few = [ran(held, 40)["rows"] for held in (37, 36)]
     many = [ran(held, 1000)["rows"] for held in (925, 865)]
-    for name in ("held", "false_trip", "oriented_above_1Hz"):
+    for name in ("held", "false_trip"):
         assert not scatter.beyond_chance(*few, name)
         assert scatter.beyond_chance(*many, name)
-    assert not scatter.beyond_chance(*many, "torque_ripple_p95_pu")  # the same in both
+    for name in scatter.WHILE_HELD:  # the same in what both held
+        assert not scatter.beyond_chance(*many, name)
     low, high = scatter.interval(many[0], "oriented_above_1Hz")
     assert low < 0.9625 < high
     assert high - low < 0.02
+
+
+def rough(runs_: dict, which: range, pu: float) -> dict:
+    """With this ripple in these runs."""
+    ripple = [pu if k in which else each for k, each in enumerate(runs_["torque_ripple_pu"])]
+    return runs_ | {"torque_ripple_pu": ripple}
+
+
+def test_ripple_is_compared_on_the_runs_that_both_held():
+    """The rival has the lower number of all its runs, as it trips in the rough ones."""
+    found = copy.deepcopy(FOUND)
+    for name, held in (("ours", 90), ("rival", 60)):
+        found[name]["envelope"] = ran(held, 90)
+        # The rival is worse wherever both have torque.
+        smooth = rough(found[name]["envelope"]["rows"], range(60), 0.1 if name == "ours" else 0.2)
+        found[name]["envelope"]["rows"] = rough(smooth, range(60, 90), 0.9)
+        found[name]["envelope"]["torque_ripple_p95_pu"] = 0.9 if name == "ours" else 0.2
+    text = page.page_text(found, "zh arena")
+    assert "torque ripple" not in text.split("## Ranking")[0]
+    assert "| envelope: torque ripple, 95 % | ours (10.00 %, 60 runs) | - |" in text
+    better = copy.deepcopy(found)
+    better["rival"]["envelope"]["rows"] = rough(smooth, range(60), 0.05)
+    said = "| envelope: torque ripple, 95 % | beside each | rival 5.00 % against 10.00 % in 60 runs"
+    assert said in page.page_text(better, "zh arena").split("Better by no more than chance")[0]
+
+
+def test_fewer_than_20_runs_compare_nothing():
+    found = copy.deepcopy(FOUND)
+    for name, held in (("ours", 1), ("rival", 19)):
+        found[name]["envelope"] = ran(held, 19)
+    assert "envelope" not in page.page_text(found, "zh arena").split("## Ranking")[0]
+    for name, held in (("ours", 1), ("rival", 20)):
+        found[name]["envelope"] = ran(held, 20)
+    assert "envelope: held" in page.page_text(found, "zh arena").split("## Ranking")[0]
+
+
+def test_who_returns_nan_or_is_too_slow_is_not_ranked():
+    found = copy.deepcopy(FOUND)
+    for cause in ("NaN", "too slow"):
+        other = measured(245, 1.0)
+        other["maps"]["drift"]["causes"] = {cause: {"count": 200, "first_s": 0.5}}
+        found[cause.split()[-1]] = other
+    found["rival"]["maps"] = copy.deepcopy(found["rival"]["maps"])
+    once = {"NaN": {"count": 1, "first_s": 9.0}, "OVER_SPEED": {"count": 99, "first_s": 1.0}}
+    found["rival"]["maps"]["map_i"]["causes"] = once
+    assert columns.ranked(found) == ["ours", "rival", "NaN", "slow"]
+    text = page.page_text(found, "zh arena")
+    ranked = text.split("## Ranking")[1]
+    assert "| 2 | `rival` |" in ranked
+    assert "| `NaN` | NaN at 0.500 s, drift, 200 of 245 |" in ranked
+    assert "| `slow` | too slow at 0.500 s, drift, 200 of 245 |" in ranked
+    assert "| 3 |" not in ranked
+    assert "slow" not in text.split("## Ranking")[0]
+    assert page.as_json(found)["slow"]["not_ranked"].startswith("too slow at")
+
+
+@pytest.mark.parametrize("where", ["docs", "build", "outside"])
+def test_the_links_of_the_page_lead_somewhere(tmp_path, where):
+    folder = {"docs": page.DOCS, "build": ROOT / "build" / "arena", "outside": tmp_path}[where]
+    with_checked = {name: each | {"checked": "x"} for name, each in FOUND.items()}
+    text = page.page_text(with_checked, "zh arena", folder)
+    links = re.findall(r"\]\(([^)#]+\.md)", text)
+    assert len(links) == 2
+    for link in links:
+        assert Path(os.path.normpath(folder / link)).is_file(), link
+
+
+def test_the_page_names_the_command_that_was_given():
+    few = page.command_of(["ekf"], ["../mine"], ["maps"], (21, 4, 7))
+    assert few == "tools/zh arena ekf --estimator ../mine --only maps --points 21 --runs 4 --seed 7"
+    assert page.command_of([], [], [], (0, 40, 1), write=True).endswith("--seed 1 --write")
+
+
+def test_kept_answers_depend_on_judges_and_not_on_pages():
+    names = {str(path.relative_to(ROOT / "tools" / "zerohertz")) for path in campaign.SOURCES}
+    assert all(path.is_file() for path in campaign.SOURCES)
+    assert {"atlas/classes.py", "envelope/measure.py", "campaign/faults/judge.py"} <= names
+    assert not [name for name in names if re.search("page|picture|output|command|compared", name)]
 
 
 def test_the_page_tells_chance_from_what_is_beyond_it():

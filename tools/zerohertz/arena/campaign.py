@@ -27,8 +27,21 @@ FOLDER = BUILD / "arena"
 LONGEST_S = 3600.0  # of one part, and for each run of the envelope; what takes longer hangs
 LONGEST_RUN_S = 20.0
 BARE_PARTS = ("maps", "envelope")  # what the drive finds out changes no instruction count
-# A change of one of these makes kept answers old, as does the library.
-_SOURCES = ("arena/measure.py", "arena/entrant.py", "atlas/*.py", "envelope/*.py", "scenario/*.py")
+# What makes or judges an answer, by folder: a change of one makes kept answers old, as does the
+# library. No page, picture or command: those are made anew from the answers.
+_JUDGES = {
+    "arena": "measure entrant runs",
+    "atlas": "classes points simulate summary",
+    "envelope": "axes campaign case feasible measure mission motors plans plant run",
+    "scenario": "by_eye evaluate filters predicates setup signals",
+    "campaign/faults": "judge run",
+    "campaign": "rig",
+    "": "sim",
+}
+_PACKAGE = ROOT / "tools" / "zerohertz"
+SOURCES = tuple(
+    _PACKAGE / folder / f"{name}.py" for folder, names in _JUDGES.items() for name in names.split()
+)
 
 Found = dict[str, Any]
 
@@ -127,7 +140,7 @@ def _measured(task: Task, file: Path) -> Found:
             command, cwd=ROOT, stdout=subprocess.PIPE, text=True, timeout=longest_s
         )
     except subprocess.TimeoutExpired:
-        return {"error": f"did not end within {longest_s:.0f} s; the same command goes on"}
+        return {"error": f"too slow: not done in {longest_s:.0f} s; the same command goes on"}
     finally:
         file.unlink()
     if done.returncode != 0:
@@ -144,9 +157,8 @@ def _key(task: Task, mark: bytes) -> str:
         del content["entrant"][name]
     base = task.entrant.setup(task.bare)
     digest.update(json.dumps([content, dict(base.params)], sort_keys=True).encode())
-    for pattern in _SOURCES:
-        for path in sorted((ROOT / "tools" / "zerohertz").glob(pattern)):
-            digest.update(path.read_bytes())
+    for path in SOURCES:
+        digest.update(path.read_bytes())
     for path in (base.motor_dir / "l_gain.json", base.motor_dir / "motor.toml", base.board):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

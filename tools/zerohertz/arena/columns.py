@@ -8,8 +8,10 @@ from typing import Any
 
 from zerohertz.arena.measure import MAPS
 from zerohertz.arena.scatter import interval
+from zerohertz.sim import NOT_FINITE, TOO_SLOW
 
 Found = Mapping[str, Mapping[str, Any]]
+UNFIT_SHARE = 0.01  # of all points and runs: more that ended by NaN or by CPU time are no chance
 MAP_TEXT = {
     "map_i": "map i (ideal inverter)",
     "map_ii": "map ii (dead time)",
@@ -117,6 +119,31 @@ def score(found: Mapping[str, Any]) -> float | None:
     return 100.0 * sum(each["oriented"] - each["unsafe"] for each in counted) / points
 
 
+def unfit(found: Mapping[str, Any]) -> str:
+    """Why it is not ranked; empty: it is. With helpers, the estimator itself ended too much."""
+    parts = {name: found.get("maps", {}).get(name, {}) for name in MAPS}
+    counted = [(name, each, each.get("points", 0)) for name, each in parts.items()]
+    runs = found.get("envelope", {})
+    counted.append(("envelope", runs, runs.get("runs", 0)))
+    said, ended = [], 0
+    for name, each, of in counted:
+        for cause in (TOO_SLOW, NOT_FINITE):
+            if own := each.get("causes", {}).get(cause):
+                ended += own["count"]
+                said.append(f"{cause} at {own['first_s']:.3f} s, {name}, {own['count']} of {of}")
+    return "; ".join(said) if ended > UNFIT_SHARE * sum(of for *_, of in counted) else ""
+
+
+def fit(found: Found) -> Found:
+    """Those that are ranked."""
+    return {name: each for name, each in found.items() if not unfit(each)}
+
+
 def ranked(found: Found) -> list[str]:
-    """Names, the best score first; who has none last, in the order given."""
-    return sorted(found, key=lambda n: -(s if (s := score(found[n])) is not None else -1e9))
+    """Names, the best score first; then who has none, then who is not ranked."""
+
+    def place(name: str) -> tuple[bool, float]:
+        value = score(found[name])
+        return bool(unfit(found[name])), 1e9 if value is None else -value
+
+    return sorted(found, key=place)

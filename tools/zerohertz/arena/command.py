@@ -68,7 +68,7 @@ def arena(
     folder = out or campaign.FOLDER
     options = campaign.Options(parts, points, runs, seed, workers, fresh, folder)
     found = campaign.run(chosen, options, tell)
-    command = page.command_of(*asked, (points, runs, seed))
+    command = page.command_of(*asked, (points, runs, seed), write)
     path = page.write(page.DOCS if write else folder, found, command)
     if as_json:
         print(json.dumps({"command": command, "estimators": page.as_json(found)}))

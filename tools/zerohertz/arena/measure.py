@@ -16,7 +16,7 @@ from typing import Any
 
 from zerohertz import param_list
 from zerohertz.arena.entrant import Entrant
-from zerohertz.arena.scatter import columns_of
+from zerohertz.arena.runs import columns_of
 from zerohertz.console import progress_bar
 from zerohertz.param_list import Value
 

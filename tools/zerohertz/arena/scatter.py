@@ -2,26 +2,30 @@
 
 A share has Wilson's interval. Two entrants are compared on the runs that both have, which draw the
 same motors, loads and missions: the runs are resampled in pairs, and a difference counts when 95 %
-of the resampled ones have its sign on either side.
+of the resampled ones have its sign on either side. What is measured while torque is on is compared
+on the runs that both held: who trips early would have the easy rest of the runs for himself.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from zerohertz.arena.runs import COLUMNS, SHARES
 
 Floats = npt.NDArray[np.float64]
 Z95 = 1.959964
 RESAMPLED = 2000
 SEED = 1
-# A run in numbers, as the answers keep it.
-SHARES = ("held", "undeclared_harm", "false_trip")
-COLUMNS = ("index", *SHARES, "above_1Hz_s", "oriented_above_1Hz_s", "torque_ripple_pu")
+WHILE_HELD = ("oriented_above_1Hz", "torque_ripple_p95_pu")
+LEAST_RUNS = 20  # that are compared: fewer say nothing
 RIPPLE_SHARE = 0.95
+
+Runs = Mapping[str, Sequence[float | None]]
+Table = Mapping[str, Floats]
 
 
 def wilson(count: float, of: int) -> tuple[float, float]:
@@ -34,15 +38,7 @@ def wilson(count: float, of: int) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[float | None]]:
-    """What `beyond_chance` needs of the envelope's rows."""
-    return {
-        name: [None if row[name] is None else round(float(row[name]), 5) for row in rows]
-        for name in COLUMNS
-    }
-
-
-def interval(runs: Mapping[str, Sequence[float | None]], name: str) -> tuple[float, float]:
+def interval(runs: Runs, name: str) -> tuple[float, float]:
     """95 % interval: Wilson's of a share of the runs, of other statistics by resampling them."""
     if name in SHARES:
         known = [each for each in runs[name] if each is not None]
@@ -50,37 +46,56 @@ def interval(runs: Mapping[str, Sequence[float | None]], name: str) -> tuple[flo
     return _bounds(_resampled(_table(runs), name))
 
 
-def beyond_chance(
-    better: Mapping[str, Sequence[float | None]],
-    other: Mapping[str, Sequence[float | None]],
-    name: str,
-) -> bool:
+def same_runs(every: Sequence[Runs], name: str) -> list[Table]:
+    """The runs that a statistic of several entrants is compared on; empty: too few."""
+    tables = [_table(runs) for runs in every]
+    shared = set.intersection(*(set(_usable(table, name).tolist()) for table in tables))
+    if len(shared) < LEAST_RUNS:
+        return []
+    kept = list(shared)
+    return [{key: c[np.isin(t["index"], kept)] for key, c in t.items()} for t in tables]
+
+
+def _usable(table: Table, name: str) -> Floats:
+    """Numbers of the runs that have the statistic."""
+    index = table["index"]
+    if name not in WHILE_HELD:
+        return index
+    known = table["torque_ripple_pu" if name == "torque_ripple_p95_pu" else "above_1Hz_s"]
+    return index[(table["held"] > 0.0) & ~np.isnan(known)]
+
+
+def statistic(table: Table, name: str) -> float:
+    """Of the runs as they are."""
+    return float(_drawn(table, name, np.arange(len(table["index"]))[None, :])[0])
+
+
+def beyond_chance(better: Runs, other: Runs, name: str) -> bool:
     """Whether the statistics of two entrants differ by more than chance."""
-    tables = _table(better), _table(other)
-    both = sorted(set(tables[0]["index"]) & set(tables[1]["index"]))
-    if not both:
+    paired = same_runs((better, other), name)
+    if not paired:
         return False
-    paired = [
-        {key: column[np.isin(table["index"], both)] for key, column in table.items()}
-        for table in tables
-    ]
-    difference = _resampled(paired[0], name) - _resampled(paired[1], name)
-    low, high = _bounds(difference)
+    low, high = _bounds(_resampled(paired[0], name) - _resampled(paired[1], name))
     return low > 0.0 or high < 0.0
 
 
-def _table(runs: Mapping[str, Sequence[float | None]]) -> dict[str, Floats]:
+def _table(runs: Runs) -> Table:
     return {name: np.array(runs[name], dtype=np.float64) for name in COLUMNS}
 
 
-def _resampled(table: Mapping[str, Floats], name: str) -> Floats:
+def _resampled(table: Table, name: str) -> Floats:
     """The statistic of so many draws of the runs, each as large as the sample."""
     count = len(table["index"])
-    drawn = np.random.default_rng(SEED).integers(0, count, (RESAMPLED, count))
+    return _drawn(table, name, np.random.default_rng(SEED).integers(0, count, (RESAMPLED, count)))
+
+
+def _drawn(table: Table, name: str, drawn: npt.NDArray[np.int64]) -> Floats:
+    """The statistic of each row of run numbers."""
     if name == "oriented_above_1Hz":
         above_s = table["above_1Hz_s"][drawn].sum(axis=1)
         oriented_s = table["oriented_above_1Hz_s"][drawn].sum(axis=1)
-        return np.divide(oriented_s, above_s, out=np.full(RESAMPLED, np.nan), where=above_s > 0.0)
+        unknown = np.full(len(drawn), np.nan)
+        return np.divide(oriented_s, above_s, out=unknown, where=above_s > 0.0)
     if name == "torque_ripple_p95_pu":
         ordered = np.sort(table["torque_ripple_pu"][drawn], axis=1)  # unknown ones last
         last = np.count_nonzero(~np.isnan(ordered), axis=1) - 1
