@@ -1,15 +1,22 @@
 #include "stages.h"
 
-/* The leg voltage lost: found at the start, or by the parameters. While it is looked for, nothing
- * is added. */
-static float leg_loss_V(const drive_config_t *cfg, const drive_state_t *st, float u_dc_V, bool busy)
+/* What a leg loses: found at the start, or by the parameters. While it is looked for, nothing is
+ * added. */
+static leg_loss_t leg_loss(const drive_config_t *cfg, const drive_state_t *st, float u_dc_V,
+                           bool busy)
 {
     const premagnetise_state_t *found = &st->modes.premagnetise;
+    leg_loss_t loss = inverter_error_loss(&cfg->voltage.error, u_dc_V);
     if (busy) {
-        return 0.0f;
+        loss.whole_V = 0.0f;
+    } else if (found->leg_loss_found) {
+        loss.whole_V = found->leg_loss_pu * u_dc_V;
+        loss.threshold_A =
+            (found->leg_threshold_A > 0.0f) ? found->leg_threshold_A : loss.threshold_A;
+    } else {
+        /* By the parameters. */
     }
-    return found->leg_loss_found ? (found->leg_loss_pu * u_dc_V)
-                                 : inverter_error_lost_V(&cfg->voltage.error, u_dc_V);
+    return loss;
 }
 
 void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *request,
@@ -28,7 +35,7 @@ void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *
         .omega_s_rad_s = e->omega_s_rad_s,
         .omega_e_rad_s = e->omega_e_rad_s,
         .lambda_Wb = e->lambda_Wb,
-        .leg_loss_V = leg_loss_V(cfg, st, out->meas.u_dc_V, request->busy),
+        .leg_loss = leg_loss(cfg, st, out->meas.u_dc_V, request->busy),
         .u_dc_V = out->meas.u_dc_V};
     const voltage_out_t voltage = voltage_step(&cfg->voltage, &st->voltage, &voltage_in);
     out->duty = voltage.duty;

@@ -34,6 +34,8 @@
 
 /* Rs before the start. */
 #define CONFIG_RS_LOW_PU              0.625f
+#define CONFIG_RS_SMALL_PU            0.6f /* over the threshold: half of it in leg u */
+#define CONFIG_IDENTIFY_CURVE         2u
 #define CONFIG_RS_AVERAGE_PU          0.2f
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
 #define CONFIG_RS_RATIO_MAX           2.0f
@@ -181,15 +183,18 @@ static void config_protection(drive_params_t *d, const params_t *p)
 /* Rs at the start and while running. */
 static void config_resistance(drive_params_t *d, const params_t *p)
 {
-    d->rs_measurement =
-        (rs_measurement_params_t){.enable = p->rs_measure != 0u,
-                                  .high_A = p->rs_high_A,
-                                  .low_A = CONFIG_RS_LOW_PU * p->rs_high_A,
-                                  .level_s = p->rs_level_s,
-                                  .average_s = minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s,
-                                                    CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
-                                  .bias = p->rs_bias,
-                                  .ratio_max = CONFIG_RS_RATIO_MAX};
+    const float low_A = CONFIG_RS_LOW_PU * p->rs_high_A;
+    const float small_A = minf(CONFIG_RS_SMALL_PU * p->dead_time_i_threshold_A, 0.5f * low_A);
+    d->rs_measurement = (rs_measurement_params_t){
+        .enable = p->rs_measure != 0u,
+        .high_A = p->rs_high_A,
+        .low_A = low_A,
+        .small_A = (p->dead_time_identify == CONFIG_IDENTIFY_CURVE) ? small_A : 0.0f,
+        .level_s = p->rs_level_s,
+        .average_s =
+            minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
+        .bias = p->rs_bias,
+        .ratio_max = CONFIG_RS_RATIO_MAX};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
                                             .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
                                             .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,

@@ -663,6 +663,32 @@ static void test_the_legs_loss_is_identified_when_wanted(void)
                               540.0 * (double)st.modes.premagnetise.leg_loss_pu);
 }
 
+/* Duty of leg u after a step whose current stays below .1 A in every leg. */
+static double duty_u_near_zero(float leg_threshold_A)
+{
+    drive_params_t p = with_measurement(0);
+    drive_config_t cfg;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    drive_state_t st = {.modes.premagnetise = {.leg_loss_pu = 0.02f,
+                                               .leg_threshold_A = leg_threshold_A,
+                                               .leg_loss_found = true}};
+    const measurement_in_t sample = along_alpha(&p, 0.05, 0.0);
+    const drive_in_t in = {.mode = DRIVE_RUN};
+    drive_out_t out;
+    drive_step(&cfg, &st, &sample, &in, &out);
+    return (double)out.duty.u;
+}
+
+/* The threshold found counts; without one that of the parameters. */
+static void test_the_legs_threshold_that_was_found_counts(void)
+{
+    const double parameter = duty_u_near_zero(0.0f);
+    const double told = duty_u_near_zero(0.1f);
+    const double wide = duty_u_near_zero(1.0f);
+    TEST_ASSERT_TRUE(told > parameter);
+    TEST_ASSERT_TRUE(parameter > wide);
+}
+
 static void test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them(void)
 {
     drive_params_t p = with_measurement(0);
@@ -1137,6 +1163,7 @@ int main(void)
     RUN_TEST(test_every_field_of_the_output_is_written_in_every_mode);
     RUN_TEST(test_the_measured_resistance_is_used_after_both_levels);
     RUN_TEST(test_the_legs_loss_is_identified_when_wanted);
+    RUN_TEST(test_the_legs_threshold_that_was_found_counts);
     RUN_TEST(test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them);
     RUN_TEST(test_a_refused_resistance_is_a_fault_while_it_is_asked_for);
     RUN_TEST(test_dead_time_is_not_compensated_while_the_resistance_is_measured);

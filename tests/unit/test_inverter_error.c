@@ -17,7 +17,7 @@ static inverter_error_config_t cfg;
 
 static ab_t voltage(const inverter_error_config_t *c, ab_t i_A, float u_dc_V)
 {
-    return inverter_error_voltage(c, i_A, inverter_error_lost_V(c, u_dc_V));
+    return inverter_error_voltage(inverter_error_loss(c, u_dc_V), i_A);
 }
 
 void setUp(void)
@@ -54,7 +54,7 @@ static void test_init_derives_the_compensated_share(void)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.01125f, cfg.k);
     ASSERT_SAME_FLOAT(1.125f, cfg.drop_V);
-    ASSERT_SAME_FLOAT(4.0f, cfg.inv_i_threshold_per_A);
+    ASSERT_SAME_FLOAT(0.25f, cfg.i_threshold_A);
 }
 
 #define ASSERT_REFUSED(field, value)                                                               \

@@ -80,11 +80,26 @@ static void test_resistance_and_loss_are_kept(void)
     TEST_ASSERT_TRUE(st.leg_loss_found);
     /* 6 V along u is a leg's loss times 2 sqrt(2/3). */
     ASSERT_NEAR(1e-7, 6.0 / (2.0 * sqrt(2.0 / 3.0)) / (double)U_DC_V, st.leg_loss_pu);
+    ASSERT_SAME_FLOAT(0.0f, st.leg_threshold_A);
     TEST_ASSERT_EQUAL_HEX32(0u, faults);
     /* Done: the next periods change nothing. */
     const premagnetise_state_t found = st;
     TEST_ASSERT_FALSE(step(4.0f, 9.0f, 60.0f));
     TEST_ASSERT_EQUAL_MEMORY(&found, &st, sizeof found);
+}
+
+/* A third of the loss at .1 A. */
+static void test_the_threshold_is_kept_too(void)
+{
+    cfg.measurement.small_A = 0.1f;
+    for (uint32_t k = 0u; k < LEVEL_PERIODS; k++) {
+        TEST_ASSERT_TRUE(step(0.1f, 1.2f, 2.0f));
+        ASSERT_SAME_FLOAT(0.1f, i_ref_A);
+    }
+    both_levels(1.2f, 6.0f);
+    TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
+    TEST_ASSERT_TRUE(st.leg_loss_found);
+    ASSERT_NEAR(1e-6, 0.75 * 3.0 * 0.1 * sqrt(2.0 / 3.0), st.leg_threshold_A);
 }
 
 static void test_the_loss_is_kept_only_where_it_is_asked_for(void)
@@ -128,6 +143,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_not_wanted_it_asks_for_nothing);
     RUN_TEST(test_resistance_and_loss_are_kept);
+    RUN_TEST(test_the_threshold_is_kept_too);
     RUN_TEST(test_the_loss_is_kept_only_where_it_is_asked_for);
     RUN_TEST(test_a_refusal_is_a_fault_while_it_is_asked_for);
     RUN_TEST(test_what_is_no_number_is_refused);

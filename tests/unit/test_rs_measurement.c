@@ -112,6 +112,8 @@ static void test_init_refuses_every_bad_number(void)
         TEST_ASSERT_FALSE(rs_measurement_init(&cfg, &good, RS_ohm, x));
     }
     ASSERT_REFUSED(low_A, 8.0f);
+    ASSERT_REFUSED(small_A, 5.0f);
+    ASSERT_REFUSED(small_A, NAN);
     ASSERT_REFUSED(ratio_max, 1.0f);
     ASSERT_REFUSED(average_s, 0.00019f);
     ASSERT_REFUSED(average_s, 1.51f);
@@ -197,6 +199,72 @@ static void test_result_comes_once(void)
         ASSERT_SAME_FLOAT(0.0f, out.Rs_ohm);
         TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
     }
+}
+
+/* The small current comes first; leg u carries sqrt(2/3) of it. */
+static rs_measurement_out_t with_small(float small_A, float share)
+{
+    const float lost_V = 2.0f;
+    const float lost_alpha_V = (float)LEGS * lost_V;
+    cfg = simple;
+    cfg.small_A = small_A;
+    st = (rs_measurement_state_t){0};
+    const float level_A[3] = {small_A, 6.0f, 2.0f};
+    for (int k = 0; k < 12; k++) {
+        const float i_A = level_A[k / 4];
+        const float here_V = (k < 4) ? (share * lost_alpha_V) : lost_alpha_V;
+        const rs_measurement_out_t busy = step(i_A, 1.5f * i_A, 1.5f * i_A + here_V);
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, busy.status);
+        ASSERT_SAME_FLOAT(i_A, busy.i_ref_A);
+    }
+    const rs_measurement_out_t out = step(2.0f, 3.0f, 3.0f);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+    ASSERT_NEAR(1e-5, lost_V, out.lost_V);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_IDLE, step(2.0f, 3.0f, 3.0f).status);
+    return out;
+}
+
+static void test_the_small_current_tells_from_where_on_the_loss_is_whole(void)
+{
+    const double leg_A = 0.3 * sqrt(2.0 / 3.0);
+    for (int k = 1; k <= 7; k++) { /* thresholds from x on: share .75 x/threshold */
+        const double threshold_A = leg_A * (1.0 + 0.3 * k);
+        if (threshold_A < 0.5 * sqrt(2.0 / 3.0) * 2.0) {
+            const rs_measurement_out_t out = with_small(0.3f, (float)(0.75 * leg_A / threshold_A));
+            ASSERT_NEAR(1e-5, threshold_A, out.threshold_A);
+        }
+    }
+    /* All of it is there: below x/2, and .75 x is what comes out. */
+    ASSERT_NEAR(1e-5, 0.75 * leg_A, with_small(0.3f, 1.0f).threshold_A);
+}
+
+/* Nothing there, less than nothing: as at the lower level, where it is whole in every leg. */
+static void test_a_threshold_is_at_most_the_lower_levels_leg_current(void)
+{
+    const double most_A = 0.5 * sqrt(2.0 / 3.0) * 2.0;
+    ASSERT_NEAR(1e-5, most_A, with_small(0.3f, 0.0f).threshold_A);
+    ASSERT_NEAR(1e-5, most_A, with_small(0.3f, -0.5f).threshold_A);
+    /* Twice the least share that is believed. */
+    ASSERT_NEAR(1e-5, 0.75 * 0.01 * sqrt(2.0 / 3.0) / 0.1, with_small(0.01f, 0.1f).threshold_A);
+    ASSERT_NEAR(1e-5, 0.75 * 0.01 * sqrt(2.0 / 3.0) / 0.05, with_small(0.01f, 0.0f).threshold_A);
+}
+
+static void test_without_a_small_current_or_a_loss_no_threshold_is_found(void)
+{
+    const rs_measurement_out_t plain =
+        measured((rs_measurement_in_t){6.0f, 9.5f, 12.0f}, (rs_measurement_in_t){2.0f, 3.5f, 9.0f});
+    ASSERT_SAME_FLOAT(0.0f, plain.threshold_A);
+    cfg = simple;
+    cfg.small_A = 0.3f;
+    st = (rs_measurement_state_t){0};
+    for (int k = 0; k < 12; k++) {
+        const float i_A = (k < 4) ? 0.3f : ((k < 8) ? 6.0f : 2.0f);
+        (void)step(i_A, 1.5f * i_A, i_A);
+    }
+    const rs_measurement_out_t out = step(2.0f, 3.0f, 3.0f);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+    ASSERT_SAME_FLOAT(0.0f, out.lost_V);
+    ASSERT_SAME_FLOAT(0.0f, out.threshold_A);
 }
 
 static void test_offsets_of_current_and_voltage_do_not_matter(void)
@@ -362,6 +430,9 @@ int main(void)
     RUN_TEST(test_step_asks_for_both_levels_in_turn_and_averages_their_ends);
     RUN_TEST(test_result_is_the_ratio_of_differences_with_bias_and_the_legs_loss);
     RUN_TEST(test_result_comes_once);
+    RUN_TEST(test_the_small_current_tells_from_where_on_the_loss_is_whole);
+    RUN_TEST(test_a_threshold_is_at_most_the_lower_levels_leg_current);
+    RUN_TEST(test_without_a_small_current_or_a_loss_no_threshold_is_found);
     RUN_TEST(test_offsets_of_current_and_voltage_do_not_matter);
     RUN_TEST(test_twice_the_voltage_is_twice_the_resistance_and_loss);
     RUN_TEST(test_a_loss_below_zero_is_none);

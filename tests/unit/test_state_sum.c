@@ -150,7 +150,8 @@ static void test_resistance_is_seen_once_in_sixteen(void)
                             &st.dwell.swing_rad_s,
                             &st.omega_ref_before_rad_s,
                             &st.modes.premagnetise.Rs_delta_ohm,
-                            &st.modes.premagnetise.leg_loss_pu};
+                            &st.modes.premagnetise.leg_loss_pu,
+                            &st.modes.premagnetise.leg_threshold_A};
     assert_each_is_seen(value, sizeof value / sizeof value[0], RESISTANCE);
 }
 

@@ -171,6 +171,22 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(steering.i_q_max_A, 16.5f);
 }
 
+/* A leg carries sqrt(2/3) of it: half the threshold; never above half the lower current. */
+static void test_the_curve_needs_a_small_current(void)
+{
+    params.rs_high_A = 8.0f;
+    params.dead_time_i_threshold_A = 0.25f;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_measurement.small_A, 0.0f);
+    params.dead_time_identify = 2u;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_measurement.small_A, 0.15f);
+    EXPECT(dead_time_identify, 1.0f);
+    params.dead_time_i_threshold_A = 10.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_measurement.small_A, 2.5f);
+}
+
 /* Nothing keeps the field away from zero frequency under load: Rs is tracked faster and further. */
 static void test_without_steering_rs_is_tracked_faster_and_further(void)
 {
@@ -313,6 +329,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_board_inverter_and_loops_get_their_numbers);
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
+    RUN_TEST(test_the_curve_needs_a_small_current);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);

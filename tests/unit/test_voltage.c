@@ -103,7 +103,7 @@ static void test_the_duties_give_what_the_legs_lose_on_top(void)
     in.omega_s_rad_s = 0.0f;
     voltage_state_t other = st;
     const voltage_out_t without = step(&other);
-    in.leg_loss_V = 10.0f;
+    in.leg_loss = (leg_loss_t){.whole_V = 10.0f, .threshold_A = 0.25f};
     const voltage_out_t out = step(&st);
     ASSERT_NEAR(1e-4, 0.0, cabs(of(out.u_V) - of(without.u_V)));
     double legs_A[3];
@@ -119,7 +119,7 @@ static void test_the_duties_give_what_the_legs_lose_on_top(void)
 /* The loss is that of the current when the duties act. */
 static void test_the_legs_current_is_turned_ahead_too(void)
 {
-    in.leg_loss_V = 10.0f;
+    in.leg_loss = (leg_loss_t){.whole_V = 10.0f, .threshold_A = 0.25f};
     in.i_s_A = (ab_t){0.0f, -0.1f}; /* linear: below the threshold in every leg */
     in.omega_s_rad_s = 2000.0f;
     const voltage_out_t out = step(&st);

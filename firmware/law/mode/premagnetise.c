@@ -15,6 +15,7 @@ bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t
         if (cfg->identify_leg_loss) {
             st->leg_loss_found = true;
             st->leg_loss_pu = rs.lost_V / in->meas->u_dc_V;
+            st->leg_threshold_A = rs.threshold_A;
         }
     } else if (rs.status == RS_MEASUREMENT_REFUSED) {
         *faults |= FAULT_STATOR_RESISTANCE;

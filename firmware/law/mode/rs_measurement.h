@@ -1,8 +1,10 @@
-/* Stator resistance by direct current, at two levels, before every start.
+/* Stator resistance by direct current, at two levels, before every start; the inverter's loss too.
  *
  * u = Rs i + u_0 along a fixed axis once the flux is constant. The difference of two levels gives
  * Rs, free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage of
  * the duties minus the one that arrives is the loss in dead time and devices (identified, per leg).
+ * A third, small current comes first where it is wanted: the share of the loss that is there tells
+ * from which current on it is whole.
  *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
@@ -19,6 +21,7 @@ typedef struct {
     bool enable;
     float high_A; /* first level, power invariant */
     float low_A;
+    float small_A;   /* before both, where the loss is not whole yet; not above 0: not looked at */
     float level_s;   /* length of each level; several rotor time constants */
     float average_s; /* its last part, which is averaged */
     float bias;      /* Rs in use over measured */
@@ -28,6 +31,7 @@ typedef struct {
 typedef struct {
     float high_A;
     float low_A;
+    float small_A;
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
     float bias;
@@ -44,6 +48,7 @@ typedef struct {
 
 typedef struct {
     uint32_t periods;
+    rs_measurement_sums_t small;
     rs_measurement_sums_t high;
     rs_measurement_sums_t low;
 } rs_measurement_state_t;
@@ -63,14 +68,15 @@ typedef enum {
 
 typedef struct {
     rs_measurement_status_t status;
-    float i_ref_A; /* while BUSY */
-    float Rs_ohm;  /* DONE: times bias; REFUSED: as measured */
-    float lost_V;  /* DONE: loss per leg in dead time and devices at these currents */
+    float i_ref_A;     /* while BUSY */
+    float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
+    float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
+    float threshold_A; /* DONE: a leg's current from which on that is lost; 0: not found */
 } rs_measurement_out_t;
 
-/* False for a number that is not finite or of the wrong sign, low >= high, average > level,
- * ratio_max <= 1, or an average shorter than a period or longer than 8192 of them (the precision of
- * a float sum). With enable false nothing is checked. */
+/* False for a number that is not finite or of the wrong sign, small >= low, low >= high, average >
+ * level, ratio_max <= 1, or an average shorter than a period or longer than 8192 of them (the
+ * precision of a float sum). With enable false nothing is checked. */
 CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
                                  const rs_measurement_params_t *params, float Rs_nameplate_ohm,
                                  float period_s);

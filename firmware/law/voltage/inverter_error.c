@@ -3,19 +3,16 @@
 bool inverter_error_init(inverter_error_config_t *cfg, const inverter_error_params_t *params,
                          float period_s)
 {
-    const float inv_i_threshold_per_A = 1.0f / params->i_threshold_A;
-
     if (!positivef(period_s) || !nonnegativef(params->fraction) || !(params->fraction <= 1.0f)) {
         return false;
     }
     if (!nonnegativef(params->dead_time_s) || !(params->dead_time_s < period_s) ||
-        !nonnegativef(params->drop_V) || !positivef(inv_i_threshold_per_A)) {
+        !nonnegativef(params->drop_V) || !positivef(1.0f / params->i_threshold_A)) {
         return false;
     }
     cfg->k = params->fraction * params->dead_time_s / period_s;
     cfg->drop_V = params->fraction * params->drop_V;
     cfg->i_threshold_A = params->i_threshold_A;
-    cfg->inv_i_threshold_per_A = inv_i_threshold_per_A;
     return true;
 }
 
@@ -32,28 +29,28 @@ static const ab_t of_signs[8] = {LEGS(1.0f, 1.0f, 1.0f),   LEGS(-1.0f, 1.0f, 1.0
                                  LEGS(1.0f, -1.0f, -1.0f), LEGS(-1.0f, -1.0f, -1.0f)};
 
 /* Some phase is near its zero, where the loss is proportional to the current. */
-COLD static ab_t near_zero(const inverter_error_config_t *cfg, uvw_t i_A)
+COLD static ab_t near_zero(float threshold_A, uvw_t i_A)
 {
-    const float per_A = cfg->inv_i_threshold_per_A;
+    const float per_A = 1.0f / threshold_A;
     return ab_from_uvw((uvw_t){clampf(i_A.u * per_A, -1.0f, 1.0f),
                                clampf(i_A.v * per_A, -1.0f, 1.0f),
                                clampf(i_A.w * per_A, -1.0f, 1.0f)});
 }
 
-ab_t inverter_error_voltage(const inverter_error_config_t *cfg, ab_t i_predicted_A, float lost_V)
+ab_t inverter_error_voltage(leg_loss_t loss, ab_t i_predicted_A)
 {
     /* Nothing to add: switched off, or a dc link that is no number. */
-    if (!positivef(lost_V)) {
+    if (!positivef(loss.whole_V)) {
         return (ab_t){0.0f, 0.0f};
     }
     const uvw_t i_A = uvw_from_ab(i_predicted_A);
     const uint32_t u = float_bits(i_A.u);
     const uint32_t v = float_bits(i_A.v);
     const uint32_t w = float_bits(i_A.w);
-    const uint32_t threshold = float_bits(cfg->i_threshold_A) << 1; /* without the sign */
+    const uint32_t threshold = float_bits(loss.threshold_A) << 1; /* without the sign */
     if (((u << 1) < threshold) || ((v << 1) < threshold) || ((w << 1) < threshold)) {
-        return ab_scale(near_zero(cfg, i_A), lost_V);
+        return ab_scale(near_zero(loss.threshold_A, i_A), loss.whole_V);
     }
     /* The usual case: a sector of the current. */
-    return ab_scale(of_signs[(u >> 31) | ((v >> 31) << 1) | ((w >> 31) << 2)], lost_V);
+    return ab_scale(of_signs[(u >> 31) | ((v >> 31) << 1) | ((w >> 31) << 2)], loss.whole_V);
 }

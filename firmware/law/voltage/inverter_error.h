@@ -22,21 +22,27 @@ typedef struct {
     float k;      /* fraction dead_time/period */
     float drop_V; /* fraction of the drop */
     float i_threshold_A;
-    float inv_i_threshold_per_A;
 } inverter_error_config_t;
+
+/* What a leg loses. */
+typedef struct {
+    float whole_V;     /* at currents above the threshold */
+    float threshold_A; /* below: proportional; > 0 */
+} leg_loss_t;
 
 /* False unless 0 <= fraction <= 1, 0 <= dead_time < period, drop >= 0, i_threshold > 0. */
 CHECKED bool inverter_error_init(inverter_error_config_t *cfg,
                                  const inverter_error_params_t *params, float period_s);
 
-/* Loss of a leg at currents above the threshold, from the parameters. */
-static inline float inverter_error_lost_V(const inverter_error_config_t *cfg, float u_dc_V)
+/* Loss of a leg, from the parameters. */
+static inline leg_loss_t inverter_error_loss(const inverter_error_config_t *cfg, float u_dc_V)
 {
-    return cfg->k * u_dc_V + cfg->drop_V;
+    return (leg_loss_t){.whole_V = cfg->k * u_dc_V + cfg->drop_V,
+                        .threshold_A = cfg->i_threshold_A};
 }
 
 /* Stationary-frame voltage to add to the reference for the predicted current. Exactly zero for a
  * leg without loss and for a loss that is not finite. */
-ab_t inverter_error_voltage(const inverter_error_config_t *cfg, ab_t i_predicted_A, float lost_V);
+ab_t inverter_error_voltage(leg_loss_t loss, ab_t i_predicted_A);
 
 #endif

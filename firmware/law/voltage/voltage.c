@@ -14,8 +14,8 @@ voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st, con
         current_control_track(&st->current, asked_V, wanted_V);
         asked_V = wanted_V;
     }
-    const ab_t u_lost_V = inverter_error_voltage(
-        &cfg->error, ab_add(in->i_s_A, ab_mul(st->ahead, in->i_s_A)), in->leg_loss_V);
+    const ab_t u_lost_V =
+        inverter_error_voltage(in->leg_loss, ab_add(in->i_s_A, ab_mul(st->ahead, in->i_s_A)));
     ab_t u_V = ab_from_dq(asked_V, axis_ahead);
     const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_V, u_lost_V), in->u_dc_V);
     dq_t realised_V = asked_V;

@@ -34,7 +34,7 @@ typedef struct {
     float omega_s_rad_s;
     float omega_e_rad_s;
     float lambda_Wb;
-    float leg_loss_V; /* loss of a leg in dead time and devices; 0: no compensation */
+    leg_loss_t leg_loss; /* in dead time and devices; whole_V 0: no compensation */
     float u_dc_V;
 } voltage_in_t;
 
