@@ -6,7 +6,7 @@ import dataclasses
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -16,6 +16,9 @@ from zerohertz.atlas import special_drawn
 from zerohertz.atlas.thermal import Thermal
 from zerohertz.estimators import chosen
 from zerohertz.options import Estimator, Json, Workers
+
+if TYPE_CHECKING:
+    from zerohertz.scenario.setup import Setup
 
 
 def register(app: typer.Typer) -> None:
@@ -87,6 +90,12 @@ def special(
     modulation: Annotated[
         str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
     ] = "configured",
+    identify: Annotated[
+        str,
+        typer.Option(
+            help="zero_hertz: parameter dead_time_identify: off, loss, curve, or configured."
+        ),
+    ] = "configured",
 ) -> None:
     """Run special tests on the atlas bench: long holds, slow crossings, performance.
 
@@ -100,11 +109,12 @@ def special(
         special_drawn.command(names[0], config, (runs, seed, speed_up, thermal), workers, as_json)
         return
     if names == [ZERO_HERTZ]:
+        setup = _identifying(config, identify)
         if picture is not None:
-            _draw_dwell(config, seed, seconds, arrival, picture)
+            _draw_dwell(setup, seed, seconds, arrival, picture)
             return
         asked_of = (runs, seed, seconds, arrival, load_step, modulation)
-        _zero_hertz(config, asked_of, workers, as_json)
+        _zero_hertz(setup, asked_of, workers, as_json)
         return
     from zerohertz.atlas.special import case_count, run_tests
     from zerohertz.console import progress_bar
@@ -147,8 +157,21 @@ def _print(config: str, results: list[Any]) -> None:
     console.print(f"goals met: {sum(met.values())} of {len(met)}", highlight=False)
 
 
+def _identifying(config: str, identify: str) -> Setup:
+    from zerohertz.errors import UserError
+    from zerohertz.scenario.setup import load_setup
+
+    setup = load_setup(config)
+    known = {"configured": None, "off": 0, "loss": 1, "curve": 2}
+    if identify not in known:
+        raise UserError(f"--identify: '{identify}' is unknown; known are {', '.join(known)}")
+    if (value := known[identify]) is None:
+        return setup
+    return dataclasses.replace(setup, params={**setup.params, "dead_time_identify": value})
+
+
 def _zero_hertz(
-    config: str,
+    setup: Setup,
     asked_of: tuple[int, int, float, float, float, str],
     workers: int,
     as_json: bool,
@@ -156,13 +179,11 @@ def _zero_hertz(
     from zerohertz.atlas import zero_hertz
     from zerohertz.console import progress_bar
     from zerohertz.errors import UserError
-    from zerohertz.scenario.setup import load_setup
 
     runs, seed, seconds, arrival, load_step, modulation = asked_of
     kinds = {"configured": {}, "off": {"dwell": 0}, "speed": {"dwell": 1}, "flux": {"dwell": 2}}
     if modulation not in kinds:
         raise UserError(f"--modulation: '{modulation}' is unknown; known are {', '.join(kinds)}")
-    setup = load_setup(config)
     found: dict[str, dict[str, Any]] = {}
     for name, ask in {"slow": zero_hertz.Dwell(), "rated": zero_hertz.RATED}.items():
         ask = dataclasses.replace(
@@ -187,12 +208,11 @@ def _zero_hertz(
         raise typer.Exit(1)
 
 
-def _draw_dwell(config: str, seed: int, seconds: float, arrival: float, path: Path) -> None:
+def _draw_dwell(setup: Setup, seed: int, seconds: float, arrival: float, path: Path) -> None:
     from zerohertz.atlas import zero_hertz, zero_hertz_animation, zero_hertz_picture
-    from zerohertz.scenario.setup import load_setup
 
     ask = zero_hertz.Dwell(seconds=seconds, arrival_pu=arrival)
-    row, record = zero_hertz.one(load_setup(config), ask, seed, 2)
+    row, record = zero_hertz.one(setup, ask, seed, 2)
     if path.suffix == ".gif":
         zero_hertz_animation.write_gif(path, row, record)
     else:
