@@ -292,7 +292,7 @@ def test_json_is_the_object_and_nothing_else(tmp_path, monkeypatch, capsys):
     assert end.value.code == 0
     content = json.loads(capsys.readouterr().out)
     assert list(content) == ["map_i", "map_ii", "drift", "test_R", "run_s"]
-    keys = ["points", "oriented", "held", "takeover", "safe_stop", "unsafe", "silent"]
+    keys = ["points", "oriented", "held", "takeover", "safe_stop", "unsafe", "silent", "causes"]
     assert all(list(content[name]) == keys for name in ("map_i", "map_ii", "drift"))
     assert content["map_i"]["points"] == 2
     stored = json.loads((tmp_path / "summary.json").read_text())
