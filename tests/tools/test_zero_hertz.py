@@ -65,6 +65,17 @@ def test_it_dwells_where_it_is_lost_without_the_modulation(setup):
     assert not lost["held"] or lost["angle_deg"] > 25.0
 
 
+def test_the_inverters_curve_holds_what_its_loss_alone_loses(setup):
+    """Voltage from the duty, and an inverter whose loss falls at .05 A, not at .25."""
+    ask = dataclasses.replace(zero_hertz.RATED, seconds=60.0, arrival_pu=0.04)
+    lost = zero_hertz.one(setup, ask, 20261122, 22)[0]
+    assert (lost["duty"], lost["inverter"], lost["held"]) == (1.0, 1.0, False)
+    curve = dataclasses.replace(setup, params={**setup.params, "dead_time_identify": 2})
+    row = zero_hertz.one(curve, ask, 20261122, 22)[0]
+    assert row["held"], row
+    assert row["error_rpm"] < 30.0
+
+
 def test_held_is_torque_to_the_end_without_a_take_over():
     whole = {
         "omega_bound_rpm": 9.0,
@@ -124,6 +135,8 @@ def test_the_command_prints_what_the_issue_asks_for():
     assert said["rated"]["runs"] == 1
     refused = CliRunner().invoke(make_app(), ["special", "zero_hertz", "--modulation", "square"])
     assert refused.exit_code != 0
+    refused = CliRunner().invoke(make_app(), ["special", "zero_hertz", "--identify", "all"])
+    assert "'all' is unknown; known are configured, off, loss, curve" in str(refused.exception)
 
 
 def test_the_picture_shows_the_run(setup, tmp_path):

@@ -62,6 +62,13 @@ LoadStepOption = Annotated[
     float,
     typer.Option(min=-1.0, max=1.0, help="zero_hertz: share of the load switched every minute."),
 ]
+ModulationOption = Annotated[
+    str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
+]
+IdentifyOption = Annotated[
+    str,
+    typer.Option(help="zero_hertz: parameter dead_time_identify: off, loss, curve, or configured."),
+]
 
 
 ConfigOption = Annotated[
@@ -87,15 +94,8 @@ def special(
     picture: PictureOption = None,
     speed_up: SpeedUpOption = 60.0,
     thermal: ThermalOption = Thermal.HEATS,
-    modulation: Annotated[
-        str, typer.Option(help="zero_hertz: parameter dwell: speed, flux, off, or configured.")
-    ] = "configured",
-    identify: Annotated[
-        str,
-        typer.Option(
-            help="zero_hertz: parameter dead_time_identify: off, loss, curve, or configured."
-        ),
-    ] = "configured",
+    modulation: ModulationOption = "configured",
+    identify: IdentifyOption = "configured",
 ) -> None:
     """Run special tests on the atlas bench: long holds, slow crossings, performance.
 
