@@ -452,7 +452,7 @@ class Client:
             if time.monotonic() > until_s:
                 raise UserError("the drive has not saved yet; it does so only with the gates off")
         if state.failed:
-            raise UserError("the drive's flash has failed; the set of before stays")
+            raise UserError("the drive's flash has failed; the saved set stays as it was")
         return state
 
     def store(self) -> StoreState:

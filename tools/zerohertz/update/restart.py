@@ -11,7 +11,7 @@ from zerohertz.link.line import Line
 
 _WHAT = "the restart for the update"
 _OF_A_LOADER = 9  # what a loader answers to a request that is not its own
-_NO_SUCH_OP, _NOT_NOW = (5, 6), 8  # 6: an application of before, which knows no body for it
+_NO_SUCH_OP, _NOT_NOW = (5, 6), 8  # 6: an older application, to which the request is too long
 # Longer than a loader waits behind the last request (hal/boot/boot_link.h).
 QUIET_S = 3.5
 _STARTS_WITHIN_S = 25.0
@@ -37,7 +37,7 @@ def into_loader(line: Line, key: bytes, timeout_s: float = 0.5) -> None:
         if refused.status in _NO_SUCH_OP:
             raise UserError(
                 "the application has no boot loader below it: put one there with a programmer (zh "
-                "flash --loader). If it has one and is of before, add --by-hand"
+                "flash --loader). If it has one but is older than this request, add --by-hand"
             ) from None
         raise
 

@@ -296,7 +296,7 @@ export class Client {
     for (let n = 0; n < 300; n++) {
       const f = new Fields(await this.request(Op.STORE));
       const [, saving, failed] = [f.u32(), f.u32(), f.u32()];
-      if (failed) throw new Error("the drive's flash has failed; the set of before stays");
+      if (failed) throw new Error("the drive's flash has failed; the saved set stays as it was");
       if (!saving) return;
       await wait(POLL_MS);
     }
