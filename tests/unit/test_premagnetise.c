@@ -92,11 +92,12 @@ static void test_resistance_and_loss_are_kept(void)
 static void test_the_threshold_is_kept_too(void)
 {
     cfg.measurement.small_A = 0.1f;
-    for (uint32_t k = 0u; k < LEVEL_PERIODS; k++) {
-        TEST_ASSERT_TRUE(step(0.1f, 1.2f, 2.0f));
-        ASSERT_SAME_FLOAT(0.1f, i_ref_A);
+    const float level_A[3] = {8.0f, 0.1f, 5.0f};
+    for (uint32_t k = 0u; k < 3u * LEVEL_PERIODS; k++) {
+        const float i_A = level_A[k / LEVEL_PERIODS];
+        TEST_ASSERT_TRUE(step(i_A, 1.2f, (i_A < 1.0f) ? 2.0f : 6.0f));
+        ASSERT_SAME_FLOAT(i_A, i_ref_A);
     }
-    both_levels(1.2f, 6.0f);
     TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
     TEST_ASSERT_TRUE(st.leg_loss_found);
     ASSERT_NEAR(1e-6, 0.75 * 3.0 * 0.1 * sqrt(2.0 / 3.0), st.leg_threshold_A);

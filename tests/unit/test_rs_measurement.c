@@ -201,7 +201,7 @@ static void test_result_comes_once(void)
     }
 }
 
-/* The small current comes first; leg u carries sqrt(2/3) of it. */
+/* The small current is the second of three; leg u carries sqrt(2/3) of it. */
 static rs_measurement_out_t with_small(float small_A, float share)
 {
     const float lost_V = 2.0f;
@@ -209,10 +209,10 @@ static rs_measurement_out_t with_small(float small_A, float share)
     cfg = simple;
     cfg.small_A = small_A;
     st = (rs_measurement_state_t){0};
-    const float level_A[3] = {small_A, 6.0f, 2.0f};
+    const float level_A[3] = {6.0f, small_A, 2.0f};
     for (int k = 0; k < 12; k++) {
         const float i_A = level_A[k / 4];
-        const float here_V = (k < 4) ? (share * lost_alpha_V) : lost_alpha_V;
+        const float here_V = ((k / 4) == 1) ? (share * lost_alpha_V) : lost_alpha_V;
         const rs_measurement_out_t busy = step(i_A, 1.5f * i_A, 1.5f * i_A + here_V);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, busy.status);
         ASSERT_SAME_FLOAT(i_A, busy.i_ref_A);
@@ -258,7 +258,7 @@ static void test_without_a_small_current_or_a_loss_no_threshold_is_found(void)
     cfg.small_A = 0.3f;
     st = (rs_measurement_state_t){0};
     for (int k = 0; k < 12; k++) {
-        const float i_A = (k < 4) ? 0.3f : ((k < 8) ? 6.0f : 2.0f);
+        const float i_A = (k < 4) ? 6.0f : ((k < 8) ? 0.3f : 2.0f);
         (void)step(i_A, 1.5f * i_A, i_A);
     }
     const rs_measurement_out_t out = step(2.0f, 3.0f, 3.0f);

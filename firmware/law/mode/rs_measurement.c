@@ -95,12 +95,12 @@ rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
                                          rs_measurement_state_t *st, const rs_measurement_in_t *in)
 {
     const uint32_t level = cfg->level_periods;
-    /* Without a small current: as if it had been. */
-    const uint32_t k = st->periods + ((cfg->small_A > 0.0f) ? 0u : level);
-    if ((level == 0u) || (k > 3u * level)) {
+    const uint32_t end = ((cfg->small_A > 0.0f) ? 3u : 2u) * level;
+    const uint32_t k = st->periods;
+    if ((level == 0u) || (k > end)) {
         return (rs_measurement_out_t){.status = RS_MEASUREMENT_IDLE};
     }
-    if (k == 3u * level) {
+    if (k == end) {
         const rs_measurement_out_t out = result(cfg, st);
         if (out.status == RS_MEASUREMENT_DONE) {
             st->periods++;
@@ -109,12 +109,12 @@ rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
     }
     rs_measurement_sums_t *sums = &st->small;
     float i_ref_A = cfg->small_A;
-    if (k >= 2u * level) {
-        sums = &st->low;
-        i_ref_A = cfg->low_A;
-    } else if (k >= level) {
+    if (k < level) {
         sums = &st->high;
         i_ref_A = cfg->high_A;
+    } else if (k >= (end - level)) {
+        sums = &st->low;
+        i_ref_A = cfg->low_A;
     } else {
         /* The small one. */
     }

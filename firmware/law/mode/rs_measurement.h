@@ -3,8 +3,9 @@
  * u = Rs i + u_0 along a fixed axis once the flux is constant. The difference of two levels gives
  * Rs, free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage of
  * the duties minus the one that arrives is the loss in dead time and devices (identified, per leg).
- * A third, small current comes first where it is wanted: the share of the loss that is there tells
- * from which current on it is whole.
+ * A small current between the two, where it is wanted, finds only a share of the loss. The share
+ * tells from which current on the loss is whole. It does not come first: while the current is about
+ * zero the legs' loss takes the whole voltage, and a coarse ADC that reads zero looks frozen.
  *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
@@ -21,7 +22,7 @@ typedef struct {
     bool enable;
     float high_A; /* first level, power invariant */
     float low_A;
-    float small_A;   /* before both, where the loss is not whole yet; not above 0: not looked at */
+    float small_A;   /* between them, where the loss is not whole; not above 0: not looked at */
     float level_s;   /* length of each level; several rotor time constants */
     float average_s; /* its last part, which is averaged */
     float bias;      /* Rs in use over measured */
