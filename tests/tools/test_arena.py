@@ -216,9 +216,10 @@ def test_the_links_of_the_page_lead_somewhere(tmp_path, where):
 
 
 def test_the_page_names_the_command_that_was_given():
-    few = page.command_of(["ekf"], ["../mine"], ["maps"], (21, 4, 7))
-    assert few == "tools/zh arena ekf --estimator ../mine --only maps --points 21 --runs 4 --seed 7"
-    assert page.command_of([], [], [], (0, 40, 1), write=True).endswith("--seed 1 --write")
+    few = page.command_of(["ekf"], ["../mine"], ["maps"], (21, 4, 2, 7))
+    words = "--estimator ../mine --only maps --points 21 --runs 4 --bare-runs 2 --seed 7"
+    assert few == f"tools/zh arena ekf {words}"
+    assert page.command_of([], [], [], (0, 40, 0, 1), write=True).endswith("--seed 1 --write")
 
 
 def test_kept_answers_depend_on_judges_and_not_on_pages():

@@ -53,6 +53,7 @@ class Options:
     parts: tuple[str, ...] = PARTS
     points: int = 0
     runs: int = 40
+    bare_runs: int = 0  # without helpers; 0: as many
     seed: int = 2005
     workers: int = 2
     fresh: bool = False
@@ -87,7 +88,7 @@ def _one(entrant: Entrant, options: Options, tell: Callable[[str], None]) -> Fou
             part=part,
             bare=bare,
             points=options.points,
-            runs=options.runs,
+            runs=(bare and options.bare_runs) or options.runs,
             seed=options.seed,
             workers=options.workers,
             folder=str(options.folder / "rows"),

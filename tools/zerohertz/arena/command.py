@@ -43,6 +43,9 @@ def arena(
         int, typer.Option(min=0, help="Points of each map, spread evenly over it; 0: all 245.")
     ] = 0,
     runs: Annotated[int, typer.Option(min=1, help="Runs of the envelope.")] = 40,
+    bare_runs: Annotated[
+        int, typer.Option(min=0, help="Runs without what the drive finds out; 0: as --runs.")
+    ] = 0,
     seed: Seed = 2005,
     workers: Workers = 2,
     out: Out = None,
@@ -66,9 +69,9 @@ def arena(
     asked = (names or [], estimator or [], only or [])
     chosen, parts = _entrants(*asked[:2], write), _parts(asked[2])
     folder = out or campaign.FOLDER
-    options = campaign.Options(parts, points, runs, seed, workers, fresh, folder)
+    options = campaign.Options(parts, points, runs, bare_runs, seed, workers, fresh, folder)
     found = campaign.run(chosen, options, tell)
-    command = page.command_of(*asked, (points, runs, seed), write)
+    command = page.command_of(*asked, (points, runs, bare_runs, seed), write)
     path = page.write(page.DOCS if write else folder, found, command)
     if as_json:
         print(json.dumps({"command": command, "estimators": page.as_json(found)}))

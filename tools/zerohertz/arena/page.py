@@ -181,15 +181,16 @@ def command_of(
     names: Sequence[str],
     estimators: Sequence[str],
     only: Sequence[str],
-    numbers: tuple[int, int, int],
+    numbers: tuple[int, int, int, int],
     write: bool = False,
 ) -> str:
     """What makes this page again."""
-    points, runs, seed = numbers
+    points, runs, bare_runs, seed = numbers
     words = ["tools/zh arena", *names]
     words += [f"--estimator {each}" for each in estimators] + [f"--only {each}" for each in only]
     words += [f"--points {points}"] if points else []
-    words += [f"--runs {runs} --seed {seed}"] + (["--write"] if write else [])
+    words += [f"--runs {runs}"] + ([f"--bare-runs {bare_runs}"] if bare_runs else [])
+    words += [f"--seed {seed}"] + (["--write"] if write else [])
     return " ".join(words)
 
 
