@@ -90,8 +90,8 @@ typedef struct {
 typedef struct drive_params drive_params_t;
 
 /* table may be NULL with L = 0. False: some value refused; then *cfg must not be used. */
-CHECKED bool drive_init(drive_config_t *cfg, const drive_params_t *params,
-                        const gain_table_t *table);
+CHECKED COLD bool drive_init(drive_config_t *cfg, const drive_params_t *params,
+                             const gain_table_t *table);
 
 void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurement_in_t *sample,
                 const drive_in_t *in, drive_out_t *out);
