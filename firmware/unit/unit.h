@@ -65,9 +65,11 @@ typedef struct {
 
 typedef struct {
     /* What a period needs lies together, at the front and not behind a pointer: loads and stores of
-     * floats reach 1 KiB, and either would cost the control law 80 instructions. */
-    drive_state_t drive;
+     * floats reach 1 KiB, and either would cost the control law 80 instructions. Behind the other,
+     * `last` would be out of reach; of the state only what the modes beside vector control keep is.
+     */
     drive_out_t last; /* of the last period, for telemetry and trace */
+    drive_state_t drive;
     sequence_state_t machine;
     commissioning_out_t commissioned; /* what it said last; zero: not begun */
     auto_restart_state_t restart;
