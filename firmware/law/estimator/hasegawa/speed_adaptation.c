@@ -59,12 +59,12 @@ static ab_t g1_direction(const speed_adaptation_config_t *cfg, float omega_s_rad
  * So z = Im(conj(lambda) e1 e^{-j phi}) = -|lambda|^2 |G1| cos(arg G1 - phi) dw, which pulls w_hat
  * back as long as |arg G1 - phi| < 90 deg: phi has the sign of arg G1 = sign(w_s) 90 deg - arg D.
  */
-COLD static ab_t projection(const speed_adaptation_config_t *cfg, const speed_adaptation_in_t *in)
+COLD static ab_t projection(const speed_adaptation_config_t *cfg, float omega_s_rad_s,
+                            float omega_e_rad_s, observer_gain_t gain, float dwell)
 {
-    const float omega_s_rad_s = in->omega_s_hat_rad_s;
     const float ramp = minf(absf(omega_s_rad_s) * cfg->inv_phi_ramp_s, 1.0f);
-    const ab_t g1 = g1_direction(cfg, omega_s_rad_s, in->omega_e_hat_rad_s, in->gain);
-    const float factor = cfg->p.phi_factor + in->dwell * (1.0f - cfg->p.phi_factor);
+    const ab_t g1 = g1_direction(cfg, omega_s_rad_s, omega_e_rad_s, gain);
+    const float factor = cfg->p.phi_factor + dwell * (1.0f - cfg->p.phi_factor);
     return trig_unit(factor * ramp * trig_angle(g1));
 }
 
@@ -75,7 +75,8 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
     ab_t lambda_Wb = in->lambda_r_hat_Wb;
     if (cfg->p.phi_factor > 0.0f) {
         if (st->steps == 0u) {
-            st->phi = projection(cfg, in);
+            st->phi =
+                projection(cfg, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, in->gain, in->dwell);
         }
         st->steps = (st->steps + 1u) % SPEED_ADAPTATION_PHI_STEPS;
         lambda_Wb = ab_mul(st->phi, lambda_Wb);
