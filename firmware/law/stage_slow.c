@@ -20,14 +20,16 @@ static void track_rs(const drive_config_t *cfg, drive_state_t *st, const mode_in
 }
 
 /* Modulates what the vector control is asked for. */
-COLD static void dwell(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+COLD static void dwell(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                       ab_t i_s_A)
 {
     const vector_config_t *vector = &cfg->modes.vector;
-    const ab_t axis = mode_flux_axis(in->estimate, vector_lambda_min_Wb(vector, mode_running(in)));
-    const dwell_in_t dwell_in = {.omega_s_hat_rad_s = in->estimate->omega_s_rad_s,
-                                 .i_q_A = ab_cross(axis, in->meas->i_s_A),
+    const estimate_t *e = &st->estimator.estimate;
+    const ab_t axis = mode_flux_axis(e, vector_lambda_min_Wb(vector, asked->mode == DRIVE_RUN));
+    const dwell_in_t dwell_in = {.omega_s_hat_rad_s = e->omega_s_rad_s,
+                                 .i_q_A = ab_cross(axis, i_s_A),
                                  .omega_ref_rad_s = vector_unmodulated_rad_s(&st->modes.vector),
-                                 .speed_free = in->asked->aim == DRIVE_AIM_TORQUE};
+                                 .speed_free = asked->aim == DRIVE_AIM_TORQUE};
     const bool idle = dwell_idle(&st->dwell);
     dwell_step(&cfg->dwell, &st->dwell, &dwell_in);
     if (!idle) {
@@ -39,14 +41,15 @@ COLD static void dwell(const drive_config_t *cfg, drive_state_t *st, const mode_
 }
 
 /* Rs of a field that stands. */
-COLD static void track_standing(const drive_config_t *cfg, drive_state_t *st, const mode_in_t *in)
+COLD static void track_standing(const drive_config_t *cfg, drive_state_t *st, ab_t i_s_A)
 {
+    const estimate_t *e = &st->estimator.estimate;
     const rs_tracking_dwell_in_t tracking_in = {.Rs_start_ohm = cfg->motor.Rs_ohm +
                                                                 st->modes.premagnetise.Rs_delta_ohm,
                                                 .tau_per_s = cfg->motor.tau_per_s,
-                                                .omega_e_hat_rad_s = in->estimate->omega_e_rad_s,
-                                                .i_s_A = in->meas->i_s_A,
-                                                .e1_A = in->estimate->i_residual_A};
+                                                .omega_e_hat_rad_s = e->omega_e_rad_s,
+                                                .i_s_A = i_s_A,
+                                                .e1_A = e->i_residual_A};
     rs_tracking_dwell(&cfg->rs_tracking, &st->rs_tracking, &tracking_in);
 }
 
@@ -67,13 +70,13 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
 {
     const mode_in_t in = stage_view(cfg, st, asked, out);
     if ((st->slot == SLOT_DWELL) && dwell_on(&cfg->dwell)) {
-        dwell(cfg, st, &in);
+        dwell(cfg, st, asked, out->meas.i_s_A);
     }
     if ((st->slot == SLOT_RS_TRACKING) && rs_tracking_on(&cfg->rs_tracking)) {
         if (!st->dwell.standing && dwell_idle(&st->dwell)) {
             track_rs(cfg, st, &in);
         } else {
-            track_standing(cfg, st, &in);
+            track_standing(cfg, st, out->meas.i_s_A);
         }
     }
     if ((st->slot == SLOT_M_TRACKING) && m_tracking_on(&cfg->m_tracking)) {

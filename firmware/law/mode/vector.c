@@ -30,8 +30,8 @@ static float torque_Nm(const vector_config_t *cfg, const mode_in_t *in, ab_t axi
 }
 
 /* What voltage and torque of now leave of the nominal flux. */
-COLD static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
-                            ab_t axis)
+static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mode_in_t *in,
+                       ab_t axis)
 {
     if (!flux_reference_on(&cfg->reference) && !(st->reference.reduction_Wb > 0.0f)) {
         return;
@@ -79,12 +79,12 @@ static float next_reference(const vector_config_t *cfg, vector_state_t *st, cons
 /* Torque to current is meant at the flux that is wanted; the estimate knows how much there is, even
  * if M is not what was told. Too little of it, and it does not say. */
 COLD static float torque_for_flux_Nm(const vector_config_t *cfg, const vector_state_t *st,
-                                     const mode_in_t *in)
+                                     float lambda_Wb, float torque_ref_Nm)
 {
     const float wanted_Wb = cfg->flux.lambda_ref_Wb - st->flux_reduction_Wb;
-    const float there_Wb = clampf(in->estimate->lambda_Wb, VECTOR_FLUX_LEAST_PU * wanted_Wb,
-                                  VECTOR_FLUX_MOST_PU * wanted_Wb);
-    return in->asked->torque_ref_Nm * (wanted_Wb / there_Wb);
+    const float there_Wb =
+        clampf(lambda_Wb, VECTOR_FLUX_LEAST_PU * wanted_Wb, VECTOR_FLUX_MOST_PU * wanted_Wb);
+    return torque_ref_Nm * (wanted_Wb / there_Wb);
 }
 
 /* What the torque current does to the speed, for the estimator. Nothing is said of a current that
@@ -122,7 +122,9 @@ static void plan(const vector_config_t *cfg, const torque_limits_config_t *limit
         .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
         .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
         .torque = torque,
-        .torque_ref_Nm = torque ? torque_for_flux_Nm(cfg, st, in) : 0.0f,
+        .torque_ref_Nm =
+            torque ? torque_for_flux_Nm(cfg, st, in->estimate->lambda_Wb, in->asked->torque_ref_Nm)
+                   : 0.0f,
         .window = limited ? &window : NULL};
     speed_control_limit(&cfg->speed, &st->speed, &st->plan);
     st->plan.window = NULL;
