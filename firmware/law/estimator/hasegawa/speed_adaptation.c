@@ -75,8 +75,11 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
     ab_t lambda_Wb = in->lambda_r_hat_Wb;
     if (cfg->p.phi_factor > 0.0f) {
         if (st->steps == 0u) {
+            const observer_gain_t *g = &in->gain;
+            const observer_gain_t gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm,
+                                          g->l2_im_ohm};
             st->phi =
-                projection(cfg, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, in->gain, in->dwell);
+                projection(cfg, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, gain, in->dwell);
         }
         st->steps = (st->steps + 1u) % SPEED_ADAPTATION_PHI_STEPS;
         lambda_Wb = ab_mul(st->phi, lambda_Wb);
