@@ -109,10 +109,10 @@ uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A
     return liveness_frozen(&cfg->liveness, &st->liveness, &spell) ? FAULT_ADC_FROZEN : 0u;
 }
 
-uint32_t guard_jumped(const guard_sensors_t *in)
+uint32_t guard_jumped(uint32_t flags, bool motor_known)
 {
-    const bool one_sensor = (in->meas->flags & MEASUREMENT_CURRENT_SUM) != 0u;
-    return (in->motor_known && !one_sensor) ? FAULT_CURRENT_SENSOR : 0u;
+    const bool one_sensor = (flags & MEASUREMENT_CURRENT_SUM) != 0u;
+    return (motor_known && !one_sensor) ? FAULT_CURRENT_SENSOR : 0u;
 }
 
 uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st, const measured_t *meas,

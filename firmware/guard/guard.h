@@ -100,7 +100,7 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
 HOT uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
 
 /* Current words that jumped: a fault, unless the sum names the sensor or the motor is unknown. */
-COLD uint32_t guard_jumped(const guard_sensors_t *in);
+COLD uint32_t guard_jumped(uint32_t flags, bool motor_known);
 
 /* A window of voltage and current has ended. */
 HOT uint32_t guard_look_at_current(const guard_config_t *cfg, guard_state_t *st,
@@ -123,7 +123,7 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
     }
     current_fit_add(&st->current_fit, in->u_V, in->meas->i_s_A);
     if (current_jump_step(&cfg->current_jump, &st->current_jump, in->meas->i_s_A, in->u_V)) {
-        faults |= guard_jumped(in);
+        faults |= guard_jumped(in->meas->flags, in->motor_known);
     }
     if (in->slot == SLOT_GUARD_CURRENT) {
         faults |= guard_look_at_current(cfg, st, in->meas, in->motor_known);
