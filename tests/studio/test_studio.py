@@ -186,6 +186,18 @@ def test_the_other_direction_by_a_button_where_it_is_allowed(page: Page, drive: 
             client.set("direction", 0.0)
 
 
+def test_a_drive_in_open_loop_claims_no_orientation(page: Page, drive: int) -> None:
+    orientation = page.locator("#status-confidence")
+    expect(orientation).to_have_text("closed loop")
+    with joined(drive, "beside") as client:
+        client.set("control_mode", 1.0)
+        try:
+            expect(orientation).to_have_text("none: open loop")
+        finally:
+            client.set("control_mode", 0.0)
+    expect(orientation).to_have_text("closed loop")
+
+
 def test_a_stop_right_behind_a_run_wins(page: Page, drive: int) -> None:
     for pause_ms in (0, 1, 3, 10, 30, 150):
         page.click("#run")

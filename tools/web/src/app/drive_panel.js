@@ -12,7 +12,7 @@ const MODES = {
   speed: { title: 'Speed', unit: MIN, step: 1, most: (limits) => limits.speed_rpm, wanted: (value) => ({ speed_rad_s: value / RPM_PER_RAD_S }) },
   torque: { title: 'Torque', unit: 'N m', step: 0.1, most: (limits) => limits.torque_Nm, wanted: (value) => ({ torque_Nm: value }) },
 };
-const NO_LIMITS = { speed_rpm: 100, torque_Nm: 1, torqueSpeed_rpm: NaN, direction: 'both' };
+const NO_LIMITS = { speed_rpm: 100, torque_Nm: 1, torqueSpeed_rpm: NaN, direction: 'both', openLoop: false };
 
 /** Speed or torque: slider, number, and how far they go. */
 class Reference {
@@ -164,8 +164,9 @@ export function statusPanel(session) {
     setText(rows.bound.value, `± ${rpm(s.speedBound_rad_s)}`);
     setText(rows.reference.value, rpm(s.speedRef_rad_s));
     setText(rows.frequency.value, `${s.statorFrequency_Hz.toFixed(2)} Hz`);
-    setText(rows.confidence.value, CONFIDENCE[s.confidence] ?? `confidence ${s.confidence}`);
-    rows.confidence.value.dataset.level = s.confidence;
+    const { openLoop } = session.limits ?? NO_LIMITS;
+    setText(rows.confidence.value, openLoop ? 'none: open loop' : (CONFIDENCE[s.confidence] ?? `confidence ${s.confidence}`));
+    rows.confidence.value.dataset.level = openLoop ? '' : s.confidence;
     setText(rows.current.value, `${s.i_d_A.toFixed(2)}, ${s.i_q_A.toFixed(2)} A`);
     setText(rows.torque.value, `${session.torque_Nm.toFixed(2)} N m`);
     setText(rows.dc.value, `${s.u_dc_V.toFixed(0)} V`);

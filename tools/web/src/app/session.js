@@ -18,7 +18,7 @@ const MONITOR = [
   'overload_motor_pu', 'overload_inverter_pu', 'gates_on', 'brake_on',
 ];
 const LINE_VOLTAGES = ['u_line_alpha_V', 'u_line_beta_V'];
-const LIMITS = ['omega_max_rad_s', 'torque_speed_max_rad_s', 'direction', 'i_d_A', 'i_q_max_A', 'M_H', 'Lr_H'];
+const LIMITS = ['omega_max_rad_s', 'torque_speed_max_rad_s', 'direction', 'control_mode', 'i_d_A', 'i_q_max_A', 'M_H', 'Lr_H'];
 const TORQUE_STEP_NM = 0.1;
 
 /** Sensors that not every board has: their signals end in _degC. */
@@ -153,6 +153,7 @@ export class Session extends EventTarget {
       torque_Nm: TORQUE_STEP_NM * Math.max(Math.floor(torque_Nm / TORQUE_STEP_NM), 1),
       torqueSpeed_rpm: rpm('torque_speed_max_rad_s'),
       direction: ['both', 'positive', 'negative'][p.get('direction') ?? 0] ?? 'both',
+      openLoop: (p.get('control_mode') ?? 0) !== 0, // V/f or I-f: nothing is estimated
       fluxFactor: polePairs * (p.get('M_H') / p.get('Lr_H')), // torque over flux and torque current
     };
     if (JSON.stringify(found) === JSON.stringify(this.limits)) return;
