@@ -75,6 +75,7 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
     ab_t lambda_Wb = in->lambda_r_hat_Wb;
     if (cfg->p.phi_factor > 0.0f) {
         if (st->steps == 0u) {
+            /* Number by number: taken as a whole, `in` would be written to memory every period. */
             const observer_gain_t *g = &in->gain;
             const observer_gain_t gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm,
                                           g->l2_im_ohm};
