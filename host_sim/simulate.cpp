@@ -103,14 +103,13 @@ public:
         }
         looked_at_ = steps;
         const double used_s = cpu_time_s() - from_s_;
-        const bool slow = used_s > hiccup_s + most_s * static_cast<double>(steps - from_steps_);
-        return slow;
+        return used_s > hiccup_s + most_s * static_cast<double>(steps - from_steps_);
     }
 
 private:
     static constexpr std::uint64_t look_every = 256;
     static constexpr double most_s = 250e-6; // of CPU time for a period
-    static constexpr double hiccup_s = 2.0;  // a machine that others use takes that once
+    static constexpr double hiccup_s = 2.0;  // on top: others use the machine too
 
     std::uint64_t from_steps_;
     std::uint64_t looked_at_;
