@@ -21,11 +21,11 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
            (absf(st->estimator.estimate.omega_e_rad_s) <= omega_e_max_rad_s);
 }
 
-/* How far filter and delay turn at the speed of the flux. */
+/* Blend of the voltages, and how far the delay turns, at the speed of the flux. */
 COLD static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
 {
     const float omega_s_rad_s = st->estimator.estimate.omega_s_rad_s;
-    acting_voltage_angle(&cfg->acting, &st->acting, omega_s_rad_s);
+    acting_voltage_blend(&cfg->acting, &st->acting, omega_s_rad_s);
     voltage_angle(&cfg->voltage, &st->voltage, omega_s_rad_s);
 }
 

@@ -108,7 +108,8 @@ static void config_source(drive_params_t *d, const params_t *p)
 {
     d->acting = (acting_voltage_params_t){.source = (acting_voltage_source_t)p->voltage_source,
                                           .filter_comp_s = p->voltage_filter_comp_s,
-                                          .blend_rad_s = NUM_TWO_PI * p->voltage_blend_Hz};
+                                          .blend_rad_s = NUM_TWO_PI * p->voltage_blend_Hz,
+                                          .period_s = p->period_s};
 }
 
 static void config_speed(drive_params_t *d, const params_t *p)

@@ -71,6 +71,7 @@ static drive_params_t params_of(motor_t motor)
                                             .current_sum_max_A = 3.0f},
                             .acting = {.source = ACTING_VOLTAGE_SENSORS,
                                        .filter_comp_s = 380e-6f,
+                                       .period_s = 200e-6f,
                                        .blend_rad_s = 30.0f},
                             .delay_comp_periods = 1.5f,
                             .speed = {.bandwidth_rad_s = 20.0f,

@@ -80,7 +80,7 @@ static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
                             &st.voltage.ahead.alpha,       &st.voltage.ahead.beta,
                             &st.acting.acting_V.alpha,     &st.acting.acting_V.beta,
                             &st.acting.pending_V.alpha,    &st.acting.pending_V.beta,
-                            &st.acting.lag.alpha,          &st.acting.lag.beta,
+                            &st.acting.lagging_V.alpha,    &st.acting.lagging_V.beta,
                             &st.measurement.offset_A.u,    &st.measurement.offset_A.v,
                             &st.measurement.offset_A.w,    &st.measurement.offset_V.alpha,
                             &st.measurement.offset_V.beta, &st.modes.vector.speed.gain_extra};

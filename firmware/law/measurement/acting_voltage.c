@@ -6,11 +6,13 @@ bool acting_voltage_init(acting_voltage_config_t *cfg, const acting_voltage_para
                        (params->source == ACTING_VOLTAGE_DUTY) ||
                        (params->source == ACTING_VOLTAGE_BLEND);
     const float inv_blend_s = 1.0f / params->blend_rad_s;
-    if (!known || !nonnegativef(params->filter_comp_s) || !positivef(inv_blend_s)) {
+    if (!known || !nonnegativef(params->filter_comp_s) ||
+        !ALL_POSITIVE(inv_blend_s, params->period_s)) {
         return false;
     }
     *cfg = (acting_voltage_config_t){.source = params->source,
-                                     .filter_comp_s = params->filter_comp_s,
+                                     .lag = params->filter_comp_s /
+                                            (params->period_s + params->filter_comp_s),
                                      .inv_blend_s = inv_blend_s};
     return true;
 }
@@ -23,7 +25,9 @@ ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_stat
     if (cfg->source == ACTING_VOLTAGE_DUTY) {
         return st->ended_V;
     }
-    const ab_t sensed_V = ab_add(u_line_V, ab_mul(st->lag, u_line_V));
+    const ab_t late_V = ab_scale(ab_sub(st->ended_V, st->lagging_V), cfg->lag);
+    st->lagging_V = ab_sub(st->ended_V, late_V);
+    const ab_t sensed_V = ab_add(u_line_V, late_V);
     if (cfg->source == ACTING_VOLTAGE_SENSORS) {
         return sensed_V;
     }

@@ -2,8 +2,14 @@
  *
  * The duties of step k act from the crest after it, so the interval that ended at t_k had the
  * duties of step k - 2. The source is one of three: the filtered line-voltage sensors (the paper),
- * the duty that acted, or a blend of both. The sensors' 800 Hz filter delays the reading by an
- * angle w_s times filter_comp_s (THEORY 4).
+ * the duty that acted, or a blend of both.
+ *
+ * The sensors are late: their 800 Hz filter delays every change (THEORY 4). What of a change they
+ * do not show yet is taken from the duty, whose error hardly changes meanwhile: a filter of first
+ * order with the same delay runs on the duty's voltage, and what it lags is added. Turning the
+ * reading ahead by w_s times the delay, as it was done before, is right in steady state alone: the
+ * voltage of each change of torque came late, and the speed loop swung (1 of 8 runs of `zh
+ * envelope` with voltage_source = sensors).
  *
  * The blend uses the sensors up to a stator frequency, where a volt lost in the inverter is a large
  * part of the voltage. From twice that it uses the duty, because there gain errors of the sensors
@@ -15,7 +21,6 @@
 #include <stdbool.h>
 
 #include "frames.h"
-#include "trig.h"
 
 typedef enum {
     ACTING_VOLTAGE_SENSORS = 0, /* filtered line-voltage sensors */
@@ -25,14 +30,15 @@ typedef enum {
 
 typedef struct {
     acting_voltage_source_t source;
-    float filter_comp_s;
+    float filter_comp_s; /* delay of the sensors */
+    float period_s;
     /* Blend: sensors alone up to this |w_s|, the duty alone from twice that. */
     float blend_rad_s;
 } acting_voltage_params_t;
 
 typedef struct {
     acting_voltage_source_t source;
-    float filter_comp_s;
+    float lag;         /* share of a change that the sensors do not show in its period */
     float inv_blend_s; /* 1/blend_rad_s */
 } acting_voltage_config_t;
 
@@ -41,21 +47,19 @@ typedef struct {
     ab_t ended_V;     /* of the interval that ended at this sample */
     ab_t acting_V;    /* from now to the next sample */
     ab_t pending_V;   /* after that: of the duties of the last step */
-    ab_t lag;         /* the filter's angle as a unit vector, less (1, 0) */
+    ab_t lagging_V;   /* ended_V as the sensors show it: late */
     float duty_share; /* of the blend, 0 to 1 */
 } acting_voltage_state_t;
 
-/* False for an unknown source, a delay that is negative or not finite, or a blend that is not
- * positive. */
+/* False for an unknown source, a delay that is negative or not finite, or a blend or period that is
+ * not positive. */
 CHECKED bool acting_voltage_init(acting_voltage_config_t *cfg,
                                  const acting_voltage_params_t *params);
 
-/* Filter angle and blend at this speed of the flux; need not be called every period. */
-static inline void acting_voltage_angle(const acting_voltage_config_t *cfg,
+/* The blend's share at this speed of the flux; need not be called every period. */
+static inline void acting_voltage_blend(const acting_voltage_config_t *cfg,
                                         acting_voltage_state_t *st, float omega_s_rad_s)
 {
-    const ab_t unit = trig_ahead(omega_s_rad_s, cfg->filter_comp_s);
-    st->lag = (ab_t){unit.alpha - 1.0f, unit.beta};
     st->duty_share = clampf(absf(omega_s_rad_s) * cfg->inv_blend_s - 1.0f, 0.0f, 1.0f);
 }
 

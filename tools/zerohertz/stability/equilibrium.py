@@ -81,6 +81,7 @@ def first_guess(loop: Loop, p: Points, steering: npt.NDArray[np.bool_]) -> Real:
     put("filter", u * np.exp(-1j * omega_s * late_s))
     put("u_acting", u * np.exp(0.5j * omega_s * T))
     put("u_pending", u * np.exp(1.5j * omega_s * T))
+    put("lagging", u * np.exp(-1j * omega_s * (0.5 * T + late_s)))
     put("x_speed", i.imag * flux / fw.lambda_nominal_Wb)
     put("x_d", (u - feed).real)
     put("x_q", (u - feed).imag)

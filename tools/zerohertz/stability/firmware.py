@@ -120,7 +120,7 @@ class Firmware:
     pole_pairs: float
     table: GainTable
     voltage_from_duty: bool
-    voltage_filter_comp_s: float
+    voltage_lag: float  # share of a change that the sensors do not show in its period
     delay_comp_s: float
     second_order: bool
     adapt_kp: float
@@ -170,7 +170,7 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         pole_pairs=p["pole_pairs"],
         table=table,
         voltage_from_duty=p["voltage_source"] == 1,
-        voltage_filter_comp_s=p["voltage_filter_comp_s"],
+        voltage_lag=p["voltage_filter_comp_s"] / (T + p["voltage_filter_comp_s"]),
         delay_comp_s=p["delay_comp_periods"] * T,
         second_order=p["observer_method"] == 1,
         adapt_kp=p["adapt_kp"],
