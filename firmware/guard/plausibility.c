@@ -67,7 +67,9 @@ bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_s
 }
 
 /* Each phase counts for itself: where the voltage ends, the current lags what is asked for, and one
- * phase after the other is short of it when it passes zero. */
+ * phase after the other is short of it when it passes zero. At a third or an eighth of the rate of
+ * these checks the same phase is short of it again and again, at the same angle; but in between it
+ * has current, which an open one never has. */
 bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_state_t *st, uvw_t i_A,
                              ab_t i_ref_A)
 {
@@ -81,9 +83,10 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
     bool open = false;
     for (int x = 0; x < 3; x++) {
         /* A NaN is no current. */
-        const bool wrong = (absf(wanted_A[x]) > least_A) &&
-                           !(absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A));
-        st->phase[x] = debounce_count(st->phase[x], wrong, cfg->phase_schedules);
+        const bool flows = absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A);
+        const bool wrong = (absf(wanted_A[x]) > least_A) && !flows;
+        st->phase[x] = flows ? debounce_refute(st->phase[x])
+                             : debounce_count(st->phase[x], wrong, cfg->phase_schedules);
         open = open || debounce_elapsed(st->phase[x], cfg->phase_schedules);
     }
     return open;

@@ -48,6 +48,13 @@ static void test_a_loose_contact_is_found_and_a_rare_disturbance_is_not(void)
     TEST_ASSERT_TRUE(found);
 }
 
+static void test_a_sign_that_all_is_well_takes_back_a_bad_one(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(3u, debounce_refute(DEBOUNCE_WEIGHT + 3u));
+    TEST_ASSERT_EQUAL_UINT32(0u, debounce_refute(DEBOUNCE_WEIGHT));
+    TEST_ASSERT_EQUAL_UINT32(0u, debounce_refute(3u));
+}
+
 static void test_the_count_stops_at_the_limit(void)
 {
     TEST_ASSERT_EQUAL_UINT32(40u, debounce_count(40u, true, 5u));
@@ -63,6 +70,7 @@ int main(void)
     RUN_TEST(test_it_lasts_after_as_many_times_on_end_as_the_limit);
     RUN_TEST(test_one_good_time_takes_back_an_eighth_of_a_bad_one);
     RUN_TEST(test_a_loose_contact_is_found_and_a_rare_disturbance_is_not);
+    RUN_TEST(test_a_sign_that_all_is_well_takes_back_a_bad_one);
     RUN_TEST(test_the_count_stops_at_the_limit);
     return UNITY_END();
 }

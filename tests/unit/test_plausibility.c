@@ -142,6 +142,16 @@ static void test_phases_do_not_count_for_each_other(void)
     }
 }
 
+/* A frequency of a third of the checks' rate: every third one meets the same phase at zero. */
+static void test_a_phase_that_often_passes_zero_is_not_open(void)
+{
+    const ab_t ref_A = ab_from_uvw((uvw_t){4.0f, 4.0f, -8.0f});
+    for (int k = 0; k < 3000; k++) {
+        const uvw_t i_A = {((k % 3) == 0) ? 0.0f : 4.0f, 4.0f, -8.0f};
+        TEST_ASSERT_FALSE(plausibility_phase_open(&cfg, &st, i_A, ref_A));
+    }
+}
+
 /* All in order. */
 static const plausibility_estimate_t fine = {.e1_A = {0.1f, 0.0f},
                                              .lambda_Wb = 0.4f,
@@ -369,6 +379,7 @@ int main(void)
     RUN_TEST(test_a_phase_without_the_current_asked_for_is_open);
     RUN_TEST(test_a_phase_of_which_little_is_asked_may_be_without_current);
     RUN_TEST(test_phases_do_not_count_for_each_other);
+    RUN_TEST(test_a_phase_that_often_passes_zero_is_not_open);
     RUN_TEST(test_an_estimate_that_stays_away_from_the_current_is_wrong);
     RUN_TEST(test_a_flux_far_below_its_reference_is_wrong);
     RUN_TEST(test_a_power_that_does_not_fit_torque_and_speed_is_wrong);

@@ -21,6 +21,12 @@ static inline uint32_t debounce_count(uint32_t count, bool wrong, uint32_t limit
     return ((most - count) > DEBOUNCE_WEIGHT) ? (count + DEBOUNCE_WEIGHT) : most;
 }
 
+/* A sign that all is well, not just no failure: falls as fast as a failure rises. */
+static inline uint32_t debounce_refute(uint32_t count)
+{
+    return (count > DEBOUNCE_WEIGHT) ? (count - DEBOUNCE_WEIGHT) : 0u;
+}
+
 static inline bool debounce_elapsed(uint32_t count, uint32_t limit)
 {
     return count >= (DEBOUNCE_WEIGHT * limit);
