@@ -4,10 +4,10 @@
  * flux seen by the stator. That flux is limited at any speed, so the integral is limited at all
  * times:
  *   |psi| <= 2 Lambda + M^2/Lr |i| + b,   psi, b: forgetting time .1 s
- * b adds up the uncertainty: Rs from zero to twice its value, sigma Ls +-30 %, 5 % of the dc link
- * lost in the inverter. Lambda is 1.25 times the nominal flux; twice that, because the flux may
- * have any angle when the gates close. A motor under commissioning is known only within a factor.
- * Stationary frame.
+ * b adds up the uncertainty: Rs from zero to twice its value, sigma Ls +-30 %, and 5 % of the dc
+ * link lost in the inverter, or more where 4 us of dead time take more of a short period. Lambda
+ * is 1.25 times the nominal flux; twice that, because the flux may have any angle when the gates
+ * close. A motor under commissioning is known only within a factor. Stationary frame.
  */
 #ifndef CURRENT_FIT_H
 #define CURRENT_FIT_H
@@ -26,6 +26,7 @@ typedef struct {
     current_fit_params_t p;
     float per_window_s; /* 1 over the window's time */
     float keep;         /* of the integral, from window to window */
+    float inverter_s;   /* flux per dc link that the inverter may lose in a window */
     float limit_Wb;
 } current_fit_config_t;
 

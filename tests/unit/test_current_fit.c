@@ -96,6 +96,17 @@ static void test_direct_current_is_explained_up_to_all_that_is_not_known(void)
     TEST_ASSERT_NOT_EQUAL(0, told_after((ab_t){0.0f, 30.1f}, (ab_t){0.0f, 0.0f}));
 }
 
+/* 4 us of 62.5 us are 6.4 % of each leg, 10.5 % of the link as a vector, and 1 % of drop: 34.4 V.
+ */
+static void test_a_short_period_loses_more_in_the_inverter(void)
+{
+    current_fit_params_t p = params;
+    p.period_s = 62.5e-6f;
+    TEST_ASSERT_TRUE(current_fit_init(&cfg, &p));
+    TEST_ASSERT_EQUAL_INT(0, told_after((ab_t){44.0f, 0.0f}, (ab_t){0.0f, 0.0f}));
+    TEST_ASSERT_NOT_EQUAL(0, told_after((ab_t){44.9f, 0.0f}, (ab_t){0.0f, 0.0f}));
+}
+
 /* 100 V without a current: 85 V in excess of the inverter's share are 1 Wb after 12 ms. */
 static void test_a_voltage_without_any_current_is_told_at_once(void)
 {
@@ -149,6 +160,7 @@ int main(void)
     RUN_TEST(test_init_refuses_a_window_longer_than_the_memory);
     RUN_TEST(test_the_emf_of_a_window_is_what_resistance_and_leakage_leave);
     RUN_TEST(test_direct_current_is_explained_up_to_all_that_is_not_known);
+    RUN_TEST(test_a_short_period_loses_more_in_the_inverter);
     RUN_TEST(test_a_voltage_without_any_current_is_told_at_once);
     RUN_TEST(test_the_leakage_may_be_off_by_three_tenths);
     RUN_TEST(test_an_emf_that_turns_is_explained_at_any_speed);
