@@ -20,7 +20,8 @@ static inline float state_sum_fast(const drive_state_t *st)
 {
     const float acting = st->voltage.current.d.x + st->voltage.current.q.x +
                          ab_sum(st->acting.acting_V) + ab_sum(st->acting.pending_V) +
-                         ab_sum(st->acting.lagging_V) + ab_sum(st->voltage.ahead);
+                         ab_sum(st->acting.lagging_V) + st->acting.duty_share +
+                         ab_sum(st->voltage.ahead);
     const measurement_state_t *m = &st->measurement;
     const float offsets = m->offset_A.u + m->offset_A.v + m->offset_A.w + ab_sum(m->offset_V);
     return acting + offsets + st->modes.vector.speed.gain_extra;

@@ -76,14 +76,23 @@ static void test_what_a_limit_would_heal_is_seen_at_once(void)
 
 static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
 {
-    float *const value[] = {&st.voltage.current.d.x,       &st.voltage.current.q.x,
-                            &st.voltage.ahead.alpha,       &st.voltage.ahead.beta,
-                            &st.acting.acting_V.alpha,     &st.acting.acting_V.beta,
-                            &st.acting.pending_V.alpha,    &st.acting.pending_V.beta,
-                            &st.acting.lagging_V.alpha,    &st.acting.lagging_V.beta,
-                            &st.measurement.offset_A.u,    &st.measurement.offset_A.v,
-                            &st.measurement.offset_A.w,    &st.measurement.offset_V.alpha,
-                            &st.measurement.offset_V.beta, &st.modes.vector.speed.gain_extra};
+    float *const value[] = {&st.voltage.current.d.x,
+                            &st.voltage.current.q.x,
+                            &st.voltage.ahead.alpha,
+                            &st.voltage.ahead.beta,
+                            &st.acting.acting_V.alpha,
+                            &st.acting.acting_V.beta,
+                            &st.acting.pending_V.alpha,
+                            &st.acting.pending_V.beta,
+                            &st.acting.lagging_V.alpha,
+                            &st.acting.lagging_V.beta,
+                            &st.acting.duty_share,
+                            &st.measurement.offset_A.u,
+                            &st.measurement.offset_A.v,
+                            &st.measurement.offset_A.w,
+                            &st.measurement.offset_V.alpha,
+                            &st.measurement.offset_V.beta,
+                            &st.modes.vector.speed.gain_extra};
     assert_each_is_seen(value, sizeof value / sizeof value[0], FAST);
 }
 
