@@ -142,6 +142,18 @@ def test_saturation_iron_and_lost_voltage_take_torque() -> None:
     assert saturated < feasible.torque_range_Nm(limits(), 0.0, 283.0)[1]
 
 
+def test_a_brake_resistor_bounds_what_comes_back_and_nothing_else() -> None:
+    # 150 rad/s and 1000 W in the resistor: T = -(1000 W + losses) / 150 rad/s. Without resistances
+    # nothing is lost, and the current would leave 15.6 Nm.
+    ideal = limits(Rs_ohm=1e-6, Rr_ohm=1e-6)
+    low, high = feasible.torque_range_Nm(dataclasses.replace(ideal, brake_W=1000.0), 150.0, 283.0)
+    assert low == pytest.approx(-1000.0 / 150.0, rel=0.02)
+    assert high == feasible.torque_range_Nm(ideal, 150.0, 283.0)[1]
+    # Rs takes .93 ohm of (5.1 A)^2 and of i_q^2, the legs 10 V of |i|: less comes back.
+    for lossy in (limits(brake_W=1000.0), dataclasses.replace(ideal, brake_W=1e3, lost_V=10.0)):
+        assert feasible.torque_range_Nm(lossy, 150.0, 283.0)[0] < low - 0.3
+
+
 def test_the_impossible_is_told_from_the_possible() -> None:
     def asked(torque_Nm: float, rpm: float, u_dc_V: float = 283.0) -> str:
         one = [np.array([x]) for x in (rpm * math.pi / 30.0, torque_Nm, u_dc_V)]

@@ -1,4 +1,4 @@
-"""Does a mission ask for more torque or voltage than there is? Known before the run.
+"""Does a mission ask for more torque, voltage or braking power than there is? Known before the run.
 
 From the plant's motor, in the steady state, with no code of the firmware. In the frame of the rotor
 flux, power-invariant vectors:
@@ -6,7 +6,9 @@ flux, power-invariant vectors:
   u_d = Rs i_d - w_s sigma Ls i_q,  u_q = Rs i_q + w_s (sigma Ls i_d + M/Lr psi_r)
   i_d = psi_r / M,  w_s = p w_m + Rr M i_q / (Lr psi_r)
 Limits: |i| of the drive, |u| of the dc link's inscribed circle less what the legs lose, psi_r of
-the nameplate: nobody has to over-excite a motor.
+the nameplate: nobody has to over-excite a motor. What the motor gives back beyond the losses of
+iron and legs, the brake resistor has to take:
+  -(u_d i_d + u_q i_q) - (w_s psi_r)^2 / R_fe - lost |i|
 """
 
 from __future__ import annotations
@@ -34,6 +36,7 @@ class Limits:
     flux_Wb: float
     lost_V: float = 0.0  # of the voltage vector, in the legs
     iron_ohm: float = 0.0
+    brake_W: float = math.inf  # of the brake resistor
 
 
 def lost_V(dead_V: float, drop_V: float) -> float:
@@ -57,9 +60,12 @@ def torque_range_Nm(limits: Limits, speed_rad_s: float, u_dc_V: float) -> tuple[
     u_d = c.Rs_ohm * i_d - omega * sigma_Ls * i_q
     u_q = c.Rs_ohm * i_q + omega * (sigma_Ls * i_d + ratio * flux)
     room_V = max(u_dc_V / math.sqrt(2.0) - limits.lost_V, 0.0)
-    possible = (np.hypot(i_d, i_q) <= limits.i_max_A) & (np.hypot(u_d, u_q) <= room_V)
-    iron = motor.pole_pairs * omega * flux**2 / limits.iron_ohm if limits.iron_ohm else 0.0
-    torque = (motor.pole_pairs * ratio * flux * i_q - iron)[possible]
+    i = np.hypot(i_d, i_q)
+    iron = omega * flux**2 / limits.iron_ohm if limits.iron_ohm else 0.0 * flux  # per pole pair
+    taken_W = u_d * i_d + u_q * i_q + omega * iron + limits.lost_V * i
+    possible = (i <= limits.i_max_A) & (np.hypot(u_d, u_q) <= room_V)
+    possible &= taken_W >= -limits.brake_W
+    torque = (motor.pole_pairs * (ratio * flux * i_q - iron))[possible]
     return (float(torque.min()), float(torque.max())) if torque.size else (0.0, 0.0)
 
 

@@ -85,6 +85,8 @@ def limits_of(case: Case) -> Limits:
         flux_Wb=drive.flux_Wb,
         lost_V=feasible.lost_V(dead_V, rig["inverter.drop_V"]),
         iron_ohm=rig["motor.iron_loss_ohm"],
+        # Above this voltage the drive takes less torque than it is asked for.
+        brake_W=float(drive.known["regen_start_V"]) ** 2 / rig["dc_link.chopper_ohm"],
     )
 
 
@@ -92,7 +94,9 @@ class Planner:
     """Builds a mission piece by piece; the clock goes on with each."""
 
     def __init__(self, case: Case, start_s: float) -> None:
-        self.case, self.drive, self.limits = case, drive_for(case), limits_of(case)
+        self.case, self.drive = case, drive_for(case)
+        # Missions are planned without regard to the brake resistor: it bounds one direction only.
+        self.limits = dataclasses.replace(limits_of(case), brake_W=math.inf)
         self.J, self.friction = inertia_kg_m2(case), friction_Nm(case)
         self.mission = Mission()
         self.t, self.rpm, self.load_Nm = start_s, 0.0, 0.0
