@@ -301,6 +301,17 @@ def test_every_verdict_can_be_provoked() -> None:
     assert not row("too much", faults=after(3.0, fault, 0.0), **off)["false_trip"]
 
 
+def test_a_torque_may_turn_the_shaft_faster_than_the_speed_reference_ramps() -> None:
+    """It was called a wrong direction: the judge took the ramp for what was asked."""
+
+    def slew_rpm_s(mission: str) -> float:
+        fixed = (*run.NOMINAL, ("motor", "im_1kw5_200v"), ("mission", mission))
+        return run.limits_of(run.planned(Case("", 0, SEED, fixed))).slew_rpm_s
+
+    assert slew_rpm_s("torque") == math.inf
+    assert math.isfinite(slew_rpm_s("cycle"))
+
+
 def test_counts_and_the_worst_leave_out_the_impossible() -> None:
     fault = {
         "faults": after(3.0, int(Fault.OVER_CURRENT), 0.0),

@@ -190,11 +190,15 @@ def limits_of(plan: Planned) -> Limits:
     """What the judge of the fault campaign has to know."""
     known = plan.drive.known | dict(plan.job.firmware)
     possible_Nm = feasible.torque_range_Nm(missions.limits_of(plan.case), 0.0, plan.drive.u_dc_V)[1]
+    # A torque may change the speed faster than the drive ramps its speed reference.
+    slew_rpm_s = float(known["speed_slew_rad_s2"]) / plan.drive.pole_pairs / RPM
+    if math.isfinite(plan.mission.torque_s):
+        slew_rpm_s = math.inf
     return Limits(
         over_A=OVER_PU * float(known["i_trip_A"]),
         maximum_rpm=maximum_rpm(known),
         torque_Nm=min(torque_limit_Nm(known), possible_Nm),
-        slew_rpm_s=float(known["speed_slew_rad_s2"]) / plan.drive.pole_pairs / RPM,
+        slew_rpm_s=slew_rpm_s,
         J_kg_m2=inertia_kg_m2(plan.case),
         friction_Nm=friction_Nm(plan.case),
     )
