@@ -90,18 +90,21 @@ static void test_the_duty_source_asks_no_sensor(void)
     }
 }
 
-/* Sensors behind a filter of first order, whatever the duties do, against double precision: the
- * voltage of the duties less what the inverter loses of it, in time. */
+/* Sensors behind the same filter, whatever the duties do, against double precision: the voltage of
+ * the duties less what the inverter loses of it, in time. */
 static void test_what_the_sensors_do_not_show_yet_comes_from_the_duty(void)
 {
-    const double share = (double)PERIOD_S / (double)(PERIOD_S + FILTER_S);
+    const double d = (double)FILTER_S / (double)PERIOD_S;
     const double complex lost_V = 3.0 - 2.0 * I;
     double complex shown_V = -lost_V;
+    double complex step_V = 0.0;
     for (int k = 0; k < 200; k++) {
         const float swing = (k % 7 < 3) ? 150.0f : -90.0f;
         st.acting_V = (ab_t){swing * (float)cos(0.3 * k), swing * (float)sin(0.5 * k)};
         const double complex ended_V = (double)st.acting_V.alpha + I * (double)st.acting_V.beta;
-        shown_V += share * (ended_V - lost_V - shown_V);
+        step_V =
+            d / (2.0 + d) * step_V + 2.0 / ((1.0 + d) * (2.0 + d)) * (ended_V - lost_V - shown_V);
+        shown_V += step_V;
         const ab_t line_V = {(float)creal(shown_V), (float)cimag(shown_V)};
         const ab_t u_s_V = acting_voltage_step(&cfg, &st, line_V);
         ASSERT_NEAR(2e-4, creal(ended_V - lost_V), u_s_V.alpha);
@@ -109,24 +112,31 @@ static void test_what_the_sensors_do_not_show_yet_comes_from_the_duty(void)
     }
 }
 
-/* In steady state that turns the reading ahead by w_s times the delay, in either direction. */
+/* In steady state that turns the reading of an 800 Hz filter ahead by w_s times its delay from the
+ * middle of the interval, in either direction, and changes nothing of its size: 50 Hz. */
 static void test_a_rotating_voltage_is_turned_ahead_by_the_delay(void)
 {
-    const double speeds[] = {100.0, -100.0};
+    const double speeds[] = {314.0, -314.0};
+    const double cutoff_rad_s = 2.0 * 3.14159265 * 800.0;
     for (int n = 0; n < 2; n++) {
-        configure(ACTING_VOLTAGE_SENSORS);
+        const double complex s = I * speeds[n] / cutoff_rad_s;
+        const double complex middle = cexp(I * speeds[n] * 0.5 * (double)PERIOD_S);
+        const double complex shown = middle / (1.0 + sqrt(2.0) * s + s * s);
+        const double delay_s = sqrt(2.0) / cutoff_rad_s - 0.5 * (double)PERIOD_S;
+        TEST_ASSERT_TRUE(init(ACTING_VOLTAGE_SENSORS, (float)delay_s, BLEND_RAD_S));
+        st = (acting_voltage_state_t){0};
         ab_t u_s_V = {0.0f, 0.0f};
         double complex shown_V = 0.0;
         for (int k = 0; k < 100; k++) {
             const double complex ended_V = 100.0 * cexp(I * speeds[n] * (double)PERIOD_S * k);
-            shown_V = ended_V * cexp(-I * speeds[n] * (double)FILTER_S);
+            shown_V = ended_V * shown;
             st.acting_V = (ab_t){(float)creal(ended_V), (float)cimag(ended_V)};
             u_s_V = acting_voltage_step(&cfg, &st,
                                         (ab_t){(float)creal(shown_V), (float)cimag(shown_V)});
         }
         const double complex found = ((double)u_s_V.alpha + I * (double)u_s_V.beta) / shown_V;
-        ASSERT_NEAR(1e-3, speeds[n] * (double)FILTER_S, carg(found));
-        ASSERT_NEAR(1e-3, 1.0, cabs(found));
+        ASSERT_NEAR(3e-4, speeds[n] * delay_s, carg(found));
+        ASSERT_NEAR(3e-4, 1.0, cabs(found));
     }
 }
 
@@ -146,7 +156,7 @@ static void test_the_blend_goes_from_the_sensors_to_the_duty(void)
     const float speeds[] = {0.0f, 0.999f, 1.25f, -1.5f, 1.75f, 2.0f, -5.0f};
     const float shares[] = {0.0f, 0.0f, 0.25f, 0.5f, 0.75f, 1.0f, 1.0f};
     configure(ACTING_VOLTAGE_BLEND);
-    cfg.lag = 0.0f;
+    TEST_ASSERT_TRUE(init(ACTING_VOLTAGE_BLEND, 0.0f, BLEND_RAD_S));
     for (int n = 0; n < 7; n++) {
         acting_voltage_blend(&cfg, &st, speeds[n] * BLEND_RAD_S);
         st.acting_V = (ab_t){20.0f, -40.0f};

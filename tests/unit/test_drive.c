@@ -22,7 +22,7 @@ typedef struct {
     double rs_start, rs_track, torque, below, dead_pu;
     double rate, moved_from, bandwidth;
     double flux_pu, i_q_max, target;
-    cplx lagging, ahead;
+    cplx lagging, lag_step, ahead;
     int quiet, slot;
     bool steering, moving, dead_found;
 } ref_t;
@@ -47,9 +47,11 @@ static void ref_estimate(ref_t *s, const drive_params_t *p, const measurement_in
                   i_lsb * (in->i_w_counts - 8192));
     const double uv = u_lsb * (in->u_uv_counts - 8192);
     const double vw = u_lsb * (in->u_vw_counts - 8192);
-    const double lag_s = (double)p->acting.filter_comp_s;
-    const cplx late = lag_s / ((double)p->period_s + lag_s) * (s->u_acting - s->lagging);
-    s->lagging = s->u_acting - late;
+    const double d = (double)p->acting.filter_comp_s / (double)p->period_s;
+    s->lag_step =
+        d / (2.0 + d) * s->lag_step + 2.0 / ((1.0 + d) * (2.0 + d)) * (s->u_acting - s->lagging);
+    s->lagging += s->lag_step;
+    const cplx late = s->u_acting - s->lagging;
     /* Phase voltages of a floating star with zero sum. */
     cplx u = clarke((2.0 * uv + vw) / 3.0, (vw - uv) / 3.0, -(uv + 2.0 * vw) / 3.0) + late;
     if (p->acting.source == ACTING_VOLTAGE_DUTY) {

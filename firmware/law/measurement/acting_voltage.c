@@ -6,13 +6,15 @@ bool acting_voltage_init(acting_voltage_config_t *cfg, const acting_voltage_para
                        (params->source == ACTING_VOLTAGE_DUTY) ||
                        (params->source == ACTING_VOLTAGE_BLEND);
     const float inv_blend_s = 1.0f / params->blend_rad_s;
+    const float late_periods = params->filter_comp_s / params->period_s;
     if (!known || !nonnegativef(params->filter_comp_s) ||
         !ALL_POSITIVE(inv_blend_s, params->period_s)) {
         return false;
     }
     *cfg = (acting_voltage_config_t){.source = params->source,
-                                     .lag = params->filter_comp_s /
-                                            (params->period_s + params->filter_comp_s),
+                                     .lag = 1.0f -
+                                            2.0f / ((1.0f + late_periods) * (2.0f + late_periods)),
+                                     .keep = late_periods / (2.0f + late_periods),
                                      .inv_blend_s = inv_blend_s};
     return true;
 }
@@ -25,7 +27,9 @@ ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_stat
     if (cfg->source == ACTING_VOLTAGE_DUTY) {
         return st->ended_V;
     }
-    const ab_t late_V = ab_scale(ab_sub(st->ended_V, st->lagging_V), cfg->lag);
+    const ab_t change_V = ab_sub(st->ended_V, st->lagging_V);
+    const ab_t late_V = ab_sub(ab_scale(change_V, cfg->lag), ab_scale(st->lag_step_V, cfg->keep));
+    st->lag_step_V = ab_sub(change_V, late_V);
     st->lagging_V = ab_sub(st->ended_V, late_V);
     const ab_t sensed_V = ab_add(u_line_V, late_V);
     if (cfg->source == ACTING_VOLTAGE_SENSORS) {

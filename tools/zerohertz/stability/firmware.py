@@ -121,6 +121,7 @@ class Firmware:
     table: GainTable
     voltage_from_duty: bool
     voltage_lag: float  # share of a change that the sensors do not show in its period
+    lag_keep: float  # of their change, from period to period
     delay_comp_s: float
     second_order: bool
     adapt_kp: float
@@ -159,6 +160,7 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
     """The constants as the firmware's init functions derive them."""
     circuit = Circuit(*(p[name] for name in ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H")))
     T = p["period_s"]
+    late = p["voltage_filter_comp_s"] / T
     lambda_Wb = p["M_H"] * p["i_d_A"]
     slow = p["speed_bandwidth_rad_s"]
     fast = p["speed_fast_bandwidth_rad_s"]
@@ -170,7 +172,8 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         pole_pairs=p["pole_pairs"],
         table=table,
         voltage_from_duty=p["voltage_source"] == 1,
-        voltage_lag=p["voltage_filter_comp_s"] / (T + p["voltage_filter_comp_s"]),
+        voltage_lag=1.0 - 2.0 / ((1.0 + late) * (2.0 + late)),
+        lag_keep=late / (2.0 + late),
         delay_comp_s=p["delay_comp_periods"] * T,
         second_order=p["observer_method"] == 1,
         adapt_kp=p["adapt_kp"],

@@ -22,14 +22,14 @@ STATES = (
     "i_s.re i_s.im lambda_r.re lambda_r.im omega_e filter.re filter.im filter_slope.re "
     "filter_slope.im i_s_hat.re i_s_hat.im lambda_hat x_adaptation omega_e_hat omega_s_hat "
     "omega_filtered x_speed x_d x_q u_acting.re u_acting.im u_pending.re u_pending.im "
-    "lagging.re lagging.im x_flux torque_filtered flux_below"
+    "lagging.re lagging.im lag_step.re lag_step.im x_flux torque_filtered flux_below"
 ).split()
 N = len(STATES)
 # What is a small change of each: A, Wb, rad/s, V, Nm. Steps and residuals are measured in these.
 SCALE = np.array(
     (
         *(5.0, 5.0, 0.4, 0.4, 10.0, 20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.4, 10.0, 10.0, 10.0, 10.0),
-        *(5.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.4),
+        *(5.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.4),
     )
 )
 
@@ -104,7 +104,9 @@ def step(loop: Loop, points: Points, steering: npt.NDArray[np.bool_], x: Real) -
     i_seen = points.current_gain * i_s
     u = s.u_acting
     # What the sensors do not show yet of a change.
-    late = fw.voltage_lag * (u - s.lagging)
+    lag_step = fw.lag_keep * s.lag_step + (1.0 - fw.voltage_lag) * (u - s.lagging)
+    lagging = s.lagging + lag_step
+    late = u - lagging
     if not fw.voltage_from_duty:
         u = points.voltage_gain * output + late
     # What the firmware knows of Rs beyond the nameplate acts on the measured current.
@@ -122,9 +124,9 @@ def step(loop: Loop, points: Points, steering: npt.NDArray[np.bool_], x: Real) -
     i_ref, speed_states = _references(fw, points, steering, s, omega_hat, size, i_dq)
     u_dq, x_dq = _current(fw, s, i_ref, i_dq, omega_s_hat, omega_hat, size)
     u_new = u_dq * np.exp(1j * omega_s_hat * fw.delay_comp_s) * axis
-    vectors = (i_s, lambda_r, output, slope, i_hat, s.u_pending, u_new, s.u_acting - late)
+    vectors = (i_s, lambda_r, output, slope, i_hat, s.u_pending, u_new, lagging, lag_step)
     turned = (v * axis.conj() for v in vectors)
-    i_s, lambda_r, output, slope, i_hat, acting, pending, lagging = turned
+    i_s, lambda_r, output, slope, i_hat, acting, pending, lagging, lag_step = turned
     columns = (
         *_parts(i_s, lambda_r),
         omega,
@@ -136,7 +138,7 @@ def step(loop: Loop, points: Points, steering: npt.NDArray[np.bool_], x: Real) -
         *speed_states[:2],
         x_dq.real,
         x_dq.imag,
-        *_parts(acting, pending, lagging),
+        *_parts(acting, pending, lagging, lag_step),
         *speed_states[2:],
     )
     return np.stack(columns, axis=-1), np.angle(axis)
