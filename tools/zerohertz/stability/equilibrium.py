@@ -81,7 +81,7 @@ def first_guess(loop: Loop, p: Points, steering: npt.NDArray[np.bool_]) -> Real:
     put("filter", u * np.exp(-1j * omega_s * late_s))
     put("u_acting", u * np.exp(0.5j * omega_s * T))
     put("u_pending", u * np.exp(1.5j * omega_s * T))
-    lagging = u * np.exp(-1j * omega_s * (0.5 * T + late_s))
+    lagging = u * np.exp(-1j * omega_s * late_s)
     put("lagging", lagging)
     put("lag_step", lagging * (1.0 - np.exp(-1j * omega_s * T)))
     put("x_speed", i.imag * flux / fw.lambda_nominal_Wb)
