@@ -228,8 +228,8 @@ def swing(record, begin_s, least, largest):
     t_s = t_s[1000:-1000]
     size = np.abs(value)
     peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
-    # One peak per half period: the largest within 3 ms on either side.
-    peaks = np.array([k for k in peaks if size[k] == size[max(k - 15, 0) : k + 16].max()])
+    # One peak per half period: the largest within 9 ms on either side.
+    peaks = np.array([k for k in peaks if size[k] == size[max(k - 45, 0) : k + 46].max()])
     peaks = peaks[(size[peaks] > least) & (size[peaks] < largest)]
     growth, _ = np.polyfit(t_s[peaks], np.log(size[peaks]), 1)
     half_period_s, _ = np.polyfit(np.arange(len(peaks)), t_s[peaks], 1)
