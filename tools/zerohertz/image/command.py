@@ -40,7 +40,7 @@ ALL_OPTIONS = {
 }
 # A start that the short scenario has time for. What it finds is of little use: the drive falls back
 # to I-f and returns, again and again, which is what makes its worst period.
-SHORT_START = {"rs_level_s": 0.05, "premagnetise_s": 0.2}
+SHORT_START = {"rs_level_s": 0.05, "premagnetise_s": 0.2, "dead_time_identify": 1}
 # With every configuration the drive reaches RUN in it.
 LONG_ENOUGH = "fig07 --max-periods 30000"
 # Boards whose objects also make a program of the emulated board, with the table of `recommended`.
