@@ -26,7 +26,7 @@ from zerohertz.replay.log import FloatArray
 from zerohertz.scenario.setup import load_setup
 
 RATED_NM = 8.4
-LOADED_S = 5.5  # magnetised after 4 s; at speed before this
+LOADED_S = 5.5  # magnetised after 4.9 s; at speed before this
 DIP_RPM = RATED_NM / J_KG_M2 * 15e-3 * RPM  # of a step of the rated torque: T/J x 15 ms
 PHASE_A = 14.0  # largest phase current; the trip is at 22.5 A
 FLUX_WB = 0.458  # stator flux, peak, of i_d 5.1 A without load

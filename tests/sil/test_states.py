@@ -14,7 +14,7 @@ from zerohertz.drive import Fault, State
 from zerohertz.scenario.setup import load_setup
 from zerohertz.sim import Job, Record, run
 
-READY_S = 5.0
+READY_S = 6.0
 RUN_UP = [[0, 0], [0.5, 600]]
 RATED_NM = 7.6
 # The speed ramp moves every fourth period (firmware/law/base/slots.h).

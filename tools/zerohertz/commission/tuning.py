@@ -184,7 +184,7 @@ def _start(circuit: Circuit, plate: Plate, i_trip_max_A: float) -> dict[str, flo
     settle_s = min(max(6.0 / circuit.tau_per_s, 0.3), 15.0)
     return {
         "rs_measure": 1,
-        "dead_time_identify": 1,
+        "dead_time_identify": 2,
         "rs_high_A": 0.7 * min(plate.current_vector_A, limit_A(plate, i_trip_max_A)),
         "rs_level_s": settle_s,
         "premagnetise_s": settle_s,

@@ -126,7 +126,7 @@ def simulate(
 
 
 if __name__ == "__main__":
-    # Magnetised after 4 s, 300 min^-1 at 5 s, rated torque from 6 s on.
+    # Magnetised after 4.9 s, 300 min^-1 at 5 s, rated torque from 6 s on.
     moments = simulate(7.5, lambda t_s: 300.0, lambda t_s: 8.4 if t_s > 6.0 else 0.0)
     for count, now in enumerate(moments):
         if count % 1250 == 0:
