@@ -1,5 +1,8 @@
 #include "induction_motor.hpp"
 
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <stdexcept>
 
 namespace zh {
@@ -21,6 +24,18 @@ double checked_leakage(const MotorParameters &m)
         throw std::invalid_argument("motor: the iron-loss resistance is positive, or 0 for none");
     }
     return determinant;
+}
+
+// To the bit.
+bool same(Vec a, Vec b)
+{
+    using Bits = std::array<std::uint64_t, 2>;
+    return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+}
+
+bool same_fluxes(const MotorState &a, const MotorState &b)
+{
+    return same(a.psi_s_Wb, b.psi_s_Wb) && same(a.psi_r_Wb, b.psi_r_Wb);
 }
 
 } // namespace
@@ -117,6 +132,14 @@ MotorCurrents InductionMotor::currents(const MotorState &x) const
         const Vec i_r = linear_.y_rr * x.psi_r_Wb - linear_.y_sr * x.psi_s_Wb;
         return {i_s, i_r, parameters_.M_H * (i_s + i_r)};
     }
+    if (!same_fluxes(x, last_.x)) {
+        last_ = {x, saturated_currents(x)};
+    }
+    return last_.currents;
+}
+
+MotorCurrents InductionMotor::saturated_currents(const MotorState &x) const
+{
     const double ratio = leak_r_H_ * inv_leak_s_;
     const Vec psi_m = main_flux(ratio * x.psi_s_Wb + x.psi_r_Wb, ratio);
     const Vec i_s = inv_leak_s_ * (x.psi_s_Wb - psi_m);

@@ -105,6 +105,14 @@ private:
     double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m
     double saturation_exponent(double flux_squared) const;
     Vec main_flux(Vec weighted_flux_Wb, double leakage_ratio) const;
+    MotorCurrents saturated_currents(const MotorState &x) const;
+
+    // What currents() said last: a step begins where the one before ended, and asks more than once.
+    static constexpr Vec no_number{NAN, NAN};
+    struct Last {
+        MotorState x;
+        MotorCurrents currents;
+    };
 
     MotorParameters parameters_;
     IntegrationMethod method_;
@@ -115,6 +123,7 @@ private:
     LinearMotor linear_;
     double leak_s_H_, leak_r_H_;
     double inv_M_, inv_knee2_, inv_leak_s_;
+    mutable Last last_{{no_number, no_number}, {no_number, no_number, no_number}};
 };
 
 } // namespace zh
