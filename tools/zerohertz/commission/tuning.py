@@ -38,8 +38,10 @@ STEER, STEER_FLUX = 0.196, 0.39
 # Dwell where steering cannot act: share of the speed, or of 1/Tr below that, that it swings by.
 DWELL_SPEED, DWELL = 1, 0.2
 I_F = 0.95  # of the largest current: I-f operation after a lost orientation
-# Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us.
-CURRENT_PERIODS = 0.12
+# Current loop: a quarter of what the delay of 1.5 periods leaves would be 830 rad/s at 200 us. A
+# shorter period makes it no faster: with a leakage that is less than told, the estimate takes each
+# change of the torque current for a change of speed, and the speed loop swings at 60 to 80 Hz.
+CURRENT_PERIODS, CURRENT_RAD_S = 0.12, 600.0
 OVERLOAD = 1.5
 CONTINUOUS = 1.05  # of rated current: plates are rounded
 TRIP = 1.3
@@ -95,7 +97,7 @@ def firmware_parameters(
         **_speed(circuit, plate, J_kg_m2),
         **_currents(motor, plate, i_trip_max_A),
         **_start(circuit, plate, i_trip_max_A),
-        "current_bandwidth_rad_s": CURRENT_PERIODS / period_s,
+        "current_bandwidth_rad_s": min(CURRENT_PERIODS / period_s, CURRENT_RAD_S),
         "lambda_max_Wb": 4.0 * flux,
         "dead_time_i_threshold_A": threshold_A(plate),
         **_orientation(circuit, plate, flux),
