@@ -21,7 +21,7 @@ fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi2 import FMU2Slave  # noqa: E402
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
 
-PERIODS, T_S = 25_000, 200e-6
+PERIODS, T_S = 30_000, 200e-6
 SETUP = load_setup("recommended")
 WORDS = ("i_u", "i_v", "i_w", "u_uv", "u_vw", "u_dc")
 DUTIES = ("duty_u", "duty_v", "duty_w", "speed_hat_rpm", "lambda_Wb", "i_q_A")
@@ -30,7 +30,7 @@ DRIVES, PLANTS = NAMES[:2], NAMES[2:]
 
 
 def speed_ref_rpm(k: int) -> float:
-    return 60.0 if k < 22_500 else -60.0  # the flux takes 4 s
+    return 60.0 if k < 27_500 else -60.0  # the start takes 5 s
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def test_the_drive_gives_the_bits_of_the_binding(
         drive.flags(adc_words=True)
         for k in range(PERIODS):
             drive.words(words[k])
-            if k in (0, 22_500):
+            if k in (0, 27_500):
                 drive.reals(speed_ref_rpm=speed_ref_rpm(k))
             if k == 1000:
                 drive.flags(run=True)

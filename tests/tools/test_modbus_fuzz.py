@@ -143,7 +143,7 @@ def block(drive: LinkedDrive, frames: Iterator[bytes] | None, any_frame: bool) -
 def run_on_bus(blocks: int, frames: Iterator[bytes] | None) -> tuple[LinkedDrive, int]:
     """A master holds 60 min^-1 and says so every second."""
     drive = LinkedDrive(sil_job("recommended", "0", ["fieldbus_commands=1", *SETTINGS]))
-    drive.run(6000)
+    drive.run(8000)
     count = 0
     for k in range(blocks):
         for pdu in (struct.pack(">BHH", 6, 1, 60), struct.pack(">BHH", 6, 0, int(k > 0))):
@@ -185,7 +185,7 @@ def test_a_legal_write_is_noticed() -> None:
     """The comparison is worth something: one write of the speed, and the runs differ."""
     written = framed(struct.pack(">BHH", 6, 1, 70))
     assert legal_write(written)
-    drives = [run_on_bus(4, None)[0] for _ in range(2)]
+    drives = [run_on_bus(6, None)[0] for _ in range(2)]
     drives[0].modbus(written)
     for drive in drives:
         drive.run(BLOCK)
