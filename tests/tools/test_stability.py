@@ -35,6 +35,7 @@ PLAIN = {
     "dead_time_fraction": 0.0,
     "dead_time_identify": 0,
     "rs_measure": 0,
+    "rs_level_s": 1.5,  # two levels; recommended has three shorter ones
     "rs_track_gain": 0.0,
     "steer_min_Hz": 0.0,
     "heat_rise": 0.0,  # heat and M at speed are slower than what is linearised
@@ -175,12 +176,12 @@ CASES = {
 def test_map_is_the_firmware(case):
     """A step of the load from the equilibrium: the map, repeated, against the real firmware."""
     changes, rpm, load_Nm, rs_ratio = CASES[case]
-    step_s, more_Nm = 12.0, 0.25
+    step_s, more_Nm = 13.0, 0.25
     record = run_sil(
         changes,
         rpm,
         rs_ratio,
-        [[5.5, 0.0], [6.5, load_Nm], [step_s, load_Nm], [step_s, load_Nm + more_Nm]],
+        [[6.5, 0.0], [7.5, load_Nm], [step_s, load_Nm], [step_s, load_Nm + more_Nm]],
         step_s + 1.5,
     )
     fw = firmware(**changes)
