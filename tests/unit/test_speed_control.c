@@ -172,6 +172,7 @@ static void test_init_derives_the_schedule(void)
     ASSERT_NEAR(1e-6, 3.0, cfg.gain_extra_max);
     ASSERT_NEAR(1e-7, 0.1, cfg.gain_extra_per_rad_s);
     ASSERT_SAME_FLOAT(30.0f, cfg.slow_rad_s);
+    ASSERT_NEAR(1e-6, 4.0 / 3.0, cfg.weakening);
 }
 
 static void test_init_refuses_a_schedule_the_wrong_way_round(void)
@@ -204,6 +205,7 @@ static void test_a_fast_bandwidth_that_is_not_faster_is_no_schedule(void)
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
         ASSERT_SAME_FLOAT(0.0f, cfg.gain_extra_max);
         ASSERT_SAME_FLOAT(0.0f, cfg.gain_extra_per_rad_s);
+        ASSERT_SAME_FLOAT(0.0f, cfg.weakening);
     }
     speed_control_params_t p = scheduled();
     speed_control_config_t cfg = {0};
@@ -228,10 +230,31 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
                                         .omega_ref_rad_s = w + (float)sign};
             const speed_control_in_t in = {
                 .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = w + (float)sign};
-            speed_control_schedule(&cfg, &st);
+            speed_control_schedule(&cfg, &st, 1.0f);
             ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], step(&cfg, &st, &in, w));
             ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
         }
+    }
+}
+
+static void test_less_flux_takes_the_gain_back_at_high_speed(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    const float flux_pu[] = {1.2f, 1.0f, 0.8f, 0.5f, 0.25f};
+    const double left[] = {1.0, 1.0, 0.8, 0.5, 0.25};
+    for (unsigned k = 0; k < 5u; k++) {
+        speed_control_state_t st = {.omega_filtered_rad_s = -90.0f};
+        speed_control_schedule(&cfg, &st, flux_pu[k]);
+        ASSERT_NEAR(1e-5, 4.0 * left[k] - 1.0, st.gain_extra);
+        TEST_ASSERT_TRUE(speed_control_expected_rad_s(&cfg, &st, 2.0f) >= 0.0f);
+        st.omega_filtered_rad_s = 45.0f; /* half way */
+        speed_control_schedule(&cfg, &st, flux_pu[k]);
+        ASSERT_NEAR(1e-5, 1.5 - 2.0 * (1.0 - left[k]), st.gain_extra);
+        st.omega_filtered_rad_s = 30.0f; /* steering may act here */
+        speed_control_schedule(&cfg, &st, flux_pu[k]);
+        ASSERT_SAME_FLOAT(0.0f, st.gain_extra);
     }
 }
 
@@ -519,7 +542,7 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
         speed_control_state_t st = {.omega_filtered_rad_s = 100.0f, .omega_ref_rad_s = ref_rad_s};
         double w_rad_s = 100.0;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
-        speed_control_schedule(&cfg, &st);
+        speed_control_schedule(&cfg, &st, 1.0f);
         for (int k = 0; k < 40; k++) {
             const speed_control_in_t in = {
                 .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = ref_rad_s};
@@ -750,7 +773,7 @@ static void test_torque_beside_the_load_changes_the_speed(void)
         const double shares[3] = {0.0, 0.5, 1.0};
         for (int k = 0; k < 3; k++) {
             st.omega_filtered_rad_s = speeds[k];
-            speed_control_schedule(&cfg, &st);
+            speed_control_schedule(&cfg, &st, 1.0f);
             ASSERT_NEAR(1e-5, shares[k] * accel_rad_s2_per_A * (double)PERIOD_S * 3.5,
                         speed_control_expected_rad_s(&cfg, &st, 2.0f));
         }
@@ -788,6 +811,7 @@ int main(void)
     RUN_TEST(test_init_refuses_a_schedule_the_wrong_way_round);
     RUN_TEST(test_a_fast_bandwidth_that_is_not_faster_is_no_schedule);
     RUN_TEST(test_the_gains_grow_with_the_speed_either_way);
+    RUN_TEST(test_less_flux_takes_the_gain_back_at_high_speed);
     RUN_TEST(test_less_flux_takes_more_current_within_the_same_limit);
     RUN_TEST(test_step_holds_the_load_at_the_reference);
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);

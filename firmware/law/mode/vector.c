@@ -144,7 +144,7 @@ void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limit
         }
     }
     if (in->slot == SLOT_SPEED_SCHEDULE) {
-        speed_control_schedule(&cfg->speed, &st->speed);
+        speed_control_schedule(&cfg->speed, &st->speed, st->plan.flux_pu);
     }
     if (slot_is_quarter(in->slot, SLOT_QUARTER_REFERENCES) || !st->planned) {
         plan(cfg, limits, st, in);

@@ -66,6 +66,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         return false;
     }
     if (c.gain_extra_max > 0.0f) {
+        c.weakening = 1.0f + 1.0f / c.gain_extra_max;
         c.step_rad_s_per_A = params->bandwidth_rad_s / wanted * period_s / c.gain_extra_max;
     }
     *cfg = c;

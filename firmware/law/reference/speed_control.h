@@ -4,7 +4,10 @@
  * kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. For a large inertia Kp is bounded by Kp
  * slip/i_q <= SPEED_CONTROL_SLIP_MAX, which also limits the bandwidth. At a limit the integrator
  * holds. Electrical speeds. Internally i_q is the value at nominal flux. The bandwidth may grow
- * with speed: at low speed the estimate is slow, and the loop has to be slower.
+ * with speed: at low speed the estimate is slow, and the loop has to be slower. Where it has grown
+ * it falls again with the flux: the same torque slips more with less flux, by its square (with that
+ * square load steps at twice rated speed dip too far). At low speed it does not fall, for there
+ * flux steering lowers the flux.
  *
  * The integrator is the load torque; i_q beyond it accelerates. The estimator may use the change of
  * speed expected from that. At low speed, where the bandwidth is not raised, it gets none: near
@@ -49,6 +52,7 @@ typedef struct {
     float slew_step_rad_s;
     float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float gain_extra_max;       /* ... up to 1 + this */
+    float weakening;            /* makes of 1 + gain_extra_max the flux times that */
     float slow_rad_s;
     float A_per_Nm;         /* torque to current at nominal flux */
     float step_rad_s_per_A; /* change of the speed in one period per ampere that accelerates, and
@@ -62,7 +66,7 @@ typedef struct {
     pi_state_t pi;
     float omega_filtered_rad_s;
     float omega_ref_rad_s;     /* after the slew limit */
-    float gain_extra;          /* bandwidth over that of slow speed is 1 + this */
+    float gain_extra;          /* bandwidth over that of slow speed is 1 + this, > -1 */
     float expected_step_rad_s; /* what that current does to the speed until the next period */
     float i_q_A;               /* allowed last, at nominal flux: where torque mode begins */
     float low_A;               /* what is allowed, at nominal flux */
@@ -91,12 +95,13 @@ typedef struct {
 CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                                 const motor_model_t *motor, float period_s);
 
-/* Bandwidth at the present speed; need not be called every period. */
+/* Bandwidth at the present speed and flux (over nominal, > 0); need not be called every period. */
 static inline void speed_control_schedule(const speed_control_config_t *cfg,
-                                          speed_control_state_t *st)
+                                          speed_control_state_t *st, float flux_pu)
 {
     const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
-    st->gain_extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
+    const float extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
+    st->gain_extra = extra - extra * cfg->weakening * (1.0f - minf(flux_pu, 1.0f));
 }
 
 /* i_q reference in A. In torque mode that is the slew-limited i_q of the torque. The speed
@@ -128,7 +133,7 @@ static inline bool speed_control_expects(const speed_control_config_t *cfg)
 static inline float speed_control_expected_rad_s(const speed_control_config_t *cfg,
                                                  const speed_control_state_t *st, float i_q_A)
 {
-    return cfg->step_rad_s_per_A * st->gain_extra * (i_q_A - st->pi.x);
+    return cfg->step_rad_s_per_A * maxf(st->gain_extra, 0.0f) * (i_q_A - st->pi.x);
 }
 
 /* Another module sets the torque current i_q_A (at nominal flux): integrator and reference follow,

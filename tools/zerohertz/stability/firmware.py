@@ -135,6 +135,7 @@ class Firmware:
     speed_filter_gain: float
     speed_more_max: float
     speed_more_per_rad_s: float
+    speed_weakening: float
     speed_slow_rad_s: float
     i_q_max_A: float
     i_max_A: float
@@ -187,6 +188,7 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         speed_filter_gain=T / (T + p["speed_filter_s"]),
         speed_more_max=more_max,
         speed_more_per_rad_s=more_max / ((_SPEED_FAST_PU - 1.0) * p["speed_slow_rad_s"]),
+        speed_weakening=1.0 + 1.0 / more_max if more_max > 0.0 else 0.0,
         speed_slow_rad_s=p["speed_slow_rad_s"],
         i_q_max_A=p["i_q_max_A"],
         i_max_A=p["i_max_A"],

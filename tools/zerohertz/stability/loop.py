@@ -265,11 +265,13 @@ def _references(
         i_d, x_flux = fw.i_d_A - less / fw.circuit.M_H, np.zeros_like(s.x_flux)
     omega_f = s.omega_filtered + fw.speed_filter_gain * (omega_hat - s.omega_filtered)
     above = np.abs(omega_f) - fw.speed_slow_rad_s
-    faster = 1.0 + np.clip(fw.speed_more_per_rad_s * above, 0.0, fw.speed_more_max)
+    more = np.clip(fw.speed_more_per_rad_s * above, 0.0, fw.speed_more_max)
+    flux_pu = 1.0 - below / fw.lambda_nominal_Wb
+    faster = 1.0 + more * (1.0 - fw.speed_weakening * (1.0 - flux_pu))
     error = faster * (p.omega_ref_rad_s - omega_f)
     asked = fw.speed.kp * error + s.x_speed
     x_speed = s.x_speed + fw.speed.ki_T * faster * error
-    i_q = asked / (1.0 - below / fw.lambda_nominal_Wb)
+    i_q = asked / flux_pu
     return i_d + 1j * i_q, (omega_f, x_speed, x_flux, filtered, below)
 
 
