@@ -194,9 +194,9 @@ static void ref_slow_work(ref_t *s, const drive_params_t *p)
     } else if ((s->slot == 8) && (p->speed.fast_bandwidth_rad_s > 0.0f)) {
         const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
         const double share = fmin(1.0, fmax(0.0, (fabs(s->wf) - slow) / (fast - slow)));
-        const double below = share * (1.0 - s->flux_pu);
+        const double weakened = share * (1.0 - s->flux_pu);
         s->bandwidth = (1.0 - share) * (double)p->speed.bandwidth_rad_s +
-                       (share - below) * (double)p->speed.fast_bandwidth_rad_s;
+                       (share - weakened) * (double)p->speed.fast_bandwidth_rad_s;
     } else {
         /* nothing this time */
     }

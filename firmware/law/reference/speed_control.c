@@ -66,7 +66,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         return false;
     }
     if (c.gain_extra_max > 0.0f) {
-        c.weakening = 1.0f + 1.0f / c.gain_extra_max;
+        c.weakening = 1.0f + 1.0f / c.gain_extra_max; /* 1 + max becomes flux (1 + max) */
         c.step_rad_s_per_A = params->bandwidth_rad_s / wanted * period_s / c.gain_extra_max;
     }
     *cfg = c;

@@ -4,10 +4,13 @@
  * kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. For a large inertia Kp is bounded by Kp
  * slip/i_q <= SPEED_CONTROL_SLIP_MAX, which also limits the bandwidth. At a limit the integrator
  * holds. Electrical speeds. Internally i_q is the value at nominal flux. The bandwidth may grow
- * with speed: at low speed the estimate is slow, and the loop has to be slower. Where it has grown
- * it falls again with the flux: the same torque slips more with less flux, by its square (with that
- * square load steps at twice rated speed dip too far). At low speed it does not fall, for there
- * flux steering lowers the flux.
+ * with speed: at low speed the estimate is slow, and the loop has to be slower.
+ *
+ * With weakened flux the same torque slips more, as 1/flux^2, and the gain bounded for nominal flux
+ * is too large. So at high speed bandwidth and gain fall with the flux. They do not fall as its
+ * square: load steps at twice rated speed would dip too far (zh modes). At low speed they do not
+ * fall at all, because there it is steering that lowers the flux. Nor do they with one bandwidth
+ * for every speed.
  *
  * The integrator is the load torque; i_q beyond it accelerates. The estimator may use the change of
  * speed expected from that. At low speed, where the bandwidth is not raised, it gets none: near
@@ -52,7 +55,7 @@ typedef struct {
     float slew_step_rad_s;
     float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float gain_extra_max;       /* ... up to 1 + this */
-    float weakening;            /* makes of 1 + gain_extra_max the flux times that */
+    float weakening;            /* so much of gain_extra goes per nominal flux that is missing */
     float slow_rad_s;
     float A_per_Nm;         /* torque to current at nominal flux */
     float step_rad_s_per_A; /* change of the speed in one period per ampere that accelerates, and
@@ -95,7 +98,8 @@ typedef struct {
 CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                                 const motor_model_t *motor, float period_s);
 
-/* Bandwidth at the present speed and flux (over nominal, > 0); need not be called every period. */
+/* Bandwidth at the present speed and flux_pu, the flux reference over nominal, > 0; need not be
+ * called every period. */
 static inline void speed_control_schedule(const speed_control_config_t *cfg,
                                           speed_control_state_t *st, float flux_pu)
 {
