@@ -1,8 +1,5 @@
 #include "induction_motor.hpp"
 
-#include <array>
-#include <bit>
-#include <cstdint>
 #include <stdexcept>
 
 namespace zh {
@@ -26,16 +23,39 @@ double checked_leakage(const MotorParameters &m)
     return determinant;
 }
 
-// To the bit.
-bool same(Vec a, Vec b)
+SaturationLaw law_of(const Saturation &s)
 {
-    using Bits = std::array<std::uint64_t, 2>;
-    return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+    if (!(s.flux_knee_Wb > 0.0)) {
+        return SaturationLaw::none;
+    }
+    if (s.soft) {
+        return SaturationLaw::soft;
+    }
+    switch (s.exponent) {
+    case 4:
+        return SaturationLaw::power4;
+    case 6:
+        return SaturationLaw::power6;
+    case 8:
+        return SaturationLaw::power8;
+    default:
+        return SaturationLaw::power2;
+    }
 }
 
-bool same_fluxes(const MotorState &a, const MotorState &b)
+MainBranch branch_of(const MotorParameters &m)
 {
-    return same(a.psi_s_Wb, b.psi_s_Wb) && same(a.psi_r_Wb, b.psi_r_Wb);
+    const double knee = m.saturation.flux_knee_Wb;
+    const bool saturated = knee > 0.0;
+    MainBranch b{};
+    b.leak_s_H = m.Ls_H - m.M_H;
+    b.leak_r_H = m.Lr_H - m.M_H;
+    b.inv_M = 1.0 / m.M_H;
+    b.inv_knee2 = saturated ? 1.0 / (knee * knee) : 0.0;
+    b.inv_leak_s = saturated ? 1.0 / b.leak_s_H : 0.0;
+    b.ratio = b.leak_r_H * b.inv_leak_s;
+    b.start = b.start_at(b.ratio);
+    return b;
 }
 
 } // namespace
@@ -46,8 +66,7 @@ InductionMotor::InductionMotor(const MotorParameters &parameters, IntegrationMet
       iron_siemens_(parameters.iron_loss_ohm > 0.0 ? 1.0 / parameters.iron_loss_ohm : 0.0),
       general_(saturated_ || iron_siemens_ > 0.0),
       rotor_share_(1.0 / (1.0 + parameters.Rr_ohm * iron_siemens_)),
-      leak_s_H_(parameters.Ls_H - parameters.M_H), leak_r_H_(parameters.Lr_H - parameters.M_H),
-      inv_M_(1.0 / parameters.M_H)
+      law_(law_of(parameters.saturation)), branch_(branch_of(parameters))
 {
     const double determinant = checked_leakage(parameters);
     linear_ = {.Rs_ohm = parameters.Rs_ohm,
@@ -56,9 +75,6 @@ InductionMotor::InductionMotor(const MotorParameters &parameters, IntegrationMet
                .y_ss = parameters.Lr_H / determinant,
                .y_sr = parameters.M_H / determinant,
                .y_rr = parameters.Ls_H / determinant};
-    const double knee = parameters.saturation.flux_knee_Wb;
-    inv_knee2_ = saturated_ ? 1.0 / (knee * knee) : 0.0;
-    inv_leak_s_ = saturated_ ? 1.0 / leak_s_H_ : 0.0;
 }
 
 void InductionMotor::set_stator_resistance_factor(double factor)
@@ -72,79 +88,36 @@ void InductionMotor::set_rotor_resistance_factor(double factor)
     rotor_share_ = 1.0 / (1.0 + linear_.Rr_ohm * iron_siemens_);
 }
 
-double InductionMotor::inverse_M(double flux_squared) const
+Vec InductionMotor::main_flux(Vec weighted_flux_Wb) const
 {
-    const double q = flux_squared * inv_knee2_;
-    if (parameters_.saturation.soft) {
-        return inv_M_ * (1.0 + 2.0 * q * q / (1.0 + q));
-    }
-    double power = q; // exponent 2
-    switch (parameters_.saturation.exponent) {
-    case 4:
-        power = q * q;
-        break;
-    case 6:
-        power = q * q * q;
-        break;
-    case 8:
-        power = (q * q) * (q * q);
-        break;
-    default:
-        break;
-    }
-    return inv_M_ * (1.0 + power);
+    return with_law(law_, [&]<SaturationLaw law>() {
+        return branch_.main_flux<law>(weighted_flux_Wb, 0.0, branch_.start_at(0.0));
+    });
 }
 
-// d ln(inverse_M - 1/M) / d ln(flux).
-double InductionMotor::saturation_exponent(double flux_squared) const
+Vec InductionMotor::main_current(Vec psi_m_Wb) const
 {
-    const double q = flux_squared * inv_knee2_;
-    return parameters_.saturation.soft ? 2.0 + 2.0 / (1.0 + q) : parameters_.saturation.exponent;
+    return with_law(law_, [&]<SaturationLaw law>() {
+        return branch_.inverse_M<law>(dot(psi_m_Wb, psi_m_Wb)) * psi_m_Wb;
+    });
 }
 
-// Eliminating i_r leaves psi_m (1 + leakage_ratio + leak_r / M(psi_m)) = weighted flux. Both have
-// one direction; their ratio r solves r (base + leak_r / M(r)) = 1, increasing and convex in r, so
-// that Newton from above cannot miss. No square root: the even exponent takes magnitudes squared.
-Vec InductionMotor::main_flux(Vec weighted_flux_Wb, double leakage_ratio) const
+// Number by number: who reads one of them at once would have to wait for a wider copy.
+void InductionMotor::remember(const MotorState &x) const
 {
-    const double base = 1.0 + leakage_ratio;
-    if (!(leak_r_H_ > 0.0)) {
-        return (1.0 / base) * weighted_flux_Wb;
-    }
-    const double flux_squared = dot(weighted_flux_Wb, weighted_flux_Wb);
-    double r = 1.0 / (base + leak_r_H_ * inv_M_);
-    for (int iteration = 0; iteration < 30; ++iteration) {
-        const double inverse = inverse_M(r * r * flux_squared);
-        const double n = saturation_exponent(r * r * flux_squared);
-        const double excess = r * (base + leak_r_H_ * inverse) - 1.0;
-        r -= excess / (base + leak_r_H_ * (inverse + n * (inverse - inv_M_)));
-        if (!(excess > 1e-9)) { // quadratic: the correction just made leaves about its square
-            break;
-        }
-    }
-    return r * weighted_flux_Wb;
-}
-
-MotorCurrents InductionMotor::currents(const MotorState &x) const
-{
-    if (!saturated_) {
-        const Vec i_s = linear_.stator_current(x);
-        const Vec i_r = linear_.y_rr * x.psi_r_Wb - linear_.y_sr * x.psi_s_Wb;
-        return {i_s, i_r, parameters_.M_H * (i_s + i_r)};
-    }
-    if (!same_fluxes(x, last_.x)) {
-        last_ = {x, saturated_currents(x)};
-    }
-    return last_.currents;
-}
-
-MotorCurrents InductionMotor::saturated_currents(const MotorState &x) const
-{
-    const double ratio = leak_r_H_ * inv_leak_s_;
-    const Vec psi_m = main_flux(ratio * x.psi_s_Wb + x.psi_r_Wb, ratio);
-    const Vec i_s = inv_leak_s_ * (x.psi_s_Wb - psi_m);
-    const Vec i_m = inverse_M(dot(psi_m, psi_m)) * psi_m;
-    return {i_s, i_m - i_s, psi_m};
+    with_law(law_, [&]<SaturationLaw law>() {
+        const MotorCurrents i = branch_.currents<law>(x);
+        last_.x.psi_s_Wb.alpha = x.psi_s_Wb.alpha;
+        last_.x.psi_s_Wb.beta = x.psi_s_Wb.beta;
+        last_.x.psi_r_Wb.alpha = x.psi_r_Wb.alpha;
+        last_.x.psi_r_Wb.beta = x.psi_r_Wb.beta;
+        last_.currents.i_s_A.alpha = i.i_s_A.alpha;
+        last_.currents.i_s_A.beta = i.i_s_A.beta;
+        last_.currents.i_r_A.alpha = i.i_r_A.alpha;
+        last_.currents.i_r_A.beta = i.i_r_A.beta;
+        last_.currents.psi_m_Wb.alpha = i.psi_m_Wb.alpha;
+        last_.currents.psi_m_Wb.beta = i.psi_m_Wb.beta;
+    });
 }
 
 double InductionMotor::torque_Nm(const MotorState &x) const
@@ -159,13 +132,7 @@ Vec InductionMotor::stator_flux(Vec psi_r_Wb, Vec i_s_A) const
         const double transient_H = parameters_.Ls_H - parameters_.M_H * coupling;
         return transient_H * i_s_A + coupling * psi_r_Wb;
     }
-    return main_flux(psi_r_Wb + leak_r_H_ * i_s_A, 0.0) + leak_s_H_ * i_s_A;
-}
-
-Vec InductionMotor::rotor_flux_rate_V(const MotorState &x) const
-{
-    return rotor_share_ * ((linear_.pole_pairs * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) -
-                           linear_.Rr_ohm * currents(x).i_r_A);
+    return main_flux(psi_r_Wb + branch_.leak_r_H * i_s_A) + branch_.leak_s_H * i_s_A;
 }
 
 Vec InductionMotor::transient_emf(const MotorState &x) const
@@ -182,51 +149,75 @@ Vec InductionMotor::transient_emf(const MotorState &x) const
 }
 
 // h times the derivative, with saturation, iron loss or both.
-struct InductionMotor::GeneralIncrement {
-    const InductionMotor &motor;
+template <SaturationLaw law> struct InductionMotor::GeneralIncrement {
+    LinearMotor linear;
+    MainBranch branch;
+    double rotor_share, iron_siemens;
     Vec h_u;
     double h_Rs, h_Rr, h_p, h_inv_J, inv_J;
     double torque, viscous;
 
     GeneralIncrement(const InductionMotor &m, Vec u_s_V, const ShaftDrive &shaft, double h_s)
-        : motor(m), h_u(h_s * u_s_V), h_Rs(h_s * m.linear_.Rs_ohm), h_Rr(h_s * m.linear_.Rr_ohm),
-          h_p(h_s * m.linear_.pole_pairs), h_inv_J(h_s * shaft.inv_J_per_kg_m2),
-          inv_J(shaft.inv_J_per_kg_m2), torque(h_inv_J * shaft.torque_Nm),
-          viscous(h_inv_J * shaft.viscous_Nms)
+        : linear(m.linear_), branch(m.branch_), rotor_share(m.rotor_share_),
+          iron_siemens(m.iron_siemens_), h_u(h_s * u_s_V), h_Rs(h_s * linear.Rs_ohm),
+          h_Rr(h_s * linear.Rr_ohm), h_p(h_s * linear.pole_pairs),
+          h_inv_J(h_s * shaft.inv_J_per_kg_m2), inv_J(shaft.inv_J_per_kg_m2),
+          torque(h_inv_J * shaft.torque_Nm), viscous(h_inv_J * shaft.viscous_Nms)
     {
     }
 
     MotorState operator()(const MotorState &x) const
     {
+        if constexpr (law == SaturationLaw::none) {
+            return of(x, linear.stator_current(x),
+                      linear.y_rr * x.psi_r_Wb - linear.y_sr * x.psi_s_Wb);
+        } else {
+            const MotorCurrents i = branch.currents<law>(x);
+            return of(x, i.i_s_A, i.i_r_A);
+        }
+    }
+    // With the currents of x.
+    MotorState of(const MotorState &x, Vec i_s_A, Vec i_r_A) const
+    {
         const Vec rotation = (h_p * x.omega_m_rad_s) * turned_90(x.psi_r_Wb);
         const double drag = torque - viscous * x.omega_m_rad_s;
-        const MotorCurrents i = motor.currents(x);
-        const Vec h_psi_r_V = motor.rotor_share_ * (rotation - h_Rr * i.i_r_A);
-        const double h_iron_Nm = motor.iron_torque_Nm(x.psi_r_Wb, h_psi_r_V);
-        return {h_u - h_Rs * i.i_s_A, h_psi_r_V,
-                h_inv_J * motor.linear_.pole_pairs * cross(x.psi_s_Wb, i.i_s_A) + drag -
-                    inv_J * h_iron_Nm};
+        const Vec h_psi_r_V = rotor_share * (rotation - h_Rr * i_r_A);
+        const double h_iron_Nm = linear.pole_pairs * iron_siemens * cross(x.psi_r_Wb, h_psi_r_V);
+        return {h_u - h_Rs * i_s_A, h_psi_r_V,
+                h_inv_J * linear.pole_pairs * cross(x.psi_s_Wb, i_s_A) + drag - inv_J * h_iron_Nm};
     }
 };
 
+// k1: the increment at x.
 template <class Increment>
-void InductionMotor::advance(MotorState &x, const Increment &increment) const
+void InductionMotor::advance(MotorState &x, const MotorState &k1, const Increment &increment) const
 {
     if (method_ == IntegrationMethod::rk4) {
-        x = runge_kutta(x, increment);
+        x = runge_kutta(x, k1, increment);
         return;
     }
-    const MotorState k1 = increment(x);
     const MotorState k2 = increment(along(x, 1.0, k1));
     x = along(along(x, 0.5, k1), 0.5, k2);
 }
 
+template <SaturationLaw law>
+void InductionMotor::step_general(MotorState &x, Vec u_s_V, const ShaftDrive &shaft,
+                                  double h_s) const
+{
+    const GeneralIncrement<law> increment(*this, u_s_V, shaft, h_s);
+    const MotorCurrents i = currents(x);
+    advance(x, increment.of(x, i.i_s_A, i.i_r_A), increment);
+}
+
 void InductionMotor::step(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const
 {
-    if (general_) {
-        advance(x, GeneralIncrement(*this, u_s_V, shaft, h_s));
+    if (!general_) {
+        const LinearIncrement increment(linear_, u_s_V, shaft, h_s);
+        advance(x, increment(x), increment);
+    } else if (!saturated_) {
+        step_general<SaturationLaw::none>(x, u_s_V, shaft, h_s);
     } else {
-        advance(x, LinearIncrement(linear_, u_s_V, shaft, h_s));
+        with_law(law_, [&]<SaturationLaw law>() { step_general<law>(x, u_s_V, shaft, h_s); });
     }
 }
 
@@ -237,9 +228,8 @@ void InductionMotor::step_open(MotorState &x, const ShaftDrive &shaft, double h_
         double omega;
     };
     const auto slope = [&](const Open &y) {
-        const Vec psi_m = saturated_ ? main_flux(y.psi_r, 0.0) : Vec{};
         const Vec i_r =
-            saturated_ ? inverse_M(dot(psi_m, psi_m)) * psi_m : (1.0 / parameters_.Lr_H) * y.psi_r;
+            saturated_ ? main_current(main_flux(y.psi_r)) : (1.0 / parameters_.Lr_H) * y.psi_r;
         const Vec psi_r_V = rotor_share_ * ((linear_.pole_pairs * y.omega) * turned_90(y.psi_r) -
                                             linear_.Rr_ohm * i_r);
         const double drag_Nm = shaft.viscous_Nms * y.omega + iron_torque_Nm(y.psi_r, psi_r_V);

@@ -14,6 +14,11 @@
 #ifndef ZH_INDUCTION_MOTOR_HPP
 #define ZH_INDUCTION_MOTOR_HPP
 
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "main_branch.hpp"
 #include "motor_step.hpp"
 #include "space_vector.hpp"
 
@@ -42,12 +47,6 @@ enum class IntegrationMethod {
     heun, // order 2
 };
 
-struct MotorCurrents {
-    Vec i_s_A;
-    Vec i_r_A; // rotor and iron loss together: what flows into the main branch besides i_s
-    Vec psi_m_Wb;
-};
-
 class InductionMotor {
 public:
     // Throws std::invalid_argument unless resistances and leakage are positive.
@@ -62,7 +61,18 @@ public:
     void set_stator_resistance_factor(double factor);
     void set_rotor_resistance_factor(double factor);
 
-    MotorCurrents currents(const MotorState &x) const;
+    MotorCurrents currents(const MotorState &x) const
+    {
+        if (saturated_) {
+            if (!same_fluxes(x, last_.x)) {
+                remember(x);
+            }
+            return last_.currents;
+        }
+        const Vec i_s = linear_.stator_current(x);
+        const Vec i_r = linear_.y_rr * x.psi_r_Wb - linear_.y_sr * x.psi_s_Wb;
+        return {i_s, i_r, parameters_.M_H * (i_s + i_r)};
+    }
     Vec stator_current(const MotorState &x) const
     {
         return saturated_ ? currents(x).i_s_A : linear_.stator_current(x);
@@ -95,17 +105,35 @@ public:
     void step_open(MotorState &x, const ShaftDrive &shaft, double h_s) const;
 
 private:
-    struct GeneralIncrement;
-    template <class Increment> void advance(MotorState &x, const Increment &increment) const;
-    Vec rotor_flux_rate_V(const MotorState &x) const;
+    friend class PlantPack;
+    template <SaturationLaw law> struct GeneralIncrement;
+    template <class Increment>
+    void advance(MotorState &x, const MotorState &k1, const Increment &increment) const;
+    template <SaturationLaw law>
+    void step_general(MotorState &x, Vec u_s_V, const ShaftDrive &shaft, double h_s) const;
+    Vec rotor_flux_rate_V(const MotorState &x) const
+    {
+        return rotor_share_ * ((linear_.pole_pairs * x.omega_m_rad_s) * turned_90(x.psi_r_Wb) -
+                               linear_.Rr_ohm * currents(x).i_r_A);
+    }
     double iron_torque_Nm(Vec psi_r_Wb, Vec psi_r_rate_V) const
     {
         return linear_.pole_pairs * iron_siemens_ * cross(psi_r_Wb, psi_r_rate_V);
     }
-    double inverse_M(double flux_squared) const; // i_m = inverse_M psi_m
-    double saturation_exponent(double flux_squared) const;
-    Vec main_flux(Vec weighted_flux_Wb, double leakage_ratio) const;
-    MotorCurrents saturated_currents(const MotorState &x) const;
+    // The saturating branch by itself: the flux of `weighted_flux_Wb`, and its current.
+    Vec main_flux(Vec weighted_flux_Wb) const;
+    Vec main_current(Vec psi_m_Wb) const;
+    void remember(const MotorState &x) const;
+    // To the bit.
+    static bool same(double a, double b)
+    {
+        return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+    }
+    static bool same_fluxes(const MotorState &a, const MotorState &b)
+    {
+        return same(a.psi_s_Wb.alpha, b.psi_s_Wb.alpha) && same(a.psi_s_Wb.beta, b.psi_s_Wb.beta) &&
+               same(a.psi_r_Wb.alpha, b.psi_r_Wb.alpha) && same(a.psi_r_Wb.beta, b.psi_r_Wb.beta);
+    }
 
     // What currents() said last: a step begins where the one before ended, and asks more than once.
     static constexpr Vec no_number{NAN, NAN};
@@ -121,8 +149,8 @@ private:
     bool general_;        // with saturation, iron loss or both
     double rotor_share_;  // 1 / (1 + Rr/R_fe)
     LinearMotor linear_;
-    double leak_s_H_, leak_r_H_;
-    double inv_M_, inv_knee2_, inv_leak_s_;
+    SaturationLaw law_;
+    MainBranch branch_;
     mutable Last last_{{no_number, no_number}, {no_number, no_number, no_number}};
 };
 

@@ -80,10 +80,10 @@ constexpr MotorState along(const MotorState &y, double share, const MotorState &
             y.omega_m_rad_s + share * k.omega_m_rad_s};
 }
 
-// Classical Runge-Kutta, order 4; increment(x) is h times the derivative at x.
-template <class Increment> MotorState runge_kutta(const MotorState &y, const Increment &increment)
+// Classical Runge-Kutta, order 4; increment(x) is h times the derivative at x, k1 that at y.
+template <class Increment>
+MotorState runge_kutta(const MotorState &y, const MotorState &k1, const Increment &increment)
 {
-    const MotorState k1 = increment(y);
     const MotorState k2 = increment(along(y, 0.5, k1));
     const MotorState k3 = increment(along(y, 0.5, k2));
     const MotorState k4 = increment(along(y, 1.0, k3));
@@ -92,6 +92,11 @@ template <class Increment> MotorState runge_kutta(const MotorState &y, const Inc
             y.psi_r_Wb + w * (k1.psi_r_Wb + 2.0 * (k2.psi_r_Wb + k3.psi_r_Wb) + k4.psi_r_Wb),
             y.omega_m_rad_s + w * (k1.omega_m_rad_s + 2.0 * (k2.omega_m_rad_s + k3.omega_m_rad_s) +
                                    k4.omega_m_rad_s)};
+}
+
+template <class Increment> MotorState runge_kutta(const MotorState &y, const Increment &increment)
+{
+    return runge_kutta(y, increment(y), increment);
 }
 
 // The shaft's friction, see load.hpp.
