@@ -9,8 +9,6 @@
 
 #include <algorithm>
 
-#include "elementary.hpp"
-
 namespace zh {
 
 struct DcLinkParameters {
@@ -32,14 +30,19 @@ public:
     {
         return u_dc_V_;
     }
+    double ripple_Hz() const
+    {
+        return p_.ripple_Hz;
+    }
     bool ripples() const
     {
         return p_.ripple_pu > 0.0;
     }
     // A stiff link follows at once, before the interval that it acts in.
-    void follow(double mean_V, double t_s)
+    // ripple_sine: of ripple_Hz at that time; of no matter without ripple.
+    void follow(double mean_V, double ripple_sine)
     {
-        const double ripple_pu = ripples() ? p_.ripple_pu * portable_sin(p_.ripple_Hz * t_s) : 0.0;
+        const double ripple_pu = ripples() ? p_.ripple_pu * ripple_sine : 0.0;
         const double source_V = mean_V * (1.0 + ripple_pu);
         source_V_ = source_V;
         if (!(p_.capacitance_F > 0.0)) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace zh {
@@ -28,17 +29,34 @@ inline double portable_exp(double x)
     return std::ldexp(sum, static_cast<int>(doublings));
 }
 
+// sin(2 pi turns) of several; the series of all go on together.
+template <std::size_t count>
+void portable_sines(const std::array<double, count> &turns, std::array<double, count> &sine)
+{
+    std::array<double, count> x{};
+    std::array<double, count> sum{};
+    for (std::size_t n = 0; n < count; ++n) {
+        const double part = turns[n] - std::floor(turns[n] + 0.5); // -1/2 .. 1/2
+        const double folded = std::abs(part) <= 0.25 ? part : std::copysign(0.5, part) - part;
+        x[n] = 2.0 * std::numbers::pi * folded; // |x| <= pi / 2
+        sum[n] = 1.0;
+    }
+    for (int k = 22; k > 0; k -= 2) { // Taylor; the next term is below 1e-19
+        for (std::size_t n = 0; n < count; ++n) {
+            sum[n] = 1.0 - sum[n] * x[n] * x[n] / (k * (k + 1));
+        }
+    }
+    for (std::size_t n = 0; n < count; ++n) {
+        sine[n] = x[n] * sum[n];
+    }
+}
+
 // sin(2 pi turns).
 inline double portable_sin(double turns)
 {
-    const double part = turns - std::floor(turns + 0.5); // -1/2 .. 1/2
-    const double folded = std::abs(part) <= 0.25 ? part : std::copysign(0.5, part) - part;
-    const double x = 2.0 * std::numbers::pi * folded; // |x| <= pi / 2
-    double sum = 1.0;
-    for (int k = 22; k > 0; k -= 2) { // Taylor; the next term is below 1e-19
-        sum = 1.0 - sum * x * x / (k * (k + 1));
-    }
-    return x * sum;
+    std::array<double, 1> sine{};
+    portable_sines<1>({turns}, sine);
+    return sine[0];
 }
 
 // Angle of the point (x, y), -pi .. pi; 0 at the origin. x and y are finite.

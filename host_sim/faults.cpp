@@ -53,11 +53,6 @@ std::size_t next_of_its_kind(std::size_t signal)
     return next[signal];
 }
 
-// What a sensor makes of its quantity: a factor, and shares of full scale.
-struct Distortion {
-    double gain = 1.0, offset = 0.0, drift_per_s = 0.0, deviation = 0.0;
-};
-
 Distortion distortion_of(const SensorFault &fault)
 {
     using enum SensorFaultKind;
@@ -168,15 +163,20 @@ Faults read_faults(TomlReader &in)
 
 FaultySensor::FaultySensor(const SensorFault &fault, int adc_bits, std::uint64_t seed)
     : fault_(fault), zero_code_(fault.signal == dc_link_word ? 0.0 : std::exp2(adc_bits - 1)),
-      top_code_(std::exp2(adc_bits) - 1.0), noise_(~seed)
+      top_code_(std::exp2(adc_bits) - 1.0), noise_(~seed), distortion_(distortion_of(fault))
 {
 }
 
 double FaultySensor::faulty_code(double code, double since_s)
 {
+    const SensorFaultKind kind = fault_.kind;
+    const Distortion &d = distortion_;
+    if (kind == SensorFaultKind::drift) { // the one that whole campaigns have, and no chance in it
+        const double share = d.offset + d.drift_per_s * since_s + d.deviation * 0.0;
+        return zero_code_ + d.gain * (code - zero_code_) + share * (top_code_ + 1.0 - zero_code_);
+    }
     // A uniform number in [0, 1), drawn in every period so that no kind shifts another.
     const double chance = std::ldexp(static_cast<double>(noise_.bits() >> 11U), -53);
-    const SensorFaultKind kind = fault_.kind;
     if (kind == SensorFaultKind::stuck) {
         return stuck_code_;
     }
@@ -190,7 +190,6 @@ double FaultySensor::faulty_code(double code, double since_s)
     if (kind == SensorFaultKind::intermittent) {
         return chance < fault_.severity ? zero_code_ : code;
     }
-    const Distortion d = distortion_of(fault_);
     const double draw = kind == SensorFaultKind::noise ? noise_.gaussian() : 0.0;
     const double share = d.offset + d.drift_per_s * since_s + d.deviation * draw;
     return zero_code_ + d.gain * (code - zero_code_) + share * (top_code_ + 1.0 - zero_code_);

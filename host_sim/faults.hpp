@@ -84,6 +84,11 @@ struct Faults {
 
 Faults read_faults(TomlReader &in);
 
+// What a sensor makes of its quantity: a factor, and shares of full scale.
+struct Distortion {
+    double gain = 1.0, offset = 0.0, drift_per_s = 0.0, deviation = 0.0;
+};
+
 // The fault of one sensor, behind the ADC: words in, words out.
 class FaultySensor {
 public:
@@ -104,6 +109,7 @@ private:
     double zero_code_;
     double top_code_;
     NoiseSource noise_;
+    Distortion distortion_;
     std::array<std::uint16_t, longest_delay> history_{};
     std::size_t now_ = 0;
     std::uint16_t stuck_code_ = 0;

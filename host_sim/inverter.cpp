@@ -105,6 +105,17 @@ void Inverter::plan_leg(std::size_t leg, double duty, Segment &start)
     }
 }
 
+// Number by number: a wider copy of what was just written would have to wait for it.
+void Inverter::keep(const Segment &segment)
+{
+    Segment &kept = segments_[segment_count_++];
+    for (std::size_t x = 0; x < 3; ++x) {
+        kept.level[x] = segment.level[x];
+        kept.dead[x] = segment.dead[x];
+    }
+    kept.h_s = segment.h_s;
+}
+
 void Inverter::schedule_switched(const Duty &duty)
 {
     constexpr Event never{std::numeric_limits<double>::infinity(), 0.0, 0.0};
@@ -127,14 +138,14 @@ void Inverter::schedule_switched(const Duty &duty)
         }
         if (event.t_s > t_s) {
             segment.h_s = event.t_s - t_s;
-            segments_[segment_count_++] = segment;
+            keep(segment);
             t_s = event.t_s;
         }
         segment.level[leg] = event.level;
         segment.dead[leg] = event.dead;
     }
     segment.h_s = period_s_ - t_s;
-    segments_[segment_count_++] = segment;
+    keep(segment);
 }
 
 } // namespace zh

@@ -157,6 +157,10 @@ public:
     {
         return leg_;
     }
+    const DeviceLaw &devices() const
+    {
+        return devices_;
+    }
     // leg() says all about a leg.
     bool ideal_devices() const
     {
@@ -184,6 +188,7 @@ private:
 
     void schedule_switched(const Duty &duty);
     void plan_leg(std::size_t leg, double duty, Segment &start);
+    void keep(const Segment &segment);
     void command(std::size_t leg, bool high, double t_s, double next_s);
 
     InverterParameters parameters_;

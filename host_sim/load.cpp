@@ -17,7 +17,8 @@ double LoadLaw::torque_Nm(double profile_Nm, double omega_m_rad_s, double t_s) c
     } else if (exponent == 2) {
         share = speed * std::abs(speed);
     }
-    return profile_Nm * share * (1.0 + pulse_pu * portable_sin(pulse_Hz * t_s));
+    const double pulse = pulse_pu > 0.0 ? 1.0 + pulse_pu * portable_sin(pulse_Hz * t_s) : 1.0;
+    return profile_Nm * share * pulse;
 }
 
 double FluxTurns::turns_between(Vec from_Wb, Vec to_Wb)

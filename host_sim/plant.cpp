@@ -121,7 +121,7 @@ void Plant::disturb(const Disturbances &disturbances)
     }
     disturbances_ = disturbances;
     never_in_parts_ = never_in_parts(faults, comparator_A_);
-    quiet_until_s_ = 0.0;
+    quiet_until_s_ = slope_until_s_ = 0.0;
     load_cursor_ = rs_cursor_ = rr_cursor_ = u_dc_cursor_ = 0;
     short_A_ = time_s() >= faults.short_s ? short_A_ : 0.0;
     earth_A_ = time_s() >= faults.earth_s ? earth_A_ : 0.0;
@@ -140,7 +140,10 @@ void Plant::follow_disturbances()
     const double t_s = time_s() + 0.5 * period_s_;
     const bool quiet = t_s < quiet_until_s_;
     if (!quiet) {
-        quiet_until_s_ = disturbances_.holds_until(t_s);
+        if (!(t_s < slope_until_s_)) {
+            quiet_until_s_ = disturbances_.holds_until(t_s);
+            slope_until_s_ = disturbances_.slopes_until(t_s);
+        }
         profile_load_Nm_ = disturbances_.load_torque_Nm.value(t_s, load_cursor_);
         load_torque_Nm_ = profile_load_Nm_;
         motor_.set_stator_resistance_factor(disturbances_.rs_factor.value(t_s, rs_cursor_));
@@ -149,7 +152,9 @@ void Plant::follow_disturbances()
                                          : inverter_.parameters().u_dc_V;
     }
     if (!quiet || link_.ripples()) {
-        link_.follow(source_V_, t_s);
+        const double sine =
+            link_.ripples() ? ripple_sine_(steps_, link_.ripple_Hz(), period_s_) : 0.0;
+        link_.follow(source_V_, sine);
         u_dc_V_ = link_.u_dc_V();
     }
     const LoadLaw &load = disturbances_.load;

@@ -20,6 +20,7 @@
 #include "rig.hpp"
 #include "scenario.hpp"
 #include "sensors.hpp"
+#include "sine_ahead.hpp"
 
 namespace zh {
 
@@ -140,6 +141,7 @@ public:
 
 private:
     friend class PlantLanes;
+    friend class PlantPack;
     using Transition = FilterTransition;
 
     // advance() in three parts: the middle one can be done for several plants at once.
@@ -203,6 +205,7 @@ private:
     std::uint64_t steps_ = 0;
     MotorState x_;
     DcLink link_;
+    SineAhead ripple_sine_;
     double u_dc_V_;
     double energy_J_ = 0.0; // from the legs to the motor over the interval
     FaultySensors faulty_sensors_;
@@ -221,6 +224,7 @@ private:
     Vec u_s_V_s_;                 // integral of u_s over the interval
     Vec i_s_before_A_;            // at the start of the last averaged interval
     double quiet_until_s_ = 0.0;  // no disturbance changes before
+    double slope_until_s_ = 0.0;  // one of them changes all the time until then
     std::size_t load_cursor_ = 0;
     std::size_t rs_cursor_ = 0;
     std::size_t rr_cursor_ = 0;

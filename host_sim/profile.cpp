@@ -44,6 +44,15 @@ double Profile::holds_until(double t_s) const
     return n + 1 == points_.size() ? std::numeric_limits<double>::infinity() : until_s;
 }
 
+double Profile::slopes_until(double t_s) const
+{
+    std::size_t n = 0;
+    (void)value(t_s, n);
+    const bool slope = points_[n].t_s <= t_s && n + 1 < points_.size() &&
+                       std::abs(points_[n + 1].value - points_[n].value) > 0.0;
+    return slope ? points_[n + 1].t_s : t_s;
+}
+
 // The cursor is the last point at or before t.
 double Profile::seek(double t_s, std::size_t &cursor) const
 {

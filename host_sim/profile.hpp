@@ -32,6 +32,8 @@ public:
     }
     // Until when value(t_s) does not change; t_s itself on a slope.
     double holds_until(double t_s) const;
+    // On a slope, until when it goes on; elsewhere t_s itself.
+    double slopes_until(double t_s) const;
     const std::vector<ProfilePoint> &points() const
     {
         return points_;

@@ -67,6 +67,13 @@ double Disturbances::holds_until(double t_s) const
     return u_dc_V ? std::min(motor_s, u_dc_V->holds_until(t_s)) : motor_s;
 }
 
+double Disturbances::slopes_until(double t_s) const
+{
+    const double motor_s = std::max({load_torque_Nm.slopes_until(t_s), rs_factor.slopes_until(t_s),
+                                     rr_factor.slopes_until(t_s)});
+    return u_dc_V ? std::max(motor_s, u_dc_V->slopes_until(t_s)) : motor_s;
+}
+
 std::uint32_t Scenario::command(double t_s) const
 {
     std::uint32_t bits = 0;

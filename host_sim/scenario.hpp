@@ -36,6 +36,8 @@ struct Disturbances {
 
     // Of the profiles of load, resistances and dc link.
     double holds_until(double t_s) const;
+    // At least one of them is on a slope until then; t_s: none is.
+    double slopes_until(double t_s) const;
 };
 
 // Nominal motor data handed to the controller, times these.
