@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -62,6 +63,13 @@ std::size_t column_count()
     return columns.size();
 }
 
+std::uint64_t columns_of(std::uint64_t chosen)
+{
+    static_assert(columns.size() < 64);
+    constexpr std::uint64_t known = (std::uint64_t{1} << columns.size()) - 1;
+    return (chosen != 0 ? chosen : every_column) & known;
+}
+
 Column column(std::size_t index)
 {
     return columns[index];
@@ -79,7 +87,8 @@ Loop::Loop(const Run &run, LockstepPeer *peer)
     out_.period_s = run.board.period_s;
     out_.stride =
         run.keep_rows != 0 ? run.keep_rows : (run.steps + run.decimate - 1) / run.decimate;
-    out_.data.resize(static_cast<std::size_t>(out_.stride) * columns.size());
+    out_.columns = static_cast<std::uint32_t>(std::popcount(columns_of(run.columns)));
+    out_.data.resize(static_cast<std::size_t>(out_.stride) * out_.columns);
 }
 
 void Loop::control(const Words &words, PlantCommand &command)
@@ -188,9 +197,13 @@ void Loop::record()
     static const NamedSignal x_rad_s("x_rad_s");
     r.x_rad_s = static_cast<double>(x_rad_s.value(unit));
     float *cell = out_.data.data() + out_.rows % out_.stride;
+    std::uint64_t wanted = columns_of(run_.columns);
 #define COLUMN(name, value, text)                                                                  \
-    *cell = static_cast<float>(value);                                                             \
-    cell += out_.stride;
+    if ((wanted & 1U) != 0) {                                                                      \
+        *cell = static_cast<float>(value);                                                         \
+        cell += out_.stride;                                                                       \
+    }                                                                                              \
+    wanted >>= 1U;
 #include "sim_columns.def"
 #undef COLUMN
     ++out_.rows;

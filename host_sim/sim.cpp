@@ -98,7 +98,7 @@ zh_sim_result zh::empty_result()
 
 void zh::show(const zh::Outcome &outcome, std::uint32_t flags, zh_sim_result &result)
 {
-    result.columns = static_cast<std::uint32_t>(zh::column_count());
+    result.columns = outcome.columns;
     result.rows = outcome.rows;
     result.stride = outcome.stride;
     result.data = outcome.data.data();
@@ -154,6 +154,7 @@ zh::Run zh::run_of(const zh_sim_job &job)
                    : dir.gain;
     run.params = firmware_params(job, dir, run);
     run.seed = job.seed != 0 ? job.seed : run.scenario.noise_seed;
+    run.columns = zh::columns_of(job.columns);
     run.decimate = std::max<std::uint32_t>(job.decimate, 1);
     run.steps =
         static_cast<std::uint64_t>(std::ceil(run.scenario.duration_s / run.board.period_s - 1e-6));

@@ -55,11 +55,13 @@ typedef struct {
 
     /* NULL, or a gain table to use instead of the motor's: 4 floats per entry as in l_gain.json. */
     const float *gain;
+
+    uint64_t columns; /* bit c: column c is recorded; 0: every one */
 } zh_sim_job;
 
 typedef struct {
     uint32_t struct_size; /* sizeof(zh_sim_result), set by the caller */
-    uint32_t columns;
+    uint32_t columns;     /* recorded: those of the job, in their order */
     uint64_t rows;
     uint64_t stride;   /* column c, row r: data[c * stride + r]; stride >= rows */
     const float *data; /* belongs to the library until zh_sim_free */
@@ -86,7 +88,7 @@ ZH_API void zh_sim_free(zh_sim_result *result);
  * If one job is refused none runs, and the text begins with its index. */
 ZH_API int zh_sim_run_batch(const zh_sim_job *jobs, zh_sim_result *results, uint32_t count);
 
-/* The columns of every record, in order; NULL beyond the last. */
+/* The columns of a record, in order; NULL beyond the last. */
 ZH_API uint32_t zh_sim_column_count(void);
 ZH_API const char *zh_sim_column_name(uint32_t index);
 ZH_API const char *zh_sim_column_text(uint32_t index);

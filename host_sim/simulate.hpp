@@ -33,6 +33,8 @@ inline unit_command_t command_at(const Scenario &scenario, double t_s, float spe
             static_cast<float>(scenario.torque_ref_Nm.value(t_s)), count};
 }
 
+inline constexpr std::uint64_t every_column = ~std::uint64_t{0};
+
 // Everything a run depends on: data, no files.
 struct Run {
     Scenario scenario;
@@ -43,6 +45,7 @@ struct Run {
     std::uint64_t seed = 1;
     std::uint64_t steps = 0;
     std::uint32_t decimate = 1;
+    std::uint64_t columns = every_column;
     std::uint64_t keep_rows = 0; // of the record, the last ones; 0: all
     bool stop_at_trip = false;
     bool time_split = false;
@@ -57,8 +60,12 @@ struct Column {
 std::size_t column_count();
 Column column(std::size_t index); // index < column_count()
 
+// Of a choice, bit c for column c, those that there are; all of them for 0.
+std::uint64_t columns_of(std::uint64_t chosen);
+
 struct Outcome {
     std::vector<float> data; // column-major, stride rows per column
+    std::uint32_t columns = 0;
     std::uint64_t stride = 0;
     std::uint64_t rows = 0; // recorded; with Run::keep_rows the last `stride` of them are kept
     std::uint64_t steps = 0;

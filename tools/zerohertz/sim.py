@@ -76,6 +76,7 @@ class Job:
     max_steps: int | None = None
     stop_at_trip: bool = False
     time_split: bool = False
+    columns: tuple[str, ...] = ()  # recorded, in the order of the library; empty: every one
     guard_recorded: bool = False  # the guard of the speed counts and does not act
 
 
@@ -185,7 +186,7 @@ def run(job: Job) -> Record:
     result = RawResult(struct_size=ctypes.sizeof(RawResult))
     check(lib.zh_sim_run(byref(raw), byref(result)))
     del keep  # the table has to live as long as the call
-    return _record(lib, result)
+    return _record(lib, result, job)
 
 
 def run_batch(jobs: Sequence[Job]) -> list[Record]:
@@ -201,7 +202,10 @@ def run_batch(jobs: Sequence[Job]) -> list[Record]:
         result.struct_size = ctypes.sizeof(RawResult)
     check(lib.zh_sim_run_batch(raw, results, len(jobs)))
     del made  # the tables have to live as long as the call
-    return [_record(lib, RawResult.from_buffer_copy(result)) for result in results]
+    return [
+        _record(lib, RawResult.from_buffer_copy(result), job)
+        for result, job in zip(results, jobs, strict=True)
+    ]
 
 
 class _Memory:
@@ -220,14 +224,25 @@ class _Memory:
         self._lib.zh_sim_free(byref(self._result))
 
 
-def _record(lib: ctypes.CDLL, result: RawResult) -> Record:
+def _chosen(job: Job) -> list[str]:
+    """Columns of the library that a job records, in their order."""
+    wanted = set(job.columns or _row())
+    if unknown := wanted - set(_row()):
+        raise UserError(f"Job: columns: {', '.join(sorted(unknown))}: unknown; see column_texts()")
+    if "faults" in wanted:
+        wanted.add("faults_high")
+    return [name for name in _row() if name in wanted]
+
+
+def _record(lib: ctypes.CDLL, result: RawResult, job: Job) -> Record:
     if _hashes is not None:
         names = signal_names()
         _hashes.append(dict(zip(names, result.signal_hashes[: len(names)], strict=True)))
     data = np.asarray(_Memory(lib, result))[:, : result.rows]
-    columns = {name: data[k] for k, name in enumerate(_row())}
+    columns = {name: data[k] for k, name in enumerate(_chosen(job))}
     # All 32 bits in one number again: a float32 holds 24.
-    columns["faults"] = columns["faults"] + columns.pop("faults_high").astype(float) * 2.0**24
+    if "faults" in columns:
+        columns["faults"] = columns["faults"] + columns.pop("faults_high").astype(float) * 2.0**24
     return Record(
         columns=columns,
         steps=result.steps,
@@ -268,6 +283,7 @@ def _raw_job(job: Job) -> tuple[RawJob, Any]:
         board_overrides=override_lines(job.board_overrides),
         firmware_config=override_lines(job.firmware_config),
         firmware=override_lines(job.firmware),
+        columns=sum(1 << list(_row()).index(name) for name in _chosen(job)) if job.columns else 0,
     )
     gain = None
     if job.gain is not None:

@@ -27,6 +27,7 @@ class RawJob(Structure):
         ("firmware_config", c_char_p),
         ("firmware", c_char_p),
         ("gain", POINTER(c_float)),
+        ("columns", c_uint64),
     )
 
 
