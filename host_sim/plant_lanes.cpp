@@ -18,6 +18,7 @@ void PlantLanes::attach(std::size_t k, Plant *plant)
     plants_[k] = plant;
     loaded_[k] = false;
     fits_[k] = false;
+    packs_[k] = plant != nullptr && PlantPack::fits(*plant);
     if (plant == nullptr || !plant->fits_lanes()) {
         return;
     }
@@ -155,6 +156,8 @@ void PlantLanes::advance(const PerLane<PlantCommand> &commands)
     }
     step_together(Plant::Interval::averaged, commands, intervals);
     step_together(Plant::Interval::switched, commands, intervals);
+    step_in_packs(Plant::Interval::averaged, commands, intervals);
+    step_in_packs(Plant::Interval::switched, commands, intervals);
     for (std::size_t k = 0; k < width; ++k) {
         if (plants_[k] != nullptr) {
             if (intervals[k] != Plant::Interval::none) {
@@ -166,7 +169,21 @@ void PlantLanes::advance(const PerLane<PlantCommand> &commands)
     }
 }
 
-// The intervals that are done become `none`.
+// The intervals that are done become `none`, here and below.
+void PlantLanes::step_in_packs(Plant::Interval kind, const PerLane<PlantCommand> &commands,
+                               PerLane<Plant::Interval> &intervals)
+{
+    for (std::size_t k = 0; k < width; ++k) {
+        if (packs_[k] && intervals[k] == kind) {
+            pack_.add(*plants_[k], kind, commands[k].duty);
+            intervals[k] = Plant::Interval::none;
+        }
+        if (pack_.full() || (k + 1 == width && !pack_.empty())) {
+            pack_.step();
+        }
+    }
+}
+
 void PlantLanes::step_together(Plant::Interval kind, const PerLane<PlantCommand> &commands,
                                PerLane<Plant::Interval> &intervals)
 {

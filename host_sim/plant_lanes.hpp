@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "plant.hpp"
+#include "plant_pack.hpp"
 
 namespace zh {
 
@@ -72,6 +73,8 @@ private:
     void plan(std::size_t k, Plant &plant, const Duty &duty);
     void step_together(Plant::Interval kind, const PerLane<PlantCommand> &commands,
                        PerLane<Plant::Interval> &intervals);
+    void step_in_packs(Plant::Interval kind, const PerLane<PlantCommand> &commands,
+                       PerLane<Plant::Interval> &intervals);
     // Vector code.
     void step_averaged();
     void schedule();
@@ -82,6 +85,7 @@ private:
 
     PerLane<Plant *> plants_{};
     PerLane<bool> fits_{};
+    PerLane<bool> packs_{};  // by pack_
     PerLane<bool> loaded_{}; // state_ is that of the plant
     Constants constants_{};
     State state_{};
@@ -89,6 +93,7 @@ private:
     Switching switching_{};
     alignas(64) std::array<PerLane<std::uint64_t>, 4> noise_{};
     alignas(64) std::array<PerLane<std::int32_t>, 6> codes_{};
+    PlantPack pack_;
 };
 
 } // namespace zh

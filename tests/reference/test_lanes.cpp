@@ -70,6 +70,36 @@ std::vector<Bench> benches(InverterModel model)
     return all;
 }
 
+// Saturation by every law, iron loss and devices: PlantPack's part, more of them than a pack holds.
+std::vector<Bench> general_benches(InverterModel model)
+{
+    std::vector<Bench> all(width - 1, {noisy(model), Board{}, Disturbances{}});
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        zh::MotorParameters &motor = all[k].rig.motor;
+        motor = k % 2 == 0 ? machines::table1() : machines::four_kw();
+        motor.saturation = {0.45, 2 + 2 * static_cast<int>(k % 4), k > 4};
+        motor.iron_loss_ohm = 200.0 + 100.0 * static_cast<double>(k);
+        all[k].rig.inverter.on_ohm = 0.05;
+        all[k].rig.inverter.drop_difference_V = 0.2;
+        all[k].rig.inverter.leg_F = k % 3 == 0 ? 0.0 : 2e-9;
+        all[k].rig.inverter.i_threshold_A = 1.0;
+        all[k].rig.dc_link.ripple_pu = 0.02;
+        all[k].rig.dc_link.ripple_Hz = 100.0 * static_cast<double>(1 + k);
+    }
+    all[1].rig.motor.iron_loss_ohm = 0.0;
+    all[2].rig.motor.saturation.flux_knee_Wb = 0.0;
+    all[2].disturbances.rr_factor = zh::Profile({{0.0, 1.0}, {0.3, 1.2}});
+    all[3].disturbances.rs_factor = zh::Profile({{0.1, 1.0}, {0.2, 1.4}, {0.2, 1.1}, {0.4, 1.1}});
+    all[3].rig.inverter.dead_time_s = 1e-6; // one step fits an averaged period
+    all[4].rig.mechanics.load_J_kg_m2 = 0.05;
+    all[4].rig.mechanics.stiffness_Nm = 40.0;
+    all[4].disturbances.faults.jam_s = 0.35;
+    all[5].disturbances.load = {1, 20.0, 0.0, 0.0};
+    all[5].disturbances.load_torque_Nm = zh::Profile(2.0);
+    all[6].rig.dc_link.capacitance_F = 1e-3;
+    return all;
+}
+
 // A turning voltage, now and then too large, at times with the gates off.
 PlantCommand command(long step, std::size_t lane, NoiseSource &chance)
 {
@@ -108,13 +138,15 @@ bool same_plants(const Plant &a, const Plant &b)
            a.shaft_stuck() == b.shaft_stuck();
 }
 
-void lanes_give_the_bits_of_single_plants()
+using Benches = std::vector<Bench> (*)(InverterModel);
+
+void give_the_bits_of_single_plants(Benches benches_of)
 {
     for (const InverterModel model : {InverterModel::averaged, InverterModel::switched}) {
         std::vector<std::unique_ptr<Plant>> alone;
         std::vector<std::unique_ptr<Plant>> together;
         PlantLanes lanes;
-        for (const Bench &b : benches(model)) {
+        for (const Bench &b : benches_of(model)) {
             alone.push_back(std::make_unique<Plant>(b.rig, b.board, b.disturbances, 7));
             together.push_back(std::make_unique<Plant>(b.rig, b.board, b.disturbances, 7));
             lanes.attach(together.size(), together.back().get()); // lane 0 stays empty
@@ -137,6 +169,16 @@ void lanes_give_the_bits_of_single_plants()
         }
         CHECK(different == 0);
     }
+}
+
+void lanes_give_the_bits_of_single_plants()
+{
+    give_the_bits_of_single_plants(benches);
+}
+
+void packs_give_the_bits_of_single_plants()
+{
+    give_the_bits_of_single_plants(general_benches);
 }
 
 void a_lane_can_change_its_plant()
@@ -171,6 +213,7 @@ int main()
 {
     return check::run({
         {"lanes give the bits of single plants", lanes_give_the_bits_of_single_plants},
+        {"packs give the bits of single plants", packs_give_the_bits_of_single_plants},
         {"a lane can change its plant", a_lane_can_change_its_plant},
     });
 }
