@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from zerohertz.envelope.mission import Mission
 from zerohertz.envelope.motors import CONFIG, Drive, drive_for
 from zerohertz.envelope.plant import drifts, friction_Nm, inertia_kg_m2, rig_overrides
 from zerohertz.errors import UserError
-from zerohertz.estimators.chosen import chosen_name
+from zerohertz.estimators.chosen import chosen_name, is_foreign
 from zerohertz.scenario.setup import load_setup
 
 # A row depends on these besides the firmware: a change of one makes stored rows old.
@@ -37,6 +37,13 @@ SOURCES = (
     _TOOLS / "campaign" / "rig.py",
     *sorted((_TOOLS / "commission").glob("*.py")),
 )
+# What a row is made of: judge.py, measure.py, row_of. More would take time and memory.
+COLUMNS = (
+    *("t_s", "speed_ref_rpm", "speed_rpm", "torque_Nm", "load_Nm", "f_s_Hz", "i_peak_A"),
+    *("lambda_Wb", "lambda_hat_Wb", "flux_angle_err_deg", "state", "faults", "gates_on"),
+    *("confidence", "speed_unknown"),
+)
+AT_ONCE = 16  # runs in one thread: in memory together, and side by side
 RUN_ON_S = 0.01
 LONGEST_START_S = 60.0
 AFTER_START_S = 0.3
@@ -250,4 +257,22 @@ def run_cases(bench: Bench, cases: Iterable[Case]) -> list[dict[str, Any]]:
     """A worker's share, with the very firmware that the campaign was started with."""
     if library_sha256() != bench.library_sha256:
         raise UserError("firmware library: differs from the one the envelope was started with")
-    return [run_case(case)[0] for case in cases]
+    if is_foreign():  # sim.run ends what takes too long
+        return [run_case(case)[0] for case in cases]
+    plans = [planned(case) for case in cases]
+    groups = [plans[first : first + AT_ONCE] for first in range(0, len(plans), AT_ONCE)]
+    return [row for group in groups for row in _rows_at_once(group)]
+
+
+def _model_and_length(plan: Planned) -> tuple[str, float]:
+    return plan.case.word("inverter"), -plan.mission.end_s / plan.drive.period_s
+
+
+def _rows_at_once(plans: Sequence[Planned]) -> list[dict[str, Any]]:
+    """The rows of run_case, in less time: one model of the inverter after the other, for they are
+    stepped together, and the longest first, so that few end alone."""
+    ordered = sorted(plans, key=_model_and_length)
+    records = sim.run_batch([dataclasses.replace(plan.job, columns=COLUMNS) for plan in ordered])
+    records.reverse()
+    rows = [row_of(plan, records.pop()) for plan in ordered]  # each record goes when it is judged
+    return sorted(rows, key=lambda row: row["index"])

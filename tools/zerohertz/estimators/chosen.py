@@ -110,6 +110,12 @@ def chosen_name() -> str:
     return Path(os.environ.get(ESTIMATOR, "")).name
 
 
+def is_foreign() -> bool:
+    """It is none of the tree's: it may take any time and do anything."""
+    folder = os.environ.get(ESTIMATOR)
+    return PYTHON in os.environ or (folder is not None and Path(folder).parent != IN_TREE)
+
+
 def python_digest() -> bytes:
     """Of the class behind the bridge: its library alone does not tell one from another."""
     python = os.environ.get(PYTHON)
