@@ -23,6 +23,7 @@ from zerohertz.envelope.plant import TrueMotor
 
 Array = npt.NDArray[np.float64]
 FLUXES, CURRENTS = 60, 121  # of the search
+COARSE = 6  # every so many of both: what is possible on these is possible
 LEAST_FLUX = 0.05
 MARGIN = 0.95  # a demand closer to the limit than this cannot be told from an impossible one
 
@@ -44,11 +45,14 @@ def lost_V(dead_V: float, drop_V: float) -> float:
     return 4.0 / math.pi * math.sqrt(1.5) * (dead_V + drop_V)
 
 
-def torque_range_Nm(limits: Limits, speed_rad_s: float, u_dc_V: float) -> tuple[float, float]:
-    """Smallest and largest steady torque at a speed of the shaft."""
+def torque_range_Nm(
+    limits: Limits, speed_rad_s: float, u_dc_V: float, every: int = 1
+) -> tuple[float, float]:
+    """Smallest and largest steady torque at a speed of the shaft; of every so many points of the
+    search, a range inside that."""
     motor, c = limits.motor, limits.motor.circuit
-    flux = np.linspace(LEAST_FLUX, 1.0, FLUXES)[:, None] * limits.flux_Wb
-    i_q = np.linspace(-1.0, 1.0, CURRENTS)[None, :] * limits.i_max_A
+    flux = np.linspace(LEAST_FLUX, 1.0, FLUXES)[::every, None] * limits.flux_Wb
+    i_q = np.linspace(-1.0, 1.0, CURRENTS)[None, ::every] * limits.i_max_A
     leak_s_H, leak_r_H = c.Ls_H - c.M_H, c.Lr_H - c.M_H
     M = motor.M_H(flux)
     M = motor.M_H(np.hypot(flux, M * leak_r_H / (M + leak_r_H) * i_q))
@@ -78,19 +82,34 @@ class Demand:
     u_dc_V: Array
 
 
+def _share(torque_Nm: float, possible_Nm: tuple[float, float]) -> float:
+    low, high = possible_Nm
+    if not low < 0.0 < high:
+        return math.inf
+    return torque_Nm / (high if torque_Nm > 0.0 else low)
+
+
 def impossible(limits: Limits, demand: Demand) -> str:
     """Why the mission cannot be done; empty: it can."""
-    table: dict[tuple[int, int], tuple[float, float]] = {}
+    table: dict[tuple[int, int, int], tuple[float, float]] = {}
+
+    def range_Nm(speed: int, u_dc: int, every: int) -> tuple[float, float]:
+        key = (speed, u_dc, every)
+        if key not in table:
+            table[key] = torque_range_Nm(limits, float(speed), float(u_dc), every)
+        return table[key]
+
     worst, text = MARGIN, ""
     for speed, torque, u_dc in zip(
         demand.speed_rad_s.tolist(), demand.torque_Nm.tolist(), demand.u_dc_V.tolist(), strict=True
     ):
         key = (round(speed), round(u_dc))
-        if key not in table:
-            table[key] = torque_range_Nm(limits, *map(float, key))
-        low, high = table[key]
-        share = torque / (high if torque > 0.0 else low) if low < 0.0 < high else math.inf
-        if torque != 0.0 and share > worst:
+        # The share of a range inside the true one is the larger: most need no closer look.
+        if torque == 0.0 or _share(torque, range_Nm(*key, COARSE)) <= worst:
+            continue
+        low, high = range_Nm(*key, 1)
+        share = _share(torque, (low, high))
+        if share > worst:
             worst = share
             text = (
                 f"{torque:.1f} Nm at {speed * 30.0 / math.pi:.0f} min^-1 and {u_dc:.0f} V, "

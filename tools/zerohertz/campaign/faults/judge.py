@@ -248,11 +248,14 @@ def _slewed(wanted: Array, most: float) -> Array:
     """What the reference is behind a limit of its slope."""
     if most >= float(np.abs(np.diff(wanted)).max(initial=0.0)):
         return wanted
-    out, value = np.empty_like(wanted), float(wanted[0])
-    for k, target in enumerate(wanted.tolist()):
-        value += min(max(target - value, -most), most)
-        out[k] = value
-    return out
+    value = float(wanted[0])
+    out: list[float] = []
+    for target in wanted.tolist():
+        change = target - value
+        change = -most if change < -most else change
+        value += most if change > most else change
+        out.append(value)
+    return np.array(out, dtype=wanted.dtype)
 
 
 def _ideal_rpm(
@@ -265,23 +268,29 @@ def _ideal_rpm(
 ) -> Array:
     """The speed of a drive that knows everything and has the torque limit."""
     per_Nm = step_s / (limits.J_kg_m2 * RPM)
-    out, w = np.empty_like(asked_rpm), speed_rpm
+    most, w = limits.torque_Nm, speed_rpm
+    out: list[float] = []
+    keep, copysign = out.append, math.copysign
     friction = np.where(jammed, limits.friction_Nm + limits.jam_Nm, limits.friction_Nm)
-    for k, (asked, load, drag) in enumerate(
-        zip(asked_rpm.tolist(), load_Nm.tolist(), friction.tolist(), strict=True)
+    # Half of the time of a row is spent here: comparisons instead of abs, min and max.
+    for asked, load, drag in zip(
+        asked_rpm.tolist(), load_Nm.tolist(), friction.tolist(), strict=True
     ):
-        way = math.copysign(1.0, w if abs(w) > 1e-6 else asked - w)
+        turns = not -1e-6 <= w <= 1e-6
+        way = copysign(1.0, w if turns else asked - w)
         needed = (asked - w) / per_Nm + load + way * drag
-        net = min(max(needed, -limits.torque_Nm), limits.torque_Nm) - load
-        if abs(w) <= 1e-6 and abs(net) <= drag:
+        limited = -most if needed < -most else needed
+        net = (most if limited > most else limited) - load
+        held = -drag <= net <= drag
+        if held and not turns:
             w = 0.0
         else:
-            way = math.copysign(1.0, w if abs(w) > 1e-6 else net)
+            way = copysign(1.0, w if turns else net)
             after = w + (net - way * drag) * per_Nm
             # Friction stops the shaft, it does not turn it back.
-            w = 0.0 if after * way < 0.0 and abs(net) <= drag else after
-        out[k] = w
-    return out
+            w = 0.0 if held and after * way < 0.0 else after
+        keep(w)
+    return np.array(out, dtype=asked_rpm.dtype)
 
 
 def _ms(seconds: float) -> float | None:
