@@ -234,6 +234,13 @@ def _chosen(job: Job) -> list[str]:
     return [name for name in _row() if name in wanted]
 
 
+def _column_bits(job: Job) -> int:
+    if not job.columns:
+        return 0
+    chosen = _chosen(job)
+    return sum(1 << k for k, name in enumerate(_row()) if name in chosen)
+
+
 def _record(lib: ctypes.CDLL, result: RawResult, job: Job) -> Record:
     if _hashes is not None:
         names = signal_names()
@@ -283,7 +290,7 @@ def _raw_job(job: Job) -> tuple[RawJob, Any]:
         board_overrides=override_lines(job.board_overrides),
         firmware_config=override_lines(job.firmware_config),
         firmware=override_lines(job.firmware),
-        columns=sum(1 << list(_row()).index(name) for name in _chosen(job)) if job.columns else 0,
+        columns=_column_bits(job),
     )
     gain = None
     if job.gain is not None:
