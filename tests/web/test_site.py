@@ -23,6 +23,16 @@ sys.path.append(str(ROOT / "tests" / "tools"))
 from test_broker import serving, until
 
 CONNECTED = "document.getElementById('link-state')?.innerText === 'connected'"
+AT_60 = "/^(59|60)/.test(document.getElementById('speed').innerText)"
+
+
+def run_simulated(page: Any) -> None:
+    page.click("#simulated")
+    page.wait_for_function(CONNECTED)
+    page.fill("#speed-box", "60")
+    page.press("#speed-box", "Enter")
+    page.click("#run")
+    page.wait_for_function(AT_60)
 
 
 def test_start_page_leads_to_a_simulator_that_runs(open_page: Callable[..., Any]) -> None:
@@ -38,17 +48,21 @@ def test_the_studio_runs_a_drive_in_the_page_and_shows_its_fault(
     open_page: Callable[..., Any],
 ) -> None:
     page = open_page("studio.html")
-    page.click("#simulated")
-    page.wait_for_function(CONNECTED)
-    page.fill("#speed-box", "60")
-    page.press("#speed-box", "Enter")
-    page.click("#run")
-    page.wait_for_function("/^(59|60)/.test(document.getElementById('speed').innerText)")
+    run_simulated(page)
     page.click("#tab-rig")
     page.click("text=Unplug current sensor u")
     page.wait_for_function("/stopped by/.test(document.body.innerText)")
     page.click("#tab-parameters")
     assert "steer_min_Hz" in page.inner_text("main")
+
+
+def test_a_drive_waits_for_a_page_that_is_held_up(open_page: Callable[..., Any]) -> None:
+    page = open_page("studio.html")
+    run_simulated(page)
+    # More than twice as long as a command is valid. A drive that went on would stop and start anew.
+    page.evaluate("const t = performance.now(); while (performance.now() - t < 4000);")
+    page.wait_for_timeout(200)
+    assert page.evaluate(AT_60)
 
 
 def test_search_works_without_a_network(open_page: Callable[..., Any]) -> None:
@@ -123,7 +137,7 @@ def test_the_studio_of_the_site_talks_to_a_board_by_web_serial(browser: Any, sit
             page.wait_for_function(CONNECTED)
             page.fill("#speed-box", "60")
             page.press("#speed-box", "Enter")
-            page.wait_for_function("/^(59|60)/.test(document.getElementById('speed').innerText)")
+            page.wait_for_function(AT_60)
         # The page is closed and the bridge has ended: nobody else reads the line.
         drive = Client(line, timeout_s=1.0)
         until("stopped", lambda: drive.status().command == 0 or drive.status().faults, 60.0)

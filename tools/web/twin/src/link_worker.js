@@ -1,5 +1,5 @@
 // The worker behind the studio's page: one drive on its rig in real time, at the end of a line.
-// Messages in: start, bytes, change; out: ready, bytes, speed, refused.
+// Messages in: start, bytes, change, seen; out: ready, bytes, speed, refused.
 
 import makeTwin from "twin.js";
 import { Engine } from "./engine.js";
@@ -7,11 +7,13 @@ import { Engine } from "./engine.js";
 const TICK_MS = 5;
 const TOLD_MS = 100;
 const MOST_PERIODS = 500; // a tab that slept does not catch up
+const HELD_UP_MS = 300; // a page that has not answered for so long commands nothing: its drive waits for it
 
 let link = null;
 let period_ms = 0;
 let done_ms = 0;
 let told_ms = 0;
+let seen = true;
 let waiting = new Uint8Array(0);
 
 async function start({ wasm, data, job, period_s }) {
@@ -31,14 +33,19 @@ function live() {
   if (due < 1) {
     return;
   }
+  if (!seen && now_ms - told_ms > HELD_UP_MS) {
+    done_ms = now_ms;
+    return;
+  }
   done_ms = due > MOST_PERIODS ? now_ms : done_ms + due * period_ms;
   const { taken, sent } = link.run(Math.min(due, MOST_PERIODS), waiting);
   waiting = waiting.slice(taken);
   if (sent.length > 0) {
     postMessage({ kind: "bytes", bytes: sent }, [sent.buffer]);
   }
-  if (now_ms - told_ms > TOLD_MS) {
+  if (seen && now_ms - told_ms > TOLD_MS) {
     told_ms = now_ms;
+    seen = false;
     postMessage({ kind: "speed", speed_rpm: link.speed_rpm() });
   }
 }
@@ -51,7 +58,7 @@ function take({ bytes }) {
   live();
 }
 
-const handlers = { start, bytes: take, change: ({ scenario }) => link.change(scenario) };
+const handlers = { start, bytes: take, change: ({ scenario }) => link.change(scenario), seen: () => (seen = true) };
 
 onmessage = async ({ data: message }) => {
   try {

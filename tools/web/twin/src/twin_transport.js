@@ -15,7 +15,10 @@ export class TwinRig extends EventTarget {
     let gone = () => {};
     const handlers = {
       bytes: ({ bytes }) => take(bytes),
-      speed: ({ speed_rpm }) => this.dispatchEvent(new CustomEvent("speed", { detail: speed_rpm })),
+      speed: ({ speed_rpm }) => {
+        worker.postMessage({ kind: "seen" });
+        this.dispatchEvent(new CustomEvent("speed", { detail: speed_rpm }));
+      },
       refused: ({ text }) => gone(text),
     };
     return {
