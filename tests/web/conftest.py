@@ -17,7 +17,7 @@ from zerohertz.build import build_twin
 from zerohertz.site import docs, twin_data, twin_page
 
 LAPTOP = {"width": 1280, "height": 860}
-WAIT_MS = 60_000
+WAIT_MS = 180_000
 
 
 @pytest.fixture(scope="session")
