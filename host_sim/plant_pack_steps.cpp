@@ -231,17 +231,20 @@ struct PlantPack::Kernel {
     }
 };
 
+// As TransitionSeries sums it.
+ZH_INLINE static Four series_at(const std::array<Four, 9> &a, const Four &x)
+{
+    const Four upper = a[4] + x * (a[5] + x * (a[6] + x * (a[7] + x * a[8])));
+    return a[0] + x * (a[1] + x * (a[2] + x * (a[3] + x * upper)));
+}
+
 ZH_VECTOR_CODE void PlantPack::step_all()
 {
     if (switched_) {
-        for (std::size_t n = 0; n < steps_; ++n) { // TransitionSeries
+        for (std::size_t n = 0; n < steps_; ++n) {
             const Four x = stretch_[n].h_s;
-            const auto sum = [&x](const std::array<Four, 9> &a) {
-                const Four upper = a[4] + x * (a[5] + x * (a[6] + x * (a[7] + x * a[8])));
-                return a[0] + x * (a[1] + x * (a[2] + x * (a[3] + x * upper)));
-            };
-            Four p = sum(series_p_);
-            Four q = sum(series_q_);
+            Four p = series_at(series_p_, x);
+            Four q = series_at(series_q_, x);
             for (int doubling = 0; doubling < 4; ++doubling) {
                 const Four p2 = p * p - q * q;
                 q = q * (2.0 * p - twice_damping_ * q);
