@@ -47,6 +47,10 @@ CONTINUOUS = 1.05  # of rated current: plates are rounded
 TRIP = 1.3
 MAGNETISE = 0.9  # of the current limit at most: the rest is for torque
 PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
+# Rs is measured at this share of rated current and at .625 of it. While the dead time charges the
+# legs' capacitance C, their loss still grows with the current, by u^2 C/(T i^2) per ampere: at a
+# share of .7 and 62.5 us that was as much as the Rs of a motor of 15 kW.
+RS_LEVEL = 1.0
 RANGE = 1.2  # of rated frequency
 MARGIN = 0.7  # share of rated torque that the ramp takes
 DUTY = 1  # voltage_source
@@ -187,7 +191,7 @@ def _start(circuit: Circuit, plate: Plate, i_trip_max_A: float) -> dict[str, flo
     return {
         "rs_measure": 1,
         "dead_time_identify": 2,
-        "rs_high_A": 0.7 * min(plate.current_vector_A, limit_A(plate, i_trip_max_A)),
+        "rs_high_A": RS_LEVEL * min(plate.current_vector_A, limit_A(plate, i_trip_max_A)),
         "rs_level_s": settle_s,
         "premagnetise_s": settle_s,
     }
