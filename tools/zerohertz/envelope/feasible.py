@@ -6,9 +6,11 @@ flux, power-invariant vectors:
   u_d = Rs i_d - w_s sigma Ls i_q,  u_q = Rs i_q + w_s (sigma Ls i_d + M/Lr psi_r)
   i_d = psi_r / M,  w_s = p w_m + Rr M i_q / (Lr psi_r)
 Limits: |i| of the drive, |u| of the dc link's inscribed circle less what the legs lose, psi_r of
-the nameplate: nobody has to over-excite a motor. What the motor gives back beyond the losses of
-iron and legs, the brake resistor has to take:
-  -(u_d i_d + u_q i_q) - (w_s psi_r)^2 / R_fe - lost |i|
+the nameplate: nobody has to over-excite a motor. What the motor gives back at its terminals, less
+the iron's loss, the brake resistor has to take:
+  -(u_d i_d + u_q i_q) - (w_s psi_r)^2 / R_fe
+The legs take voltage and no power: in the dead time the current flows on through a diode, from or
+to the link, and the plant's link gets what passes the motor's terminals.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ class Limits:
     motor: TrueMotor
     i_max_A: float
     flux_Wb: float
-    lost_V: float = 0.0  # of the voltage vector, in the legs
+    lost_V: float = 0.0  # of the largest voltage vector, in the legs
     iron_ohm: float = 0.0
     brake_W: float = math.inf  # of the brake resistor
 
@@ -66,7 +68,7 @@ def torque_range_Nm(
     room_V = max(u_dc_V / math.sqrt(2.0) - limits.lost_V, 0.0)
     i = np.hypot(i_d, i_q)
     iron = omega * flux**2 / limits.iron_ohm if limits.iron_ohm else 0.0 * flux  # per pole pair
-    taken_W = u_d * i_d + u_q * i_q + omega * iron + limits.lost_V * i
+    taken_W = u_d * i_d + u_q * i_q + omega * iron
     possible = (i <= limits.i_max_A) & (np.hypot(u_d, u_q) <= room_V)
     possible &= taken_W >= -limits.brake_W
     torque = (motor.pole_pairs * (ratio * flux * i_q - iron))[possible]
