@@ -104,6 +104,17 @@ def test_a_deviation_is_harm_after_a_second() -> None:
     assert verdict(speed_rpm=twice) == judge.HARMLESS
 
 
+def test_how_far_off_is_harm_goes_with_the_motors_rated_speed() -> None:
+    # 5 % of 3420 min^-1 are 171, of 855 min^-1 43; of 500 min^-1 less than the 30 that count.
+    for rated_rpm, limit_rpm in ((3420.0, 171.0), (855.0, 42.75), (500.0, 30.0)):
+        limits = dataclasses.replace(LIMITS, rated_rpm=rated_rpm)
+        inside, beyond = (from_(0.5, 300.0 + limit_rpm + x, 300.0) for x in (-0.5, 0.5))
+        assert verdict(limits, speed_rpm=inside) == judge.HARMLESS
+        assert verdict(limits, speed_rpm=beyond) == judge.UNDECLARED
+        other_way = -limit_rpm - 0.5
+        assert row(limits, speed_rpm=from_(0.5, other_way, 300.0))["harm"] == judge.DIRECTION
+
+
 def test_what_names_the_harm_declares_it() -> None:
     away = {"speed_rpm": from_(0.5, 500.0, 300.0)}
     over = {"i_peak_A": periods(30.0, 9)}

@@ -208,6 +208,7 @@ def limits_of(plan: Planned) -> Limits:
         slew_rpm_s=slew_rpm_s,
         J_kg_m2=inertia_kg_m2(plan.case),
         friction_Nm=friction_Nm(plan.case),
+        rated_rpm=plan.drive.rated_rpm,
     )
 
 

@@ -4,7 +4,7 @@ Harm begins when its rule is met:
   current    the largest true leg current beyond 1.125 i_trip_A in two periods in a row
   overspeed  the shaft beyond 1.15 x maximum speed
   deviation  the shaft away from what was asked and the torque limit allows by more than
-             30 min^-1 or 5 % of rated speed, the larger, for 1 s
+             30 min^-1 or 5 % of the motor's rated speed, the larger, for 1 s
   direction  as far on the other side of standstill than everything asked in the last second, for
              100 ms: a sound drive gives way to a step of twice rated torque for 46 ms
 What was asked and what the torque limit allows are two speeds: the reference behind its slew limit,
@@ -36,8 +36,9 @@ CURRENT, OVERSPEED, DEVIATION, DIRECTION = "current", "overspeed", "deviation", 
 HARMS = (CURRENT, OVERSPEED, DEVIATION, DIRECTION)
 OVER_PERIODS = 2
 OVERSPEED_PU = 1.15
-RATED_RPM = 1710.0
-LIMIT_RPM = max(30.0, 0.05 * RATED_RPM)
+RATED_RPM = 1710.0  # of Table 1's motor
+LEAST_RPM, LIMIT_PU = 30.0, 0.05
+LIMIT_RPM = max(LEAST_RPM, LIMIT_PU * RATED_RPM)
 DEVIATION_S = 1.0
 DIRECTION_S = 0.1
 GRACE_S = 0.1
@@ -63,6 +64,12 @@ class Limits:
     jam_s: float = math.inf
     jam_Nm: float = 0.0
     slip_rpm: float = 0.0  # V/f is asked for a frequency: the slip comes on top
+    rated_rpm: float = RATED_RPM
+
+    @property
+    def off_rpm(self) -> float:
+        """So far off is harm."""
+        return max(LEAST_RPM, LIMIT_PU * self.rated_rpm)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -175,12 +182,12 @@ def _speed_harms(record: sim.Record, limits: Limits) -> tuple[float, dict[str, f
     speed_rpm = record["speed_rpm"][::every].astype(np.float64)
     low_rpm, high_rpm, asked = allowed_rpm(record, limits, every)
     off_rpm = np.where(asked, np.maximum(low_rpm - speed_rpm, speed_rpm - high_rpm), 0.0)
-    limit_rpm = LIMIT_RPM + limits.slip_rpm
-    far = off_rpm > limit_rpm
+    far = off_rpm > limits.off_rpm + limits.slip_rpm
     step_s = every * record.period_s
     harms = dict.fromkeys(HARMS, math.inf)
     fast = np.flatnonzero(np.abs(speed_rpm) > OVERSPEED_PU * limits.maximum_rpm)
-    wrong = far & _wrong_way(speed_rpm, low_rpm, high_rpm, asked, step_s)
+    allowed = [np.where(asked, rpm, 0.0) for rpm in (low_rpm, high_rpm)]
+    wrong = far & _wrong_way(speed_rpm, *allowed, limits.off_rpm, step_s)
     harms[OVERSPEED] = float(t_s[fast[0]]) if len(fast) else math.inf
     harms[DIRECTION] = _lasting_s(wrong, DIRECTION_S, t_s, step_s)
     harms[DEVIATION] = _lasting_s(far, DEVIATION_S, t_s, step_s)
@@ -197,13 +204,12 @@ def _lasting_s(flags: npt.NDArray[np.bool_], length_s: float, t_s: Array, step_s
 
 
 def _wrong_way(
-    speed_rpm: Array, low_rpm: Array, high_rpm: Array, asked: Array, step_s: float
+    speed_rpm: Array, low_rpm: Array, high_rpm: Array, limit_rpm: float, step_s: float
 ) -> npt.NDArray[np.bool_]:
     """Against everything that was allowed within the last second."""
     window = round(DEVIATION_S / step_s)
-    lowest = _rolling(np.where(asked, low_rpm, 0.0), window, np.minimum)
-    highest = _rolling(np.where(asked, high_rpm, 0.0), window, np.maximum)
-    limit_rpm = LIMIT_RPM
+    lowest = _rolling(low_rpm, window, np.minimum)
+    highest = _rolling(high_rpm, window, np.maximum)
     return ((lowest > 0.0) & (speed_rpm < -limit_rpm)) | ((highest < 0.0) & (speed_rpm > limit_rpm))
 
 
