@@ -12,6 +12,9 @@
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU 0.06f
 #define SPEED_FARTHEST_PU  4.0f
+/* With all torque in use half of it, for the whole time: a sound drive is on its way back. One that
+ * is lost may stay there (37 kW, zh envelope: 20 s). */
+#define SPEED_ALL_TORQUE_PU 0.5f
 /* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
  * that heals slowly. */
 #define SPEED_HEALS_PU        0.5f
@@ -51,6 +54,12 @@ static float passed(float time_s, float step_s, float most_s)
     return clampf(time_s + step_s, 0.0f, most_s);
 }
 
+/* How far off is away. */
+static float away_pu(const speed_guard_in_t *in)
+{
+    return (in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE)) ? SPEED_ALL_TORQUE_PU : 1.0f;
+}
+
 /* Away from the reference, and not on the way to it. A NaN is away. */
 static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                      const speed_guard_in_t *in, float far_pu)
@@ -60,7 +69,7 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                                ? (st->omega_slow_rad_s + cfg->nearer_share * moved_rad_s)
                                : in->omega_rad_s; /* a NaN; the next number replaces it */
     const float nearer_rad_s = (far_pu < 0.0f) ? -moved_rad_s : moved_rad_s;
-    return !(absf(far_pu) <= 1.0f) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
+    return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
 /* True when the speed stays away from its reference although the torque is at its limit. In V/f the
@@ -70,7 +79,7 @@ static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *s
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
-    const bool away = wrong || (far && (in->basis == SPEED_BASIS_VOLTAGE));
+    const bool away = far && (wrong || (in->basis == SPEED_BASIS_VOLTAGE));
     const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
@@ -87,7 +96,7 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
     const bool wrong = deviates(cfg, st, in, far_pu);
     /* Neither away nor lately so: nothing to count. */
-    if ((absf(far_pu) <= 1.0f) &&
+    if (!wrong && (absf(far_pu) <= 1.0f) &&
         (st->deviation_s + st->away_s + st->approach_s + st->unexplained_s <= 0.0f)) {
         return 0u;
     }

@@ -118,6 +118,32 @@ static void test_at_the_limit_of_torque_it_is_told_first(void)
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.35f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
 }
 
+/* A lost drive held a reference it believed to be 14 rad/s away with all its torque for 20 s. */
+static void test_all_the_torque_in_vain_is_away_at_half_the_distance(void)
+{
+    in.at_limit = true;
+    in.omega_rad_s = 109.1f;
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.0f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    /* Not far enough for the warning. */
+    setUp();
+    in.at_limit = true;
+    in.omega_rad_s = 117.9f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_DERATED, 0.0f));
+    setUp();
+    in.at_limit = true;
+    in.omega_rad_s = 108.9f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 0.0f));
+    /* With torque in reserve nothing is wrong yet, nor in V/f. */
+    setUp();
+    in.omega_rad_s = 117.9f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
+    setUp();
+    in.basis = SPEED_BASIS_VOLTAGE;
+    in.at_limit = true;
+    in.omega_rad_s = 117.9f;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_DERATED, 0.0f));
+}
+
 /* A load of 4 Nm drives the shaft: the work case of the issue, 225 rad/s^2 electrical. */
 static void test_a_load_that_runs_away_is_found_within_a_second(void)
 {
@@ -367,6 +393,7 @@ int main(void)
     RUN_TEST(test_a_speed_at_its_reference_is_none_of_its_business);
     RUN_TEST(test_a_standing_deviation_is_a_fault);
     RUN_TEST(test_at_the_limit_of_torque_it_is_told_first);
+    RUN_TEST(test_all_the_torque_in_vain_is_away_at_half_the_distance);
     RUN_TEST(test_a_load_that_runs_away_is_found_within_a_second);
     RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
     RUN_TEST(test_all_the_torque_on_a_long_way_is_told);
