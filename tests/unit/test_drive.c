@@ -151,13 +151,23 @@ static double ref_bandwidth(const drive_params_t *p, double wanted)
     return wanted * fmin(1.0, fastest / fast);
 }
 
+/* Slower where slip leaves less than all of it. */
+static double ref_speed_filter_s(const drive_params_t *p)
+{
+    const double slow = (double)p->speed.bandwidth_rad_s;
+    const double fast = fmax((double)p->speed.fast_bandwidth_rad_s, slow);
+    const double left = ref_bandwidth(p, 1.0);
+    return (double)p->speed.filter_s +
+           (double)SPEED_CONTROL_FILTER_PU / fast * (1.0 / left - 1.0) * (1.0 - left);
+}
+
 static double ref_speed_pi(ref_t *s, const drive_params_t *p)
 {
     const double T = (double)p->period_s, pp = (double)p->motor.pole_pairs;
     const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
     const double step = limit(s->target - s->wref, T * (double)p->speed.slew_rad_s2);
     s->wref += step;
-    s->wf += T / (T + (double)p->speed.filter_s) * (s->w - s->wf);
+    s->wf += T / (T + ref_speed_filter_s(p)) * (s->w - s->wf);
     const double wanted = (s->bandwidth > 0.0) ? s->bandwidth : (double)p->speed.bandwidth_rad_s;
     const double bandwidth = ref_bandwidth(p, wanted);
     const double kp =

@@ -484,6 +484,35 @@ static void test_the_gain_is_bounded_by_the_slip_of_its_torque(void)
     }
 }
 
+/* Nine tenths of the gain fall to the bound: the loop is ten times as slow, and the filter with it.
+ */
+static void test_the_filter_is_slower_where_the_gain_is_bounded(void)
+{
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        speed_control_params_t p = scheduled();
+        speed_control_config_t cfg;
+        p.J_kg_m2 = 100.0f;
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
+        const double per_kp = (double)model.pole_pairs * (double)model.pole_pairs *
+                              (double)model.kr * 0.5 / (double)p.bandwidth_rad_s;
+        p.J_kg_m2 = (float)(10.0 * (double)cfg.pi.kp * per_kp);
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
+        const double filter_s = 0.003 + 0.35 / 124.0 * 9.0 * 0.9;
+        ASSERT_NEAR(1e-7, 0.0002 / (0.0002 + filter_s), cfg.filter_gain);
+    }
+}
+
+/* So large that what it asks for is no number: the filter holds. */
+static void test_an_endless_inertia_stops_the_filter(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    p.J_kg_m2 = FLT_MAX;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    ASSERT_SAME_FLOAT(0.0f, cfg.filter_gain);
+}
+
 /* dw_e/dt = (p^2 kr lambda/J) i_q on the reference machine, current at once; peak and final speed.
  */
 static void run_up(int machine, const speed_control_config_t *cfg, float target_rad_s, int periods,
@@ -826,6 +855,8 @@ int main(void)
     RUN_TEST(test_no_torque_current_is_left_when_the_flux_takes_it_all);
     RUN_TEST(test_the_integrator_waits_at_a_limit);
     RUN_TEST(test_the_gain_is_bounded_by_the_slip_of_its_torque);
+    RUN_TEST(test_the_filter_is_slower_where_the_gain_is_bounded);
+    RUN_TEST(test_an_endless_inertia_stops_the_filter);
     RUN_TEST(test_the_loop_has_the_bandwidth_on_both_machines);
     RUN_TEST(test_the_scheduled_loop_has_the_fast_bandwidth_at_speed);
     RUN_TEST(test_a_limited_run_up_overshoots_by_little);

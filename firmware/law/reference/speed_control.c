@@ -34,6 +34,16 @@ static float gain_max(const speed_control_params_t *params, const motor_model_t 
     return SPEED_CONTROL_SLIP_MAX / (slip_rad_s_per_A * faster);
 }
 
+/* The estimate takes a change of the torque current for one of the speed as well where the leakage
+ * is not what was told. A bounded gain makes the loop slower: then the filter may be, too. */
+static float filter_s(const speed_control_params_t *params, float wanted_pu)
+{
+    const float fast_rad_s = maxf(params->fast_bandwidth_rad_s, params->bandwidth_rad_s);
+    const float left_pu = 1.0f / wanted_pu;
+    return params->filter_s +
+           SPEED_CONTROL_FILTER_PU / fast_rad_s * (wanted_pu - 1.0f) * (1.0f - left_pu);
+}
+
 bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                         const motor_model_t *motor, float period_s)
 {
@@ -48,7 +58,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         .i_q_max_A = params->i_q_max_A,
         .i_q_max2_A2 = params->i_q_max_A * params->i_q_max_A,
         .i_max2_A2 = params->i_max_A * params->i_max_A,
-        .filter_gain = period_s / (period_s + params->filter_s),
+        .filter_gain = period_s / (period_s + filter_s(params, wanted / kp)),
         .slew_step_rad_s = params->slew_rad_s2 * period_s,
         .slow_rad_s = params->slow_rad_s,
         .torque_max_rad_s = params->torque_max_rad_s,

@@ -6,6 +6,10 @@
  * holds. Electrical speeds. Internally i_q is the value at nominal flux. The bandwidth may grow
  * with speed: at low speed the estimate is slow, and the loop has to be slower.
  *
+ * A bounded Kp makes the filter of the speed slower as well. With a leakage less than told the
+ * estimate takes each change of the torque current for one of the speed. Without the slower filter
+ * the loop swings at 50 to 80 Hz.
+ *
  * With weakened flux the same torque slips more, as 1/flux^2, and the gain bounded for nominal flux
  * is too large. So at high speed bandwidth and gain fall with the flux. They do not fall as its
  * square: load steps at twice rated speed would dip too far (zh modes). At low speed they do not
@@ -28,6 +32,10 @@
 
 /* Largest slip, over the speed error, of the torque that the error demands. */
 #define SPEED_CONTROL_SLIP_MAX 2.0f
+
+/* Filter that the bound of the gain adds, over the 1/bandwidth that is left, where that is much
+ * longer than without the bound. */
+#define SPEED_CONTROL_FILTER_PU 0.35f
 
 typedef struct {
     float bandwidth_rad_s;

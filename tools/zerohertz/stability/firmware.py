@@ -26,6 +26,7 @@ _STEERING_I_Q_SHARE = 0.95  # flux_steering.c
 _PHI_RAMP_TAU = 1.7760728
 _SPEED_FAST_PU = 1.5079365
 _SPEED_SLIP_MAX = 2.0
+_SPEED_FILTER_PU = 0.35
 _FLUX_RAD_S = 10.0
 _STEER_HYSTERESIS_PU = 0.28231797
 _STEER_TORQUE_PU = 0.051262339
@@ -185,7 +186,7 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         phi_factor=p["phi_factor"],
         phi_ramp_rad_s=circuit.tau_per_s / _PHI_RAMP_TAU,
         speed=_speed_pi(p, circuit, lambda_Wb),
-        speed_filter_gain=T / (T + p["speed_filter_s"]),
+        speed_filter_gain=T / (T + _speed_filter_s(p, circuit, lambda_Wb)),
         speed_more_max=more_max,
         speed_more_per_rad_s=more_max / ((_SPEED_FAST_PU - 1.0) * p["speed_slow_rad_s"]),
         speed_weakening=1.0 + 1.0 / more_max if more_max > 0.0 else 0.0,
@@ -203,14 +204,27 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
     )
 
 
-def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
+def _speed_gains(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> tuple[float, float]:
+    """The gain that the bandwidth takes, and the one that the bound leaves of it."""
     bandwidth = p["speed_bandwidth_rad_s"]
     torque_per_A = p["pole_pairs"] ** 2 * circuit.M_H / circuit.Lr_H * lambda_Wb
     wanted = p["speed_J_kg_m2"] * bandwidth / torque_per_A
     # The largest gain, speed_control.h: so much slip of the torque that a speed error asks for.
     faster = max(p["speed_fast_bandwidth_rad_s"] / bandwidth, 1.0)
     slip_per_A = circuit.tau_per_s * circuit.M_H / lambda_Wb
-    kp = min(wanted, _SPEED_SLIP_MAX / (slip_per_A * faster))
+    return wanted, min(wanted, _SPEED_SLIP_MAX / (slip_per_A * faster))
+
+
+def _speed_filter_s(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> float:
+    wanted, kp = _speed_gains(p, circuit, lambda_Wb)
+    fast = max(p["speed_fast_bandwidth_rad_s"], p["speed_bandwidth_rad_s"])
+    beyond = wanted / kp - 1.0
+    return p["speed_filter_s"] + _SPEED_FILTER_PU * beyond**2 / (wanted / kp * fast)
+
+
+def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
+    bandwidth = p["speed_bandwidth_rad_s"]
+    wanted, kp = _speed_gains(p, circuit, lambda_Wb)
     return Pi(kp, p["speed_ki_factor"] * bandwidth * (kp / wanted) * kp * p["period_s"])
 
 
