@@ -46,9 +46,9 @@ typedef monitor_in_t guard_in_t;
 /* Input of the sensor checks: no estimate, no mode. */
 typedef struct {
     const measured_t *meas;
-    ab_t u_V; /* of the interval that ended, by the duties */
-    uint32_t slot;
-    bool motor_known; /* false while its data are identified */
+    ab_t u_V;          /* of the interval that ended, by the duties */
+    bool window_ended; /* of current_fit.h: SLOT_GUARD_CURRENT */
+    bool motor_known;  /* false while its data are identified */
 } guard_sensors_t;
 
 /* Input of a period with a slow check. */
@@ -68,10 +68,12 @@ typedef struct {
     float Rs_ohm;
 } guard_look_t;
 
+#define GUARD_LOOK_SLOTS                                                                           \
+    ((1u << SLOT_GUARD_VOLTAGE) | (1u << SLOT_GUARD_PHASES) | (1u << SLOT_GUARD_ESTIMATE) |        \
+     (1u << SLOT_GUARD_SPEED))
 static inline bool guard_look_is_due(uint32_t slot)
 {
-    return (slot == SLOT_GUARD_VOLTAGE) || (slot == SLOT_GUARD_PHASES) ||
-           (slot == SLOT_GUARD_ESTIMATE) || (slot == SLOT_GUARD_SPEED);
+    return slot_is_among(slot, GUARD_LOOK_SLOTS);
 }
 
 /* Parameters of the sensor checks. */
@@ -117,15 +119,16 @@ static inline void guard_look_at_noise(const guard_config_t *cfg, guard_state_t 
 static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *st,
                                      const guard_sensors_t *in)
 {
+    const ab_t i_s_A = ab_by_parts(in->meas->i_s_A);
     uint32_t faults = 0u;
     if (liveness_repeats(&st->liveness, &in->meas->i_A)) {
-        faults = guard_repeated(cfg, st, in->meas->i_s_A, in->u_V);
+        faults = guard_repeated(cfg, st, i_s_A, in->u_V);
     }
-    current_fit_add(&st->current_fit, in->u_V, in->meas->i_s_A);
-    if (current_jump_step(&cfg->current_jump, &st->current_jump, in->meas->i_s_A, in->u_V)) {
+    current_fit_add(&st->current_fit, in->u_V, i_s_A);
+    if (current_jump_step(&cfg->current_jump, &st->current_jump, i_s_A, in->u_V)) {
         faults |= guard_jumped(in->meas->flags, in->motor_known);
     }
-    if (in->slot == SLOT_GUARD_CURRENT) {
+    if (in->window_ended) {
         faults |= guard_look_at_current(cfg, st, in->meas, in->motor_known);
     }
     return faults;

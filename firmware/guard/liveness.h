@@ -68,7 +68,7 @@ static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
         (float_bits(i_A->w) == float_bits(st->i_A.w))) {
         return true;
     }
-    st->i_A = *i_A;
+    st->i_A = (uvw_t){i_A->u, i_A->v, i_A->w}; /* number by number: they are at hand */
     st->repeats = 0u;
     return false;
 }

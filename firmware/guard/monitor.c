@@ -27,23 +27,36 @@ static inline bool currents_within(uvw_t i_A, float limit_A)
     return within(i_A.u, limit_A) && within(i_A.v, limit_A) && within(i_A.w, limit_A);
 }
 
-static uint32_t limit_faults(const monitor_config_t *cfg, const monitor_in_t *in)
+/* Some limit is passed: which. */
+static uint32_t limit_faults(const monitor_config_t *cfg, const measured_t *meas,
+                             float omega_e_hat_rad_s)
 {
-    const bool current = currents_within(in->meas->i_A, cfg->i_trip_A);
-    const bool below_max = in->meas->u_dc_V <= cfg->u_dc_max_V;
-    const bool above_min = in->meas->u_dc_V >= cfg->u_dc_min_V;
-    const bool speed = within(in->omega_e_hat_rad_s, cfg->omega_max_rad_s);
-
-    if (current && below_max && above_min && speed) {
-        return 0u;
-    }
+    const bool current = currents_within(meas->i_A, cfg->i_trip_A);
+    const bool below_max = meas->u_dc_V <= cfg->u_dc_max_V;
+    const bool above_min = meas->u_dc_V >= cfg->u_dc_min_V;
+    const bool speed = within(omega_e_hat_rad_s, cfg->omega_max_rad_s);
     return (current ? 0u : FAULT_OVER_CURRENT) | (below_max ? 0u : FAULT_DC_OVER_VOLTAGE) |
            (above_min ? 0u : FAULT_DC_UNDER_VOLTAGE) | (speed ? 0u : FAULT_OVER_SPEED);
 }
 
+/* The usual case; a link that is no number, or that only looks negative, is not in it. */
+static inline bool all_within(const monitor_config_t *cfg, const monitor_in_t *in)
+{
+    const uint32_t u_dc = float_bits(in->meas->u_dc_V);
+    return currents_within(in->meas->i_A, cfg->i_trip_A) && (u_dc <= float_bits(cfg->u_dc_max_V)) &&
+           (u_dc >= float_bits(cfg->u_dc_min_V)) &&
+           within(in->omega_e_hat_rad_s, cfg->omega_max_rad_s);
+}
+
+/* Nothing odd now nor before: nothing to count. */
+static inline bool quiet(const monitor_state_t *st, const measured_t *meas)
+{
+    return (meas->flags | st->adc_periods | st->sum_periods | st->earth_periods) == 0u;
+}
+
 /* One disturbed sample is no broken sensor: a flag is a fault when it lasts. */
-COLD static uint32_t debounced_faults(const monitor_config_t *cfg, monitor_state_t *st,
-                                      const measured_t *meas)
+static uint32_t debounced_faults(const monitor_config_t *cfg, monitor_state_t *st,
+                                 const measured_t *meas)
 {
     const uint32_t flags = meas->flags;
     const uint32_t limit = cfg->plausibility_periods;
@@ -59,17 +72,19 @@ COLD static uint32_t debounced_faults(const monitor_config_t *cfg, monitor_state
            (debounce_elapsed(st->earth_periods, MONITOR_EARTH_PERIODS) ? FAULT_EARTH_FAULT : 0u);
 }
 
+/* Not the usual case. Numbers one by one: `in` would be written to memory every period. */
+COLD static uint32_t odd_faults(const monitor_config_t *cfg, monitor_state_t *st,
+                                const measured_t *meas, float omega_e_hat_rad_s, float state_sum)
+{
+    return limit_faults(cfg, meas, omega_e_hat_rad_s) |
+           (is_finite(state_sum) ? 0u : FAULT_NON_FINITE) |
+           (quiet(st, meas) ? 0u : debounced_faults(cfg, st, meas));
+}
+
 uint32_t monitor_step(const monitor_config_t *cfg, monitor_state_t *st, const monitor_in_t *in)
 {
-    const uint32_t flags = in->meas->flags;
-    uint32_t faults = limit_faults(cfg, in);
-
-    if (!is_finite(in->state_sum)) {
-        faults |= FAULT_NON_FINITE;
+    if (quiet(st, in->meas) && all_within(cfg, in) && is_finite(in->state_sum)) {
+        return 0u;
     }
-    /* Nothing odd now nor before: nothing to count. */
-    if ((flags | st->adc_periods | st->sum_periods | st->earth_periods) != 0u) {
-        faults |= debounced_faults(cfg, st, in->meas);
-    }
-    return faults;
+    return odd_faults(cfg, st, in->meas, in->omega_e_hat_rad_s, in->state_sum);
 }

@@ -84,6 +84,9 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
     for (int x = 0; x < 3; x++) {
         /* A NaN is no current. */
         const bool flows = absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A);
+        if (flows && (st->phase[x] == 0u)) {
+            continue; /* the usual case: nothing to count */
+        }
         const bool wrong = (absf(wanted_A[x]) > least_A) && !flows;
         st->phase[x] = flows ? debounce_refute(st->phase[x])
                              : debounce_count(st->phase[x], wrong, cfg->phase_schedules);

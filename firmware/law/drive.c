@@ -1,5 +1,6 @@
 #include "drive.h"
 
+#include "due.h"
 #include "fault.h"
 #include "stages.h"
 #include "state_sum.h"
@@ -31,7 +32,7 @@ COLD static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
 
 /* One period of vector control: estimator, slow work when it is due, speed controller. */
 static inline request_t vector_control(const drive_config_t *cfg, drive_state_t *st,
-                                       const drive_in_t *asked, drive_out_t *out)
+                                       const drive_in_t *asked, uint32_t due, drive_out_t *out)
 {
     const vector_config_t *vector = &cfg->modes.vector;
     const estimate_t *e = &st->estimator.estimate;
@@ -39,7 +40,7 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
     in.expected_step_rad_s = st->modes.vector.speed.expected_step_rad_s;
     estimator_step(&cfg->estimator, &st->estimator, &in);
     supervisor_add(&st->supervisor, out->u_s_V, out->meas.i_s_A, drive_rs_ohm(cfg, st));
-    if (stage_slow_is_due(cfg, st)) {
+    if (stage_slow_is_due(cfg, st, (due & DUE_SLOW) != 0u)) {
         stage_slow(cfg, st, asked, out);
     }
     dq_t i_ref_A = vector_step(vector, &st->modes.vector, e->omega_e_rad_s);
@@ -54,19 +55,19 @@ static inline request_t vector_control(const drive_config_t *cfg, drive_state_t 
 
 /* The gates are on: acting voltage, mode with its estimator, voltage, judgement. */
 static inline void act(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                       drive_out_t *out)
+                       uint32_t due, drive_out_t *out)
 {
     if ((asked->mode != st->asked) || !cfg->modes.fixed) {
         transition_choose(cfg, st, asked, out);
     }
-    if (slot_is_quarter(st->slot, SLOT_QUARTER_ANGLES)) {
+    if ((due & DUE_ANGLES) != 0u) {
         turn_angles(cfg, st);
     }
     out->u_s_V = acting_voltage_step(&cfg->acting, &st->acting, out->meas.u_line_V);
     if (st->mode == MODE_VECTOR) {
-        const request_t request = vector_control(cfg, st, asked, out);
+        const request_t request = vector_control(cfg, st, asked, due, out);
         stage_apply(cfg, st, &request, out);
-        if (supervisor_is_due(st->slot)) {
+        if ((due & DUE_SUPERVISOR) != 0u) {
             stage_judge(cfg, st, asked, out);
         }
     } else {
@@ -93,51 +94,59 @@ COLD static void rest(drive_state_t *st, drive_out_t *out)
     *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = meas};
 }
 
-/* Limits in every period, second looks in their slots. */
-static inline uint32_t guarded(const drive_config_t *cfg, drive_state_t *st,
-                               const drive_in_t *asked, const drive_out_t *out, float state_sum)
+/* Usually there is none, and nothing to do. */
+static inline void tell(drive_out_t *out, uint32_t faults)
 {
-    const guard_in_t in = {.meas = &out->meas,
-                           .state_sum = state_sum,
-                           .omega_e_hat_rad_s = st->estimator.estimate.omega_e_rad_s};
-    uint32_t faults = guard_step(&cfg->guard, &st->guard, &in);
+    if (faults != 0u) {
+        out->faults |= faults;
+    }
+}
+
+/* Sensors in every period, second looks in their slots. */
+static inline void guarded(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+                           uint32_t due, drive_out_t *out)
+{
     if (asked->mode != DRIVE_OFF) {
         const guard_sensors_t sensors = {.meas = &out->meas,
                                          .u_V = ab_by_parts(st->acting.ended_V),
-                                         .slot = st->slot,
+                                         .window_ended = (due & DUE_CURRENT) != 0u,
                                          .motor_known = asked->mode != DRIVE_COMMISSION};
-        faults |= guard_sensors(&cfg->guard, &st->guard, &sensors);
+        tell(out, guard_sensors(&cfg->guard, &st->guard, &sensors));
     } else {
         guard_look_at_noise(&cfg->guard, &st->guard, &out->meas);
     }
-    if (guard_look_is_due(st->slot)) {
-        faults |= stage_guard_look(cfg, st, asked, out);
+    if ((due & DUE_GUARD) != 0u) {
+        tell(out, stage_guard_look(cfg, st, asked, out));
     }
     if ((st->mode == MODE_PREMAGNETISE) || (st->mode == MODE_COMMISSIONING)) {
-        faults |= guard_standing(&cfg->guard, &st->guard, out->meas.i_s_A,
-                                 st->estimator.estimate.i_residual_A);
+        tell(out, guard_standing(&cfg->guard, &st->guard, out->meas.i_s_A,
+                                 st->estimator.estimate.i_residual_A));
     }
-    return faults;
 }
 
 HOT void drive_step(const drive_config_t *cfg, drive_state_t *st, const measurement_in_t *sample,
                     const drive_in_t *in, drive_out_t *out)
 {
     st->slot = slot_next(st->slot);
-    const float state_sum = state_sum_due(st);
+    const uint32_t due = due_in[st->slot];
+    const float state_sum = state_sum_due(st, (due & DUE_STATE) != 0u);
     measurement_step(&cfg->measurement, &st->measurement, sample, &out->meas);
     link_limit_step(&cfg->limits.link, &st->limits.link, out->meas.u_dc_V);
     out->faults = 0u;
     if (in->mode != DRIVE_OFF) {
-        act(cfg, st, in, out);
+        act(cfg, st, in, due, out);
     } else if ((st->asked != DRIVE_OFF) || (st->slot == SLOT_REST)) {
         rest(st, out);
     } else {
         /* at rest already */
     }
-    if (st->slot == SLOT_HEAT) {
+    if ((due & DUE_HEAT) != 0u) {
         stage_heat(cfg, st, in->mode, out);
     }
-    out->faults |= torque_limits_warnings(&st->limits, in->mode == DRIVE_RUN) |
-                   guarded(cfg, st, in, out, state_sum);
+    tell(out, torque_limits_warnings(&st->limits, in->mode == DRIVE_RUN));
+    const guard_in_t looked_at = {.meas = &out->meas,
+                                  .state_sum = state_sum,
+                                  .omega_e_hat_rad_s = st->estimator.estimate.omega_e_rad_s};
+    tell(out, guard_step(&cfg->guard, &st->guard, &looked_at));
+    guarded(cfg, st, in, due, out);
 }

@@ -27,7 +27,7 @@ static request_t remagnetise(const drive_config_t *cfg, drive_state_t *st, const
                              const drive_out_t *out)
 {
     const estimate_t *e = &st->estimator.estimate;
-    if (stage_slow_is_due(cfg, st)) {
+    if (stage_slow_is_due(cfg, st, slot_is_among(st->slot, VECTOR_SLOW_SLOTS))) {
         stage_slow(cfg, st, asked, out);
     }
     return (request_t){.kind = REQUEST_CURRENT,

@@ -42,9 +42,10 @@ HOT void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in
 
 _Static_assert((SLOT_RS_TRACKING % SLOT_QUARTERS) == SLOT_QUARTER_REFERENCES,
                "the slot of Rs tracking is one of references: slow work is due in it anyhow");
-static inline bool stage_slow_is_due(const drive_config_t *cfg, const drive_state_t *st)
+static inline bool stage_slow_is_due(const drive_config_t *cfg, const drive_state_t *st,
+                                     bool among_slots)
 {
-    return vector_slow_is_due(&st->modes.vector, st->slot) ||
+    return vector_slow_is_due(&st->modes.vector, among_slots) ||
            ((st->slot == SLOT_DWELL) && dwell_on(&cfg->dwell));
 }
 

@@ -63,7 +63,15 @@ float state_sum_slow(const drive_state_t *st)
         return of_modes(&st->modes);
     case SLOT_STATE_PROTECTION:
         return of_protection(st);
-    default:
+    case SLOT_STATE_CONTROL:
         return of_control(&st->modes.vector);
+    default:
+        return 0.0f;
     }
+}
+
+float state_sum_of_slot(const drive_state_t *st)
+{
+    const float slow = state_sum_slow(st);
+    return slot_is_quarter(st->slot, SLOT_QUARTER_STATE) ? (slow + state_sum_fast(st)) : slow;
 }

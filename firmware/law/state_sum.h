@@ -27,15 +27,21 @@ static inline float state_sum_fast(const drive_state_t *st)
     return acting + offsets + st->modes.vector.speed.gain_extra;
 }
 
-/* The part of this slot: one of SLOT_QUARTER_STATE. */
-HOT float state_sum_slow(const drive_state_t *st);
+/* The part of this slot, if it is one of SLOT_STATE; else 0. */
+float state_sum_slow(const drive_state_t *st);
 
-/* The sum that is due in this slot. */
-static inline float state_sum_due(const drive_state_t *st)
+/* Both, as far as they are due in this slot. */
+#define STATE_SUM_SLOTS                                                                            \
+    (SLOTS_OF_QUARTER(SLOT_QUARTER_STATE) | (1u << SLOT_STATE_RESISTANCE) |                        \
+     (1u << SLOT_STATE_MODES) | (1u << SLOT_STATE_PROTECTION) | (1u << SLOT_STATE_CONTROL))
+HOT float state_sum_of_slot(const drive_state_t *st);
+
+/* due: in one of STATE_SUM_SLOTS. */
+static inline float state_sum_due(const drive_state_t *st, bool due)
 {
     float sum = state_sum_passing(st);
-    if (slot_is_quarter(st->slot, SLOT_QUARTER_STATE)) {
-        sum += state_sum_fast(st) + state_sum_slow(st);
+    if (due) {
+        sum += state_sum_of_slot(st);
     }
     return sum;
 }

@@ -104,8 +104,10 @@ static uint32_t period(const guard_config_t *cfg, guard_state_t *st, uint32_t sl
         .meas = &meas, .state_sum = any_float(), .omega_e_hat_rad_s = estimate.omega_e_rad_s};
     uint32_t faults = guard_step(cfg, st, &in);
     if (any_bool()) {
-        const guard_sensors_t sensors = {
-            .meas = &meas, .u_V = any_ab(), .slot = slot, .motor_known = any_bool()};
+        const guard_sensors_t sensors = {.meas = &meas,
+                                         .u_V = any_ab(),
+                                         .window_ended = slot == SLOT_GUARD_CURRENT,
+                                         .motor_known = any_bool()};
         faults |= guard_sensors(cfg, st, &sensors);
     } else {
         guard_look_at_noise(cfg, st, &meas);

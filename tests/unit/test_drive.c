@@ -979,7 +979,8 @@ static void test_monitor_sees_a_fast_state_in_every_fourth_period(void)
                             .slot = (slot + SLOT_COUNT - 1u) % SLOT_COUNT};
         drive_out_t out;
         drive_step(&cfg, &st, &sample, &in, &out);
-        TEST_ASSERT_EQUAL_UINT32((slot % 4u == 3u) ? FAULT_NON_FINITE : 0u, out.faults);
+        TEST_ASSERT_EQUAL_UINT32(slot_is_quarter(slot, SLOT_QUARTER_STATE) ? FAULT_NON_FINITE : 0u,
+                                 out.faults);
     }
 }
 

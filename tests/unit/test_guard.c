@@ -337,7 +337,7 @@ static uint32_t sensor_turns(int count, ab_t u_V, bool frozen)
     guard_sensors_t sample = {.meas = &meas, .u_V = u_V, .motor_known = true};
     uint32_t faults = 0u;
     for (int k = 0; k < count * (int)SLOT_COUNT; k++) {
-        sample.slot = (uint32_t)k % SLOT_COUNT;
+        sample.window_ended = ((uint32_t)k % SLOT_COUNT) == SLOT_GUARD_CURRENT;
         meas.i_A.u += (!frozen && ((k % 2) == 0)) ? 0.01f : 0.0f;
         faults |= guard_sensors(&cfg, &st, &sample);
     }
@@ -371,8 +371,7 @@ static void test_current_words_that_jump(void)
         TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(1, (ab_t){6.0f, 0.0f}, false));
         meas.i_s_A.alpha = 2.0f;
         meas.flags = sum[k];
-        guard_sensors_t sample = {
-            .meas = &meas, .u_V = {6.0f, 0.0f}, .slot = 1u, .motor_known = k < 2};
+        guard_sensors_t sample = {.meas = &meas, .u_V = {6.0f, 0.0f}, .motor_known = k < 2};
         TEST_ASSERT_EQUAL_HEX32(0u, guard_sensors(&cfg, &st, &sample));
         meas.i_A.u += 0.01f;
         TEST_ASSERT_EQUAL_HEX32((k == 0) ? FAULT_CURRENT_SENSOR : 0u,

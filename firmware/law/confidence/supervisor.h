@@ -122,10 +122,12 @@ static inline void supervisor_add(supervisor_state_t *st, ab_t u_s_V, ab_t i_s_A
 void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
                      const supervisor_in_t *in, uint32_t slot);
 
+#define SUPERVISOR_SLOTS                                                                           \
+    (SLOTS_OF_QUARTER(SLOT_QUARTER_SUPERVISOR) | (1u << SLOT_SUPERVISOR_WEIGH) |                   \
+     (1u << SLOT_SUPERVISOR_DECIDE) | (1u << SLOT_SUPERVISOR_BOUND))
 static inline bool supervisor_is_due(uint32_t slot)
 {
-    return slot_is_quarter(slot, SLOT_QUARTER_SUPERVISOR) || (slot == SLOT_SUPERVISOR_WEIGH) ||
-           (slot == SLOT_SUPERVISOR_DECIDE) || (slot == SLOT_SUPERVISOR_BOUND);
+    return slot_is_among(slot, SUPERVISOR_SLOTS);
 }
 
 #endif

@@ -22,8 +22,8 @@ bool acting_voltage_init(acting_voltage_config_t *cfg, const acting_voltage_para
 ab_t acting_voltage_step(const acting_voltage_config_t *cfg, acting_voltage_state_t *st,
                          ab_t u_line_V)
 {
-    st->ended_V = st->acting_V;
-    st->acting_V = st->pending_V;
+    st->ended_V = ab_by_parts(st->acting_V);
+    st->acting_V = ab_by_parts(st->pending_V);
     if (cfg->source == ACTING_VOLTAGE_DUTY) {
         return st->ended_V;
     }

@@ -40,16 +40,18 @@ static bool at_an_end(uint32_t max_counts, uint32_t word_counts)
     return (word_counts - 1u) >= (max_counts - 1u);
 }
 
-static uint32_t adc_flags(uint32_t max_counts, const measurement_in_t *in)
+/* A word above the range is beyond its end as well. */
+static bool saturated(uint32_t max_counts, const measurement_in_t *in)
 {
-    const bool saturated =
-        at_an_end(max_counts, in->i_u_counts) || at_an_end(max_counts, in->i_v_counts) ||
-        at_an_end(max_counts, in->i_w_counts) || at_an_end(max_counts, in->u_uv_counts) ||
-        at_an_end(max_counts, in->u_vw_counts) || (in->u_dc_counts >= max_counts);
-    if (!saturated) {
-        return 0u; /* a word above the range is beyond its end as well */
-    }
-    /* max_counts is all ones: a word above it shows in the union of all bits. */
+    return at_an_end(max_counts, in->i_u_counts) || at_an_end(max_counts, in->i_v_counts) ||
+           at_an_end(max_counts, in->i_w_counts) || at_an_end(max_counts, in->u_uv_counts) ||
+           at_an_end(max_counts, in->u_vw_counts) || (in->u_dc_counts >= max_counts);
+}
+
+/* Some word is at an end. max_counts is all ones: a word above it shows in the union of all bits.
+ */
+COLD static uint32_t range_flags(uint32_t max_counts, const measurement_in_t *in)
+{
     const uint32_t bits = (uint32_t)in->i_u_counts | in->i_v_counts | in->i_w_counts |
                           in->u_uv_counts | in->u_vw_counts | in->u_dc_counts;
     return MEASUREMENT_SATURATED | ((bits > max_counts) ? MEASUREMENT_OUT_OF_RANGE : 0u);
@@ -78,7 +80,12 @@ void measurement_step(const measurement_config_t *cfg, const measurement_state_t
     out->i_s_A = ab_from_uvw(i_A);
     out->u_line_V = ab_sub(ab_from_line(uv_V, vw_V), st->offset_V);
     out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
+    out->flags = 0u;
+    if (saturated(cfg->max_counts, in)) {
+        out->flags = range_flags(cfg->max_counts, in);
+    }
     /* Written so that a NaN, from an offset, is flagged as well. */
-    const bool sum = !(absf(i_A.u + i_A.v + i_A.w) <= cfg->current_sum_max_A);
-    out->flags = adc_flags(cfg->max_counts, in) | (sum ? MEASUREMENT_CURRENT_SUM : 0u);
+    if (!(absf(i_A.u + i_A.v + i_A.w) <= cfg->current_sum_max_A)) {
+        out->flags |= MEASUREMENT_CURRENT_SUM;
+    }
 }

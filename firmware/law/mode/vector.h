@@ -75,9 +75,9 @@ void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limit
 #define VECTOR_SLOW_SLOTS                                                                          \
     (SLOTS_OF_QUARTER(SLOT_QUARTER_REFERENCES) | (1u << SLOT_FLUX_REFERENCE) |                     \
      (1u << SLOT_FLUX_STEERING) | (1u << SLOT_SPEED_SCHEDULE))
-static inline bool vector_slow_is_due(const vector_state_t *st, uint32_t slot)
+static inline bool vector_slow_is_due(const vector_state_t *st, bool among_slots)
 {
-    return !st->planned || slot_is_among(slot, VECTOR_SLOW_SLOTS);
+    return !st->planned || among_slots;
 }
 
 /* Mains loss: replaces i_q_A, the current of the speed controller. FAULT_MAINS_LOST once it can no

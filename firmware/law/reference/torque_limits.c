@@ -10,6 +10,12 @@ bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_
            overload_init(&cfg->overload, &params->overload, schedule_s);
 }
 
+uint32_t torque_limits_acting(const torque_limits_state_t *st, bool running)
+{
+    return ((st->link.limiting && running) ? FAULT_REGENERATION : 0u) |
+           (st->overload.derating ? FAULT_DERATED : 0u);
+}
+
 torque_window_t torque_limits_window(const torque_limits_config_t *cfg,
                                      const torque_limits_state_t *st, float omega_e_rad_s,
                                      float i_d_A, float pull_out_A)

@@ -37,10 +37,11 @@ static inline bool torque_limits_active(const torque_limits_state_t *st)
 }
 
 /* The warnings FAULT_REGENERATION (running) and FAULT_DERATED while a limit acts. */
+COLD uint32_t torque_limits_acting(const torque_limits_state_t *st, bool running);
+
 static inline uint32_t torque_limits_warnings(const torque_limits_state_t *st, bool running)
 {
-    return ((st->link.limiting && running) ? FAULT_REGENERATION : 0u) |
-           (st->overload.derating ? FAULT_DERATED : 0u);
+    return torque_limits_active(st) ? torque_limits_acting(st, running) : 0u;
 }
 
 /* i_d_A has priority; pull_out_A: reduction of the largest torque current by pull-out. */
