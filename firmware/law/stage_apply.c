@@ -6,17 +6,17 @@ static leg_loss_t leg_loss(const drive_config_t *cfg, const drive_state_t *st, f
                            bool busy)
 {
     const premagnetise_state_t *found = &st->modes.premagnetise;
-    leg_loss_t loss = inverter_error_loss(&cfg->voltage.error, u_dc_V);
+    const inverter_error_config_t *error = &cfg->voltage.error;
     if (busy) {
-        loss.whole_V = 0.0f;
-    } else if (found->leg_loss_found) {
-        loss.whole_V = found->leg_loss_pu * u_dc_V;
-        loss.threshold_A =
-            (found->leg_threshold_A > 0.0f) ? found->leg_threshold_A : loss.threshold_A;
-    } else {
-        /* By the parameters. */
+        return (leg_loss_t){.threshold_A = error->i_threshold_A};
     }
-    return loss;
+    if (!found->leg_loss_found) {
+        return inverter_error_loss(error, u_dc_V);
+    }
+    const float threshold_A = found->leg_threshold_A;
+    return (leg_loss_t){.whole_V = found->leg_loss_pu * u_dc_V,
+                        .threshold_A =
+                            above_zerof(threshold_A) ? threshold_A : error->i_threshold_A};
 }
 
 void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *request,

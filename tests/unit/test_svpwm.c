@@ -87,7 +87,7 @@ static void test_init_derives_the_shortest_duty(void)
     TEST_ASSERT_FLOAT_WITHIN(2e-6f, 0.95f, cfg.inside_pu);
     TEST_ASSERT_TRUE(cfg.inside_pu < 0.95f);
     ASSERT_SAME_FLOAT(40.0f, cfg.u_dc_min_V);
-    TEST_ASSERT_TRUE(cfg.swap_vw);
+    ASSERT_SAME_FLOAT(-1.0f, cfg.beta_sign);
 }
 
 #define ASSERT_REFUSED(field, value)                                                               \
@@ -258,7 +258,7 @@ static void test_twice_the_voltage_on_twice_the_dc_link_is_the_same_duty(void)
 static void test_swapped_legs_leave_the_motor_its_voltage(void)
 {
     svpwm_config_t swapped = plain;
-    swapped.swap_vw = true;
+    swapped.beta_sign = -1.0f;
     const svpwm_out_t a = svpwm_step(&plain, (ab_t){80.0f, 60.0f}, U_DC_V);
     const svpwm_out_t b = svpwm_step(&swapped, (ab_t){80.0f, 60.0f}, U_DC_V);
     ASSERT_SAME_FLOAT(a.duty.u, b.duty.u);

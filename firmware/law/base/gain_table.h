@@ -50,20 +50,36 @@ static inline bool gain_table_is(const gain_table_t *table, const gain_table_id_
  * real. */
 CHECKED bool gain_table_valid(const gain_table_t *table);
 
-/* L at the speed; table must be valid; a NaN speed reads entry 0. */
-INLINE static inline observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s)
+/* Number of the last entry. */
+static inline float gain_table_last(const gain_table_t *table)
 {
-    const float last = (float)(table->entry_count - 1u);
-    float nearest = absf(omega_e_rad_s) / table->step_rad_s + 0.5f;
-    if (!(nearest <= last)) {
-        nearest = clampf(nearest, 0.0f, last);
-    }
-    observer_gain_t gain = table->entry[(uint32_t)nearest];
+    return (float)(table->entry_count - 1u);
+}
+
+/* Number of the nearest entry, less than one above it; the table may have fewer. */
+static inline float gain_table_nearest(const gain_table_t *table, float omega_e_rad_s)
+{
+    return absf(omega_e_rad_s) / table->step_rad_s + 0.5f;
+}
+
+/* L of the entry of that number, within 0 and the last. */
+INLINE static inline observer_gain_t gain_table_entry(const gain_table_t *table, float number,
+                                                      float omega_e_rad_s)
+{
+    observer_gain_t gain = table->entry[(uint32_t)number];
     if (omega_e_rad_s < 0.0f) {
         gain.l1_im_per_s = -gain.l1_im_per_s;
         gain.l2_im_ohm = -gain.l2_im_ohm;
     }
     return gain;
+}
+
+/* L at the speed; table must be valid; a NaN speed reads entry 0. */
+static inline observer_gain_t gain_table_at(const gain_table_t *table, float omega_e_rad_s)
+{
+    const float nearest = gain_table_nearest(table, omega_e_rad_s);
+    const float number = clampf(nearest, 0.0f, gain_table_last(table));
+    return gain_table_entry(table, number, omega_e_rad_s);
 }
 
 #endif

@@ -101,6 +101,7 @@ static inline float float_of_bits(uint32_t bits)
     return u.value;
 }
 
+#define NUM_BITS_OF_NORMAL   0x00800000u /* the smallest */
 #define NUM_BITS_OF_ONE      0x3F800000u
 #define NUM_BITS_OF_INFINITY 0x7F800000u
 #define NUM_BITS_OF_MINUS_0  0x80000000u
@@ -115,6 +116,19 @@ static inline bool is_finite(float x)
 static inline bool positivef(float x)
 {
     return (float_bits(x) - 1u) < (NUM_BITS_OF_INFINITY - 1u);
+}
+
+/* x > 0 and finite, for a quantity of which less than the smallest normal number is none. */
+static inline bool effectivef(float x)
+{
+    return (float_bits(x) - NUM_BITS_OF_NORMAL) < (NUM_BITS_OF_INFINITY - NUM_BITS_OF_NORMAL);
+}
+
+/* x > 0, for a share or a voltage that is a number: NaN and infinity count as large. */
+static inline bool above_zerof(float x)
+{
+    const uint32_t bits = float_bits(x);
+    return (bits != 0u) && (bits < NUM_BITS_OF_MINUS_0);
 }
 
 /* +0..1, the range of a duty. */

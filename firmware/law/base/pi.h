@@ -29,12 +29,22 @@ static inline float pi_output(const pi_config_t *cfg, const pi_state_t *st, floa
     return cfg->kp * error + st->x;
 }
 
+/* The integrator after this period, before its limit: with nothing taken away by later limits. */
+static inline float pi_next(const pi_config_t *cfg, const pi_state_t *st, float error)
+{
+    return st->x + cfg->ki_T * error;
+}
+
+static inline void pi_set(const pi_config_t *cfg, pi_state_t *st, float x)
+{
+    st->x = limitf(x, cfg->x_max);
+}
+
 /* realised - asked: the part that later limits took away; 0 if none. */
 static inline void pi_update(const pi_config_t *cfg, pi_state_t *st, float error,
                              float realised_minus_asked)
 {
-    const float x = st->x + cfg->ki_T * error + cfg->tracking * realised_minus_asked;
-    st->x = limitf(x, cfg->x_max);
+    pi_set(cfg, st, pi_next(cfg, st, error) + cfg->tracking * realised_minus_asked);
 }
 
 #endif

@@ -116,17 +116,26 @@ void speed_control_limit(const speed_control_config_t *cfg, speed_control_state_
     }
 }
 
-/* The integrator holds the torque of the load: it waits while the limits cut what is asked, unless
- * that leads back inside, and never asks for more than they allow. A limit that is no number
- * leaves it alone, or shows in it. */
+/* The integrator holds the torque of the load, and never asks for more than the limits allow. A
+ * limit that is no number shows in it. */
 static inline void integrate(const speed_control_config_t *cfg, speed_control_state_t *st,
-                             float error_rad_s, float cut_A)
+                             float error_rad_s)
 {
-    if (error_rad_s * cut_A >= 0.0f) {
-        float x_A = st->pi.x + cfg->pi.ki_T * error_rad_s;
-        x_A = (x_A > st->high_A) ? st->high_A : x_A;
-        st->pi.x = (x_A < st->low_A) ? st->low_A : x_A;
+    float x_A = st->pi.x + cfg->pi.ki_T * error_rad_s;
+    x_A = (x_A > st->high_A) ? st->high_A : x_A;
+    st->pi.x = (x_A < st->low_A) ? st->low_A : x_A;
+}
+
+/* What the limits leave of asked_A. The integrator waits while they cut it, unless that leads back
+ * inside; a limit that is no number leaves it alone. */
+COLD static float cut_A(const speed_control_config_t *cfg, speed_control_state_t *st,
+                        float error_rad_s, float asked_A)
+{
+    const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
+    if (error_rad_s * (i_q_A - asked_A) >= 0.0f) {
+        integrate(cfg, st, error_rad_s);
     }
+    return i_q_A;
 }
 
 /* Torque mode: the torque on its slew, unless the speed controller at the limit of this direction
@@ -149,9 +158,7 @@ COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control
         st->pi.x = torque_A;
         return torque_A;
     }
-    const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
-    integrate(cfg, st, faster * faster_err_rad_s, i_q_A - asked_A);
-    return i_q_A;
+    return cut_A(cfg, st, faster * faster_err_rad_s, asked_A);
 }
 
 /* Speed mode. Usually inside the limits: two comparisons. */
@@ -160,9 +167,11 @@ static inline float speed_mode_A(const speed_control_config_t *cfg, speed_contro
     const float faster = 1.0f + st->gain_extra;
     const float faster_err_rad_s = faster * (st->omega_ref_rad_s - st->omega_filtered_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
-    const float i_q_A = clampf(asked_A, st->low_A, st->high_A);
-    integrate(cfg, st, faster * faster_err_rad_s, i_q_A - asked_A);
-    return i_q_A;
+    if (!((asked_A >= st->low_A) && (asked_A <= st->high_A))) {
+        return cut_A(cfg, st, faster * faster_err_rad_s, asked_A);
+    }
+    integrate(cfg, st, faster * faster_err_rad_s);
+    return asked_A;
 }
 
 float speed_control_step(const speed_control_config_t *cfg, speed_control_state_t *st,
@@ -170,9 +179,8 @@ float speed_control_step(const speed_control_config_t *cfg, speed_control_state_
 {
     st->omega_ref_rad_s += slewed(in->omega_ref_rad_s - st->omega_ref_rad_s, cfg->slew_step_rad_s);
     const float behind_rad_s = omega_hat_rad_s - st->omega_filtered_rad_s;
-    if (is_finite(behind_rad_s)) {
-        st->omega_filtered_rad_s += cfg->filter_gain * behind_rad_s;
-    }
+    const float step_rad_s = is_finite(behind_rad_s) ? cfg->filter_gain * behind_rad_s : 0.0f;
+    st->omega_filtered_rad_s += step_rad_s;
     st->i_q_A = in->torque ? torque_mode_A(cfg, st, in->torque_ref_Nm) : speed_mode_A(cfg, st);
     return st->i_q_A * in->inv_flux_pu;
 }

@@ -29,7 +29,7 @@ dq_t current_control_output(const current_control_config_t *cfg, const current_c
 {
     dq_t u_V = {pi_output(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d),
                 pi_output(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q)};
-    if (cfg->decoupling > 0.0f) {
+    if (above_zerof(cfg->decoupling)) {
         const float leakage_V_per_A = in->omega_s_rad_s * cfg->sigma_Ls_H;
         const float emf_V = cfg->kr * in->omega_e_rad_s * in->lambda_Wb;
         u_V.d += cfg->decoupling * (-leakage_V_per_A * in->i_A.q);
@@ -39,10 +39,16 @@ dq_t current_control_output(const current_control_config_t *cfg, const current_c
 }
 
 void current_control_update(const current_control_config_t *cfg, current_control_state_t *st,
-                            const current_control_in_t *in, dq_t asked_V, dq_t realised_V)
+                            const current_control_in_t *in, const dq_t *added_V)
 {
-    pi_update(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d, realised_V.d - asked_V.d);
-    pi_update(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q, realised_V.q - asked_V.q);
+    float d_V = pi_next(&cfg->pi, &st->d, in->i_ref_A.d - in->i_A.d);
+    float q_V = pi_next(&cfg->pi, &st->q, in->i_ref_A.q - in->i_A.q);
+    if (added_V != NULL) {
+        d_V += cfg->pi.tracking * added_V->d;
+        q_V += cfg->pi.tracking * added_V->q;
+    }
+    pi_set(&cfg->pi, &st->d, d_V);
+    pi_set(&cfg->pi, &st->q, q_V);
 }
 
 void current_control_track(current_control_state_t *st, dq_t asked_V, dq_t acting_V)

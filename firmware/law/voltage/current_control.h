@@ -51,9 +51,9 @@ CHECKED bool current_control_init(current_control_config_t *cfg,
 dq_t current_control_output(const current_control_config_t *cfg, const current_control_state_t *st,
                             const current_control_in_t *in);
 
-/* Updates the integrators from the voltage asked for and the one realised. */
+/* Updates the integrators. added_V: the voltage realised less the one asked for; NULL: none. */
 void current_control_update(const current_control_config_t *cfg, current_control_state_t *st,
-                            const current_control_in_t *in, dq_t asked_V, dq_t realised_V);
+                            const current_control_in_t *in, const dq_t *added_V);
 
 /* Another voltage than the one asked for acts: the integrators follow, in any frame. */
 COLD void current_control_track(current_control_state_t *st, dq_t asked_V, dq_t acting_V);

@@ -40,7 +40,7 @@ COLD static ab_t near_zero(float threshold_A, uvw_t i_A)
 ab_t inverter_error_voltage(leg_loss_t loss, ab_t i_predicted_A)
 {
     /* Nothing to add: switched off, or a dc link that is no number. */
-    if (!positivef(loss.whole_V)) {
+    if (!effectivef(loss.whole_V)) {
         return (ab_t){0.0f, 0.0f};
     }
     const uvw_t i_A = uvw_from_ab(i_predicted_A);

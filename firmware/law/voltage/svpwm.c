@@ -20,7 +20,7 @@ bool svpwm_init(svpwm_config_t *cfg, const svpwm_params_t *params, float period_
     cfg->min_duty = min_duty;
     cfg->inside_pu = SVPWM_FREE_PU - 2.0f * min_duty;
     cfg->u_dc_min_V = params->u_dc_min_V;
-    cfg->swap_vw = params->swap_vw;
+    cfg->beta_sign = params->swap_vw ? -1.0f : 1.0f;
     return true;
 }
 
@@ -75,16 +75,16 @@ COLD static svpwm_out_t near_the_limits(const svpwm_config_t *cfg, uvw_t u_V, sp
     const uvw_t d = duties(u_V, s, 1.0f / maxf(u_dc_V, span_V));
     const uvw_t duty = {realisable_duty(d.u, cfg->min_duty), realisable_duty(d.v, cfg->min_duty),
                         realisable_duty(d.w, cfg->min_duty)};
+    const ab_t legs_V = ab_from_line((duty.u - duty.v) * u_dc_V, (duty.v - duty.w) * u_dc_V);
     return (svpwm_out_t){.duty = duty,
-                         .u_realised_V =
-                             ab_from_line((duty.u - duty.v) * u_dc_V, (duty.v - duty.w) * u_dc_V),
+                         .u_realised_V = {legs_V.alpha, cfg->beta_sign * legs_V.beta},
                          .limited = span_V > u_dc_V};
 }
 
 svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
 {
     const svpwm_out_t none = {.duty = {0.5f, 0.5f, 0.5f}, .limited = true};
-    const uvw_t u_V = uvw_from_ab(u_ref_V);
+    const uvw_t u_V = uvw_from_ab((ab_t){u_ref_V.alpha, cfg->beta_sign * u_ref_V.beta});
     const span_t s = span_of(u_V);
     const float span_V = s.max_V - s.min_V; /* the largest line voltage wanted */
 
@@ -92,19 +92,10 @@ svpwm_out_t svpwm_step(const svpwm_config_t *cfg, ab_t u_ref_V, float u_dc_V)
     if (!(u_dc_V >= cfg->u_dc_min_V) || !is_finite(u_dc_V)) {
         return none;
     }
-    svpwm_out_t out;
     if (span_V <= cfg->inside_pu * u_dc_V) {
-        out = (svpwm_out_t){
+        return (svpwm_out_t){
             .duty = duties(u_V, s, 1.0f / u_dc_V), .u_realised_V = u_ref_V, .exact = true};
-    } else if (is_finite(span_V)) {
-        out = near_the_limits(cfg, u_V, s, u_dc_V);
-    } else {
-        return none; /* a reference that is not finite leaves a span that is not */
     }
-    if (cfg->swap_vw) {
-        const float v = out.duty.v;
-        out.duty.v = out.duty.w;
-        out.duty.w = v;
-    }
-    return out;
+    /* A reference that is not finite leaves a span that is not. */
+    return is_finite(span_V) ? near_the_limits(cfg, u_V, s, u_dc_V) : none;
 }

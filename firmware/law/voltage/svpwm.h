@@ -22,7 +22,7 @@ typedef struct {
     float min_duty;
     float inside_pu; /* span over dc link up to which no duty comes near a limit */
     float u_dc_min_V;
-    bool swap_vw;
+    float beta_sign; /* -1: a motor wired u-w-v sees the mirrored vector */
 } svpwm_config_t;
 
 typedef struct {

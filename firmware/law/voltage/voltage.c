@@ -18,11 +18,13 @@ voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st, con
         inverter_error_voltage(in->leg_loss, ab_add(in->i_s_A, ab_mul(st->ahead, in->i_s_A)));
     ab_t u_V = ab_from_dq(asked_V, axis_ahead);
     const svpwm_out_t pwm = svpwm_step(&cfg->svpwm, ab_add(u_V, u_lost_V), in->u_dc_V);
-    dq_t realised_V = asked_V;
-    if (!pwm.exact) {
+    if (pwm.exact) {
+        current_control_update(&cfg->current, &st->current, &current_in, NULL);
+    } else {
         u_V = ab_sub(pwm.u_realised_V, u_lost_V);
-        realised_V = dq_from_ab(u_V, axis_ahead);
+        const dq_t realised_V = dq_from_ab(u_V, axis_ahead);
+        const dq_t added_V = {realised_V.d - asked_V.d, realised_V.q - asked_V.q};
+        current_control_update(&cfg->current, &st->current, &current_in, &added_V);
     }
-    current_control_update(&cfg->current, &st->current, &current_in, asked_V, realised_V);
     return (voltage_out_t){.duty = pwm.duty, .u_V = u_V};
 }

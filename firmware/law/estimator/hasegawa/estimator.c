@@ -9,9 +9,16 @@
 #define ESTIMATOR_BEYOND_TABLE_MAX 3.0f
 
 /* Beyond the table's end l1 = .. - j w no longer fits: a braking motor would swing (zh modes). */
-COLD static float growth_beyond(const estimator_config_t *cfg, float omega_e_rad_s)
+COLD static observer_gain_t gain_beyond(const estimator_config_t *cfg, float nearest,
+                                        float omega_e_rad_s)
 {
-    return minf(absf(omega_e_rad_s) / cfg->table_end_rad_s, ESTIMATOR_BEYOND_TABLE_MAX);
+    const float number = clampf(nearest, 0.0f, cfg->table_last);
+    observer_gain_t gain = gain_table_entry(cfg->table, number, omega_e_rad_s);
+    const float growth =
+        clampf(absf(omega_e_rad_s) / cfg->table_end_rad_s, 1.0f, ESTIMATOR_BEYOND_TABLE_MAX);
+    gain.l1_im_per_s *= growth;
+    gain.l2_im_ohm *= growth;
+    return gain;
 }
 
 static observer_gain_t gain_at(const estimator_config_t *cfg, float omega_e_rad_s)
@@ -19,13 +26,11 @@ static observer_gain_t gain_at(const estimator_config_t *cfg, float omega_e_rad_
     if (cfg->table == NULL) {
         return (observer_gain_t){0.0f, 0.0f, 0.0f, 0.0f};
     }
-    observer_gain_t gain = gain_table_at(cfg->table, omega_e_rad_s);
-    if (absf(omega_e_rad_s) > cfg->table_end_rad_s) {
-        const float growth = growth_beyond(cfg, omega_e_rad_s);
-        gain.l1_im_per_s *= growth;
-        gain.l2_im_ohm *= growth;
+    const float nearest = gain_table_nearest(cfg->table, omega_e_rad_s);
+    if (!(nearest <= cfg->table_last)) {
+        return gain_beyond(cfg, nearest, omega_e_rad_s);
     }
-    return gain;
+    return gain_table_entry(cfg->table, nearest, omega_e_rad_s);
 }
 
 /* Flux and current over the interval that ended. omega_e_rad_s: of a rotor with the parameter's Rr,
@@ -66,7 +71,7 @@ static inline ab_t residual_of_speed(const estimator_config_t *cfg, estimator_st
                                      float dwell)
 {
     const ab_t e1_A = st->estimate.i_residual_A;
-    if (!(dwell > 0.0f)) {
+    if (!above_zerof(dwell)) {
         return e1_A;
     }
     const ab_t moving_A = ab_sub(e1_A, st->residual_slow_A);

@@ -48,6 +48,7 @@ static bool init_table(estimator_config_t *cfg, const params_t *p, const gain_ta
         return false;
     }
     cfg->table = table;
+    cfg->table_last = gain_table_last(table);
     if (p->weaken_share > 0.0f) {
         cfg->table_end_rad_s = table->step_rad_s * (float)(table->entry_count - 1u);
     }

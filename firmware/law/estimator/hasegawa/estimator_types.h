@@ -12,6 +12,7 @@ typedef struct {
     observer_config_t observer;
     speed_adaptation_config_t adaptation;
     const gain_table_t *table; /* NULL: L = 0 */
+    float table_last;          /* number of its last entry */
     float lambda_min_Wb;       /* flux below which its frequency is not measured by itself */
     float table_end_rad_s;     /* from here on L grows with the speed; FLT_MAX: it holds */
     float residual_slow_gain;  /* of the low-pass that finds it, per period */

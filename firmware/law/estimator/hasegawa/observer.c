@@ -27,6 +27,7 @@ bool observer_init(observer_config_t *cfg, const observer_params_t *params,
     }
     *cfg = (observer_config_t){
         .period_s = period_s,
+        .half_period_s = 0.5f * period_s,
         .a11_per_s = motor->a11_per_s,
         .tau_per_s = motor->tau_per_s,
         .inv_eps_per_H = 1.0f / motor->eps_H,
@@ -73,7 +74,7 @@ void observer_step(const observer_config_t *cfg, observer_state_t *st, const obs
 
     if (cfg->method == OBSERVER_SECOND_ORDER) {
         /* x(T) = x + T f + T^2/2 A f; the voltage is constant over the interval. */
-        rate = advance(rate, 0.5f * cfg->period_s, a_times(cfg, pole_per_s, rate));
+        rate = advance(rate, cfg->half_period_s, a_times(cfg, pole_per_s, rate));
     }
     /* L e1 stays outside the expansion: inside it makes the bias worse (THEORY 4). */
     const ab_t l1_per_s = {in->gain.l1_re_per_s, in->gain.l1_im_per_s};

@@ -28,6 +28,7 @@ typedef struct {
 
 typedef struct {
     float period_s;
+    float half_period_s;
     float a11_per_s;     /* (Rs + M^2 Rr/Lr^2)/(sigma Ls) */
     float tau_per_s;     /* Rr/Lr */
     float inv_eps_per_H; /* 1/epsilon */

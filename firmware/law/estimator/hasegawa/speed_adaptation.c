@@ -73,7 +73,7 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
                               const speed_adaptation_in_t *in)
 {
     ab_t lambda_Wb = in->lambda_r_hat_Wb;
-    if (cfg->p.phi_factor > 0.0f) {
+    if (above_zerof(cfg->p.phi_factor)) {
         if (st->steps == 0u) {
             /* Number by number: taken as a whole, `in` would be written to memory every period. */
             const observer_gain_t *g = &in->gain;
@@ -92,8 +92,11 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
 static bool leak_on(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
                     float omega_s_hat_rad_s)
 {
-    if (cfg->p.eps1_mode != SPEED_ADAPTATION_EPS1_NEAR_ZERO) {
-        return cfg->p.eps1_mode == SPEED_ADAPTATION_EPS1_ALWAYS;
+    if (cfg->p.eps1_mode == SPEED_ADAPTATION_EPS1_OFF) {
+        return false;
+    }
+    if (cfg->p.eps1_mode == SPEED_ADAPTATION_EPS1_ALWAYS) {
+        return true;
     }
     const float magnitude = absf(omega_s_hat_rad_s);
     if (magnitude < cfg->p.near_zero_on_rad_s) {
