@@ -72,7 +72,8 @@ void trace_stop(trace_t *t);
 /* Control period: true when the trace wants a sample. */
 static inline bool trace_running(const trace_t *t)
 {
-    return (t->state == (uint32_t)TRACE_ARMED) || (t->state == (uint32_t)TRACE_TRIGGERED);
+    const uint32_t state = t->state;
+    return (state == (uint32_t)TRACE_ARMED) || (state == (uint32_t)TRACE_TRIGGERED);
 }
 
 /* Control period: checks the trigger with its word of this period. True when the period is a row:

@@ -32,13 +32,14 @@ static inline uint32_t late_faults(unit_t *unit, uint16_t late_periods)
 }
 
 /* Whoever commands has to be alive while the gates are on; looked at once in sixteen periods. */
-COLD static uint32_t silence_faults(unit_t *unit, uint32_t timeout_periods)
+COLD static uint32_t silence_faults(unit_t *unit, const unit_config_t *cfg)
 {
+    const bool watched = cfg->command_timeout_periods > 0u;
     const uint32_t alive = unit->mailbox.alive;
-    if ((alive != unit->command_count) || (unit->asked.mode == DRIVE_OFF)) {
+    if ((alive != unit->command_count) || (unit->asked.mode == DRIVE_OFF) || !watched) {
         unit->command_count = alive;
         unit->silent_periods = 0u;
-    } else if (unit->silent_periods < timeout_periods) {
+    } else if (unit->silent_periods < cfg->command_timeout_periods) {
         unit->silent_periods += SLOT_COUNT;
     } else {
         return FAULT_COMMAND_TIMEOUT;
@@ -133,8 +134,8 @@ static inline uint32_t run_law(unit_t *unit, const unit_config_t *cfg, const hal
 {
     drive_step(&cfg->drive, &unit->drive, sample, &unit->asked, &unit->last);
     uint32_t faults = unit->last.faults | unit->command_faults;
-    if ((unit->drive.slot == SLOT_COMMAND) && (cfg->command_timeout_periods > 0u)) {
-        faults |= silence_faults(unit, cfg->command_timeout_periods);
+    if (unit->drive.slot == SLOT_COMMAND) {
+        faults |= silence_faults(unit, cfg);
     }
     if (unit->asked.mode == DRIVE_COMMISSION) {
         faults |= commission(unit, cfg);
@@ -160,16 +161,15 @@ static inline const unit_config_t *take_news(unit_t *unit)
 
 void unit_control_period(unit_t *unit, const hal_sample_t *sample, hal_output_t *output)
 {
-    const bool changed = unit->decided != unit_decisions(unit);
-    const unit_config_t *cfg = take_news(unit);
-    const mode_id_t mode = unit->drive.mode;
     uint32_t faults = unit->mailbox.faults | late_faults(unit, sample->late_periods);
+    if (unit->decided != unit_decisions(unit)) {
+        faults |= FAULT_CONFIG; /* between two periods: nobody asked for that */
+    }
     if ((sample->inputs & HAL_INPUT_BREAK) != 0u) {
         faults |= FAULT_BRAKE_INPUT;
     }
-    if (changed) {
-        faults |= FAULT_CONFIG; /* between two periods: nobody asked for that */
-    }
+    const unit_config_t *cfg = take_news(unit);
+    const mode_id_t mode = unit->drive.mode;
     if (unit->configured) {
         faults |= run_law(unit, cfg, sample);
     } else {

@@ -43,6 +43,7 @@ static pil_start_t asked; /* its parameters stand for the image's */
 static uint32_t background_calls;
 /* Of the control interrupt; one struct, so that one register reaches all of it. */
 static struct {
+    uint32_t inject; /* as asked */
     uint32_t late_periods;
     volatile uint32_t periods;
     volatile bool hung; /* the gates went off, as it did not come back, hung_ticks later */
@@ -163,10 +164,7 @@ static inline void write_gates(bool on)
 static uint32_t missed_events(uint32_t entry)
 {
     const uint32_t whole = (entry - MPS2_TIMER_VALUE(MPS2_TIMER1)) / CONTROL_TICKS;
-    if (whole > 0u) {
-        return whole;
-    }
-    return (MPS2_TIMER_INTCLR(MPS2_TIMER0) != 0u) ? 1u : 0u;
+    return (whole > 0u) ? whole : (MPS2_TIMER_INTCLR(MPS2_TIMER0) & 1u);
 }
 
 /* What the interrupt of a board does between its entry and its exit. This call is what is counted;
@@ -179,8 +177,8 @@ __attribute__((noinline, used)) static void counted_interrupt(const hal_sample_t
     unit_control_period(&unit, sample, output);
     write_gates(output->gates_on);
     unit_record_period(&unit, sample, output);
-    if (asked.inject != PIL_INJECT_NONE) {
-        inject_delay(asked.inject, control.periods - asked.inject_at, entry, CONTROL_TICKS);
+    if (control.inject != PIL_INJECT_NONE) {
+        inject_delay(control.inject, control.periods - asked.inject_at, entry, CONTROL_TICKS);
     }
     control.late_periods += missed_events(entry);
     control.periods++;
@@ -243,6 +241,7 @@ static bool connect(void)
     if (!plant_connect(&plant, &asked)) {
         return false;
     }
+    control.inject = asked.inject;
     const params_t *params = (asked.use_params != 0u) ? &asked.params : &cm_config.params;
     ram_flash_start(&flash_memory);
     const bool taken = unit_start(&unit, params, cm_config.table, &devices);
