@@ -25,9 +25,8 @@ COLD bool drive_standing(const drive_state_t *st, float omega_e_max_rad_s)
 /* Blend of the voltages, and how far the delay turns, at the speed of the flux. */
 COLD static void turn_angles(const drive_config_t *cfg, drive_state_t *st)
 {
-    const float omega_s_rad_s = st->estimator.estimate.omega_s_rad_s;
-    acting_voltage_blend(&cfg->acting, &st->acting, omega_s_rad_s);
-    voltage_angle(&cfg->voltage, &st->voltage, omega_s_rad_s);
+    acting_voltage_blend(&cfg->acting, &st->acting, st->estimator.estimate.omega_s_rad_s);
+    voltage_angle(&cfg->voltage, &st->voltage, st->estimator.estimate.omega_s_rad_s);
 }
 
 /* One period of vector control: estimator, slow work when it is due, speed controller. */
@@ -90,8 +89,7 @@ COLD static void rest(drive_state_t *st, drive_out_t *out)
     st->m_tracking = m_tracking;
     guard_restore(&st->guard, &guard);
     st->slot = slot;
-    const measured_t meas = out->meas;
-    *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = meas};
+    *out = (drive_out_t){.duty = {0.5f, 0.5f, 0.5f}, .meas = out->meas};
 }
 
 /* Usually there is none, and nothing to do. */
