@@ -196,16 +196,20 @@ void Loop::record()
     r.Rs_true_ohm = run_.rig.motor.Rs_ohm * run_.scenario.disturbances.rs_factor.value(r.truth.t_s);
     static const NamedSignal x_rad_s("x_rad_s");
     r.x_rad_s = static_cast<double>(x_rad_s.value(unit));
-    float *cell = out_.data.data() + out_.rows % out_.stride;
-    std::uint64_t wanted = columns_of(run_.columns);
-#define COLUMN(name, value, text)                                                                  \
-    if ((wanted & 1U) != 0) {                                                                      \
-        *cell = static_cast<float>(value);                                                         \
-        cell += out_.stride;                                                                       \
-    }                                                                                              \
-    wanted >>= 1U;
+    const std::array values{
+#define COLUMN(name, value, text) static_cast<float>(value),
 #include "sim_columns.def"
 #undef COLUMN
+    };
+    float *cell = out_.data.data() + out_.rows % out_.stride;
+    std::uint64_t wanted = columns_of(run_.columns);
+    for (const float value : values) {
+        if ((wanted & 1U) != 0) {
+            *cell = value;
+            cell += out_.stride;
+        }
+        wanted >>= 1U;
+    }
     ++out_.rows;
 }
 
