@@ -186,7 +186,7 @@ def run(job: Job) -> Record:
     result = RawResult(struct_size=ctypes.sizeof(RawResult))
     check(lib.zh_sim_run(byref(raw), byref(result)))
     del keep  # the table has to live as long as the call
-    return _record(lib, result, job)
+    return _record(lib, result, job.columns)
 
 
 def run_batch(jobs: Sequence[Job]) -> list[Record]:
@@ -203,7 +203,7 @@ def run_batch(jobs: Sequence[Job]) -> list[Record]:
     check(lib.zh_sim_run_batch(raw, results, len(jobs)))
     del made  # the tables have to live as long as the call
     return [
-        _record(lib, RawResult.from_buffer_copy(result), job)
+        _record(lib, RawResult.from_buffer_copy(result), job.columns)
         for result, job in zip(results, jobs, strict=True)
     ]
 
@@ -224,9 +224,9 @@ class _Memory:
         self._lib.zh_sim_free(byref(self._result))
 
 
-def _chosen(job: Job) -> list[str]:
-    """Columns of the library that a job records, in their order."""
-    wanted = set(job.columns or _row())
+def _chosen(columns: Sequence[str]) -> list[str]:
+    """Columns of the library that Job.columns asks for, in the library's order."""
+    wanted = set(columns or _row())
     if unknown := wanted - set(_row()):
         raise UserError(f"Job: columns: {', '.join(sorted(unknown))}: unknown; see column_texts()")
     if "faults" in wanted:
@@ -234,24 +234,24 @@ def _chosen(job: Job) -> list[str]:
     return [name for name in _row() if name in wanted]
 
 
-def _column_bits(job: Job) -> int:
-    if not job.columns:
+def _column_bits(columns: Sequence[str]) -> int:
+    if not columns:
         return 0
-    chosen = _chosen(job)
+    chosen = _chosen(columns)
     return sum(1 << k for k, name in enumerate(_row()) if name in chosen)
 
 
-def _record(lib: ctypes.CDLL, result: RawResult, job: Job) -> Record:
+def _record(lib: ctypes.CDLL, result: RawResult, columns: Sequence[str] = ()) -> Record:
     if _hashes is not None:
         names = signal_names()
         _hashes.append(dict(zip(names, result.signal_hashes[: len(names)], strict=True)))
     data = np.asarray(_Memory(lib, result))[:, : result.rows]
-    columns = {name: data[k] for k, name in enumerate(_chosen(job))}
+    found = {name: data[k] for k, name in enumerate(_chosen(columns))}
     # All 32 bits in one number again: a float32 holds 24.
-    if "faults" in columns:
-        columns["faults"] = columns["faults"] + columns.pop("faults_high").astype(float) * 2.0**24
+    if "faults" in found:
+        found["faults"] = found["faults"] + found.pop("faults_high").astype(float) * 2.0**24
     return Record(
-        columns=columns,
+        columns=found,
         steps=result.steps,
         period_s=result.period_s,
         trip=Trip(result.trip),
@@ -290,7 +290,7 @@ def _raw_job(job: Job) -> tuple[RawJob, Any]:
         board_overrides=override_lines(job.board_overrides),
         firmware_config=override_lines(job.firmware_config),
         firmware=override_lines(job.firmware),
-        columns=_column_bits(job),
+        columns=_column_bits(job.columns),
     )
     gain = None
     if job.gain is not None:

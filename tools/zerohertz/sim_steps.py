@@ -98,4 +98,4 @@ class Steps:
         """What is recorded so far; the run is over."""
         result = RawResult(struct_size=ctypes.sizeof(RawResult))
         check(_library().zh_sim_take(self._run, byref(result)))
-        return sim._record(sim._library(), result, sim.Job())
+        return sim._record(sim._library(), result)
