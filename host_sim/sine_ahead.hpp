@@ -19,7 +19,7 @@ public:
         if (step - first_ >= known_) {
             fill(step, f_Hz, period_s);
         }
-        return sine_[step - first_];
+        return sine_[static_cast<std::size_t>(step - first_)];
     }
 
 private:
