@@ -97,6 +97,26 @@ static void test_positive_is_finite_and_above_zero(void)
     }
 }
 
+static void test_effective_is_finite_and_at_least_the_smallest_normal(void)
+{
+    TEST_ASSERT_TRUE(effectivef(FLT_MAX));
+    TEST_ASSERT_TRUE(effectivef(FLT_MIN));
+    TEST_ASSERT_FALSE(effectivef(0.5f * FLT_MIN));
+    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
+        TEST_ASSERT_FALSE(effectivef(not_positive(k)));
+    }
+}
+
+static void test_above_zero_are_all_numbers_above_it(void)
+{
+    TEST_ASSERT_TRUE(above_zerof(FLT_MAX));
+    TEST_ASSERT_TRUE(above_zerof(float_of_bits(1u))); /* the smallest there is */
+    TEST_ASSERT_FALSE(above_zerof(0.0f));
+    TEST_ASSERT_FALSE(above_zerof(-0.0f));
+    TEST_ASSERT_FALSE(above_zerof(-FLT_MIN));
+    TEST_ASSERT_FALSE(above_zerof(-FLT_MAX));
+}
+
 static void test_bits_are_those_of_ieee_754(void)
 {
     TEST_ASSERT_EQUAL_HEX32(0x3F800000u, float_bits(1.0f));
@@ -167,6 +187,8 @@ int main(void)
     RUN_TEST(test_second_argument_wins_against_nan);
     RUN_TEST(test_finite_is_all_but_nan_and_infinity);
     RUN_TEST(test_positive_is_finite_and_above_zero);
+    RUN_TEST(test_effective_is_finite_and_at_least_the_smallest_normal);
+    RUN_TEST(test_above_zero_are_all_numbers_above_it);
     RUN_TEST(test_bits_are_those_of_ieee_754);
     RUN_TEST(test_duty_is_zero_to_one);
     RUN_TEST(test_nonnegative_is_positive_or_zero);
