@@ -144,8 +144,10 @@ def test_a_latched_bit_is_declared_and_a_dead_word_is_harmless() -> None:
 
 
 def test_a_drive_that_does_not_look_has_lost_a_protection() -> None:
-    """The negative control: `stall_schedules` decides about a locked rotor, whatever guards it."""
-    blind = dataclasses.replace(modes.bench(), firmware={"open_phase_A": 0.0, "stall_s": 0.0})
+    """The negative control. Two protections see a locked rotor at 60 min^-1, 12.6 rad/s electrical:
+    STALL, and SPEED_DEVIATION from half of its 18 rad/s on, for the torque is at its limit."""
+    off = {"open_phase_A": 0.0, "stall_s": 0.0, "speed_deviation_rad_s": 30.0}
+    blind = dataclasses.replace(modes.bench(), firmware=off)
     assert "open_phase" in run.usual(modes.bench(), modes.MODES["run_60"]).trips
     assert "locked_rotor" not in run.usual(blind, modes.MODES["run_60"]).trips
 
