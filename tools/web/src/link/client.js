@@ -58,6 +58,7 @@ export class Client {
   #session = null;
   #seal = null;
   #timeout_ms;
+  #resent = false; // some request of a challenge was sent twice
 
   /** @param {import('./transport.js').Transport} transport */
   constructor(transport, { timeout_ms = 1000 } = {}) {
@@ -103,6 +104,7 @@ export class Client {
     const sequence = this.#sequence;
     const wire = encode({ sequence, op, body });
     for (let tries = 0; tries < TRIES; tries++) {
+      this.#resent ||= tries > 0;
       const frame = await new Promise((resolve) => {
         const late = setTimeout(() => resolve(null), this.#timeout_ms);
         this.#waiting = (found) => {
@@ -194,13 +196,18 @@ export class Client {
     }
   }
 
-  /** A drive says NOT_NOW for a second from its power-up on; a broker passes that on as its answer to UNLOCK. */
+  /**
+   * A drive says NOT_NOW for a second from its power-up on; a broker passes that on as its answer to UNLOCK.
+   * A challenge that was sent twice has made two nonces: the older one answered is no wrong key.
+   */
   async #answerChallenge(unlock) {
+    this.#resent = false;
     const nonce = new Fields(await this.request(Op.CHALLENGE, await this.#acting(), 'opening a session')).u64();
     try {
       await this.request(Op.UNLOCK, joined(await this.#acting(), response(this.#key, nonce, unlock)), 'unlocking');
     } catch (error) {
       if (error.status !== REFUSED && error.status !== PROTECTED) throw error;
+      if (this.#resent) throw new RefusedError('unlocking', NOT_NOW);
       throw new WrongKeyError("the key is not this drive's; three wrong ones lock out for ten seconds");
     }
     this.#seal = new Seal(this.#key, nonce);
