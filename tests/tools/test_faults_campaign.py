@@ -24,6 +24,7 @@ from zerohertz.campaign.faults import (
     kinds,
     page,
     run,
+    shared,
 )
 from zerohertz.cli import make_app
 from zerohertz.drive import Fault
@@ -111,6 +112,39 @@ def test_a_gain_that_changes_while_running_opens_the_gates(bench: Bench, name: s
     row = run.run_case(bench, cases.case_of(name))
     assert row["verdict"] == judge.BEFORE
     assert (row["bits"], row["over_current"]) == (int(Fault.CURRENT_SENSOR), False)
+
+
+@pytest.mark.parametrize(
+    "here",
+    [
+        "running,300,+0.5,la2,averaged,sensors",
+        "reversing,60,+1,la1,switched,duty",
+        "i_f,60,+0.5,la0,averaged,sensors",
+    ],
+)
+def test_cases_that_share_their_start_have_the_rows_they_have_alone(
+    bench: Bench, here: str
+) -> None:
+    names = ("nothing", "u_uv.gain_0.5", "i_u.late_10", "currents.frozen", "sag_0.7_1s", "J_3")
+    several = [cases.case_of(f"{name}@{here}") for name in names]
+    assert len({case.stem for case in several}) == 2
+    rows = {row["name"]: row for row in run.run_cases(bench, several)}
+    for case in several:
+        found = rows[case.name]
+        assert run.run_case(bench, case) == found, case.name
+        made, times = run.job(bench, case), run.times_of(bench, case)
+        whole = judge.judge(
+            sim.run(made), run.limits_of(bench, case, made), times.fault_s, times.reverse_s
+        )
+        for key in ("verdict", "word_ms", "bits", "over_current", "started"):
+            assert found[key] == whole[key], (case.name, key)
+
+
+def test_a_period_is_the_boards(bench: Bench) -> None:
+    made = run.job(bench, cases.case_of(EXACT))
+    assert sim.run(dataclasses.replace(made, max_steps=1)).period_s == pytest.approx(
+        shared.PERIOD_S
+    )
 
 
 def test_a_load_that_the_torque_accelerates_too_slowly_is_told(bench: Bench) -> None:

@@ -210,3 +210,24 @@ def test_nothing_is_asked_before_the_gates_are_on() -> None:
 
 def test_a_harm_at_the_very_end_cannot_be_judged() -> None:
     assert verdict(i_peak_A=periods(30.0, 9, at_s=4.95)) == judge.HARMLESS
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_an_ideal_shaft_that_follows_is_left_out_step_by_step(seed: int) -> None:
+    """Torque limit, friction that holds, a jam: the same speeds as with every step computed."""
+    rng = np.random.default_rng(seed)
+    n = 4000
+    at = np.arange(n)
+    asked = np.interp(at, np.sort(rng.uniform(0, n, 6)), rng.choice([0, 0, 9, -300, 300, 900], 6))
+    load = np.interp(at, np.sort(rng.uniform(0, n, 5)), rng.choice([-8.4, 0, 4.2, 8.4, 20], 5))
+    jammed = at > rng.uniform(0, 2 * n)
+    limits = dataclasses.replace(
+        LIMITS, torque_Nm=rng.uniform(3, 20), friction_Nm=rng.choice([0.0, 0.4, 8.8])
+    )
+    step_s = judge.STEP_S
+    found = judge._ideal_rpm(asked, load, jammed, 0.0, limits, step_s)
+    w, per_Nm = 0.0, step_s / (limits.J_kg_m2 * judge.RPM)
+    for k in range(n):
+        drag = limits.friction_Nm + limits.jam_Nm * jammed[k]
+        w = judge._next_rpm(w, asked[k], load[k], drag, limits.torque_Nm, per_Nm)
+        assert found[k] == pytest.approx(w, abs=1e-9)

@@ -44,6 +44,7 @@ class Steps:
     def __init__(self, job: sim.Job, keep_rows: int | None = None) -> None:
         """keep_rows: the run has no end, and its record keeps this many rows."""
         raw, keep = sim._raw_job(job)
+        self._columns = job.columns
         if keep_rows is None:
             self._run = _library().zh_sim_open(byref(raw))
         else:
@@ -79,7 +80,7 @@ class Steps:
         """The last recorded value of a column."""
         found = RawResult(struct_size=ctypes.sizeof(RawResult))
         check(_library().zh_sim_look(self._run, byref(found)))
-        column = list(sim._row()).index(name)
+        column = sim._chosen(self._columns).index(name)
         return float(found.data[column * found.stride + (found.rows - 1) % found.stride])
 
     def flip(self, byte: int, bit: int) -> None:
@@ -98,4 +99,4 @@ class Steps:
         """What is recorded so far; the run is over."""
         result = RawResult(struct_size=ctypes.sizeof(RawResult))
         check(_library().zh_sim_take(self._run, byref(result)))
-        return sim._record(sim._library(), result)
+        return sim._record(sim._library(), result, self._columns)

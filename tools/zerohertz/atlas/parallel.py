@@ -47,7 +47,7 @@ def _chunks(bench: Bench, points: Sequence[Any]) -> Iterator[list[Any]]:
     sim_s = 0.0
     for point in points:
         chunk.append(point)
-        sim_s += begin_s(bench, point) + point.loaded_s
+        sim_s += getattr(point, "sim_s", None) or begin_s(bench, point) + point.loaded_s
         if sim_s >= CHUNK_SIM_S:
             yield chunk
             chunk, sim_s = [], 0.0

@@ -40,7 +40,8 @@ def run_map(
 ) -> list[dict[str, Any]]:
     """All rows in the order of the points; those of an earlier, same run are not run again.
 
-    Another `run` has points of its own: dataclasses with map, index, speed_rpm and loaded_s.
+    Another `run` has points of its own: dataclasses with map and index, and sim_s (what a point
+    takes, simulated seconds) or speed_rpm and loaded_s.
     """
     name = points[0].map
     store = Store(options.out / name, fingerprint(bench, points, run))

@@ -70,7 +70,9 @@ def run_all(which: str, runs: int, seed: int, how: RunOptions, tell: Tell, bar: 
     for group, count in split(which, runs).items():
         chosen = cases(group, count, seed)
         with bar(group, len(chosen)) as progress:
-            rows[group] = run_map(bench, chosen, how, tell, progress, run_cases)
+            # What is shared goes to one worker.
+            together = sorted(chosen, key=lambda case: case.stem)
+            rows[group] = run_map(bench, together, how, tell, progress, run_cases)
     result = Result(seed, rows, i_trip_A=bench.i_trip_A)
     wanted = sorted({condition_name(row) for row in result.undeclared})
     if not wanted:

@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from zerohertz.campaign.faults.conditions import (
+    COMMISSIONING,
+    STARTING,
     Condition,
     condition_of,
     covering,
@@ -36,7 +38,6 @@ class Case:
     index: int
     name: str
     speed_rpm: float
-    loaded_s: float = 8.0  # for the sharing out of work only
 
     @property
     def kinds(self) -> tuple[Kind, ...]:
@@ -47,8 +48,28 @@ class Case:
         return condition_of_name(self.name.split("@")[1])
 
     @property
+    def shares(self) -> bool:
+        """Up to its first fault it is the same run as others."""
+        return self.condition.mode not in (STARTING, COMMISSIONING)
+
+    @property
+    def stem(self) -> str:
+        """Names what happens up to the first fault: one run for all cases of a stem."""
+        kinds, at, condition = self.name.partition("@")
+        if not self.shares:
+            return self.name
+        start = (name for name in kinds.split("+") if every_kind()[name].from_start)
+        return "+".join(start) + at + condition
+
+    @property
     def seed(self) -> int:
-        return zlib.crc32(self.name.encode()) + 1
+        """Of the noise."""
+        return zlib.crc32(self.stem.encode()) + 1
+
+    @property
+    def sim_s(self) -> float:
+        """About what it takes to simulate: what is shared is simulated once."""
+        return 2.0 if self.shares else 8.0
 
     def delays_s(self) -> list[float]:
         """From the moment of the case to each fault: any phase of the current, the first within a

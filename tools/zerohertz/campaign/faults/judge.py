@@ -43,6 +43,7 @@ DEVIATION_S = 1.0
 DIRECTION_S = 0.1
 GRACE_S = 0.1
 STEP_S = 1e-3  # of the speed rules
+_STILL_RPM = 1e-6
 # They say that torque is missing, so they name a speed that is off.
 NAMES_SPEED = int(Fault.DERATED | Fault.REGENERATION)
 UNDECLARED, AFTER, BEFORE, HARMLESS = "undeclared", "declared_after", "declared_before", "harmless"
@@ -274,29 +275,52 @@ def _ideal_rpm(
 ) -> Array:
     """The speed of a drive that knows everything and has the torque limit."""
     per_Nm = step_s / (limits.J_kg_m2 * RPM)
-    most, w = limits.torque_Nm, speed_rpm
-    out: list[float] = []
-    keep, copysign = out.append, math.copysign
     friction = np.where(jammed, limits.friction_Nm + limits.jam_Nm, limits.friction_Nm)
-    # Half of the time of a row is spent here: comparisons instead of abs, min and max.
-    for asked, load, drag in zip(
-        asked_rpm.tolist(), load_Nm.tolist(), friction.tolist(), strict=True
-    ):
-        turns = not -1e-6 <= w <= 1e-6
-        way = copysign(1.0, w if turns else asked - w)
-        needed = (asked - w) / per_Nm + load + way * drag
-        limited = -most if needed < -most else needed
-        net = (most if limited > most else limited) - load
-        held = -drag <= net <= drag
-        if held and not turns:
-            w = 0.0
-        else:
-            way = copysign(1.0, w if turns else net)
-            after = w + (net - way * drag) * per_Nm
-            # Friction stops the shaft, it does not turn it back.
-            w = 0.0 if held and after * way < 0.0 else after
-        keep(w)
-    return np.array(out, dtype=asked_rpm.dtype)
+    follows = _follows(asked_rpm, load_Nm, friction, limits.torque_Nm, per_Nm)
+    hard = np.flatnonzero(~follows)
+    asked, load, drag = asked_rpm.tolist(), load_Nm.tolist(), friction.tolist()
+    out, w, k = asked_rpm.copy(), speed_rpm, 0
+    while k < len(asked):
+        if k > 0 and w == asked[k - 1] and follows[k]:
+            after = int(np.searchsorted(hard, k))
+            k = int(hard[after]) if after < len(hard) else len(asked)
+            w = asked[k - 1]
+            continue
+        w = _next_rpm(w, asked[k], load[k], drag[k], limits.torque_Nm, per_Nm)
+        out[k] = w
+        k += 1
+    return out
+
+
+def _follows(
+    asked_rpm: Array, load_Nm: Array, friction_Nm: Array, most_Nm: float, per_Nm: float
+) -> npt.NDArray[np.bool_]:
+    """Where a shaft that had the speed asked for a step before has the one asked for now."""
+    before_rpm = np.concatenate((asked_rpm[:1], asked_rpm[:-1]))
+    way = np.where(before_rpm < 0.0, -1.0, 1.0)
+    needed_Nm = (asked_rpm - before_rpm) / per_Nm + load_Nm + way * friction_Nm
+    rests = (before_rpm == 0.0) & (asked_rpm == 0.0)
+    turns = (before_rpm * asked_rpm > 0.0) & (np.abs(before_rpm) > _STILL_RPM)
+    return (np.abs(needed_Nm) <= most_Nm) & (rests | turns)
+
+
+def _next_rpm(
+    w: float, asked: float, load_Nm: float, drag_Nm: float, most_Nm: float, per_Nm: float
+) -> float:
+    """A step of the shaft, whose friction stops it and does not turn it back."""
+    turns = abs(w) > _STILL_RPM
+    way = math.copysign(1.0, w if turns else asked - w)
+    needed_Nm = (asked - w) / per_Nm + load_Nm + way * drag_Nm
+    net_Nm = min(max(needed_Nm, -most_Nm), most_Nm) - load_Nm
+    held = abs(net_Nm) <= drag_Nm
+    if held and not turns:
+        return 0.0
+    way = math.copysign(1.0, w if turns else net_Nm)
+    after = w + (net_Nm - way * drag_Nm) * per_Nm
+    if held and after * way < 0.0:
+        return 0.0
+    # The same number as asked for, not only nearly: then what follows is quick.
+    return asked if abs(after - asked) < 1e-9 else after
 
 
 def _ms(seconds: float) -> float | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from zerohertz.atlas.simulate import (
     make_bench,
 )
 from zerohertz.campaign.faults import conditions as where
-from zerohertz.campaign.faults import excepted
+from zerohertz.campaign.faults import excepted, shared
 from zerohertz.campaign.faults.cases import Case
 from zerohertz.campaign.faults.conditions import Condition
 from zerohertz.campaign.faults.judge import RPM, Limits, judge
@@ -31,12 +31,16 @@ from zerohertz.scenario.setup import load_setup
 # A row depends on these besides the firmware: a change of one makes stored rows old.
 _HERE = Path(__file__).parent
 SOURCES = (
-    *(_HERE / f"{name}.py" for name in ("cases", "conditions", "excepted", "judge", "kinds")),
+    *(
+        _HERE / f"{name}.py"
+        for name in ("cases", "conditions", "excepted", "judge", "kinds", "shared")
+    ),
     _HERE / "excepted.toml",
     _HERE.parent / "rig.py",
 )
 
 CONFIG = "recommended"
+BEFORE_S = 0.02  # a late word needs those before
 LOADED_S = 2.0  # from the beginning of the load to the fault
 AFTER_S = 4.0
 LOAD_RAMP_S = 1.0
@@ -55,6 +59,11 @@ class Times:
     fault_s: float
     end_s: float
     reverse_s: float = math.inf
+
+    @property
+    def parting_s(self) -> float:
+        """Cases of one stem are the same run until then."""
+        return self.begin_s + LOADED_S - BEFORE_S
 
 
 def bench_of_campaign() -> Bench:
@@ -181,23 +190,38 @@ def torque_limit_Nm(known: Mapping[str, float]) -> float:
 
 def run_case(bench: Bench, case: Case) -> dict[str, Any]:
     """One row."""
-    made, times, c = job(bench, case), times_of(bench, case), case.condition
-    record = sim.run(made)
-    from_start = any(kind.from_start for kind in case.kinds)
-    since_s = 0.0 if from_start else times.reverse_s
-    limits = limits_of(bench, case, made)
-    row = judge(record, limits, times.fault_s, since_s)
-    row["verdict"] = excepted.verdict(case, row, limits.over_A)
-    return {
-        **vars(case),
-        **{name: getattr(c, name) for name in where.AXES},
-        "kinds": " + ".join(kind.what for kind in case.kinds),
-        **row,
-    }
+    return next(_rows(bench, [case]))
 
 
 def run_cases(bench: Bench, cases: Iterable[Case]) -> list[dict[str, Any]]:
     """A worker's share, with the very firmware the bench was made with."""
     if library_sha256() != bench.library_sha256:
         raise UserError("firmware library: differs from the one the campaign was started with")
-    return [run_case(bench, case) for case in cases]
+    stems: dict[str, list[Case]] = {}
+    for case in cases:
+        stems.setdefault(case.stem, []).append(case)
+    return [row for together in stems.values() for row in _rows(bench, together)]
+
+
+def _rows(bench: Bench, cases: Sequence[Case]) -> Iterator[dict[str, Any]]:
+    """Of cases of one stem, in their order."""
+    rests = [_rest(bench, case) for case in cases]
+    parting_s = times_of(bench, cases[0]).parting_s if cases[0].shares else 0.0
+    for case, row in zip(cases, shared.rows_of(rests, parting_s), strict=True):
+        axes = {name: getattr(case.condition, name) for name in where.AXES}
+        kinds = " + ".join(kind.what for kind in case.kinds)
+        yield {**vars(case), **axes, "kinds": kinds, **row}
+
+
+def _rest(bench: Bench, case: Case) -> shared.Rest:
+    made, times = job(bench, case), times_of(bench, case)
+    limits = limits_of(bench, case, made)
+
+    def judged(record: sim.Record) -> dict[str, Any]:
+        from_start = any(kind.from_start for kind in case.kinds)
+        since_s = 0.0 if from_start else times.reverse_s
+        row = judge(record, limits, times.fault_s, since_s)
+        row["verdict"] = excepted.verdict(case, row, limits.over_A)
+        return row
+
+    return shared.Rest(made, times.end_s, judged)
