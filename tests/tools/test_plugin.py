@@ -205,7 +205,16 @@ def test_its_own_parameters_are_the_drives(folder, tmp_path):
     ("line", "said"),
     [
         ('PARAM_F(OBSERVER, Rs_ohm, "ohm", 0.0f, 1.0f, 0.5f, RUN, "t")', "there is one already"),
-        ("PARAM_F(OBSERVER, gain)", "1 parameters, 0 understood; mend the rest"),
+        ("PARAM_F(OBSERVER, gain)", ":1: 1 parameters, 0 understood; mend the rest"),
+        (
+            'PARAM_F(OBSERVER, a, "ohm", 0.0f, 1.0f, 0.5f, RUN, "t")\n'
+            'PARAM_F(OBSERVER, b, "ohm", 0.0f, 1.0f, 2.0f, RUN, "t")',
+            r":2: b: default 2\.0 is not within 0\.0 to 1\.0",
+        ),
+        (
+            'PARAM_F(OBSERVER, a, "ohm", 0.0f, 1.0f, x, RUN, "t")',
+            r":1: a: 0\.0, x, 1\.0: one of them is no number",
+        ),
     ],
 )
 def test_a_bad_list_of_parameters_is_refused(tmp_path, line, said):

@@ -149,6 +149,7 @@ def parse(text: str, choices: dict[str, tuple[str, ...]], where: Path = LIST) ->
         entry = Entry(
             *(name, group, _joined(unit), least, most, default, access, _joined(words), kind == "U")
         )
+        _refuse_numbers(entry, f"{where}:{_line(text, match.start())}: {name}")
         found.append((match.start(), entry))
     for match in _CHOICE_ENTRY.finditer(text):
         group, name, chosen, default, access, words = match.groups()
@@ -156,11 +157,29 @@ def parse(text: str, choices: dict[str, tuple[str, ...]], where: Path = LIST) ->
         most = str(len(names) - 1)
         entry = Entry(name, group, "", "0", most, default, access, _joined(words), True, names)
         found.append((match.start(), entry))
-    listed = len(re.findall(r"^PARAM_[FUE]\(", text, re.MULTILINE))
-    if len(found) != listed or listed == 0:
-        said = f"{listed} parameters, {len(found)} understood; mend the rest"
-        raise UserError(f"{where.name if where == LIST else where}: {said}")
+    listed = [match.start() for match in re.finditer(r"^PARAM_[FUE]\(", text, re.MULTILINE)]
+    if len(found) != len(listed) or not listed:
+        understood = {start for start, _ in found}
+        first = next((start for start in listed if start not in understood), 0)
+        said = f"{len(listed)} parameters, {len(found)} understood; mend the rest"
+        raise UserError(f"{where.name if where == LIST else where}:{_line(text, first)}: {said}")
     return [entry for _, entry in sorted(found, key=lambda pair: pair[0])]
+
+
+def _line(text: str, at: int) -> int:
+    return 1 + text.count("\n", 0, at)
+
+
+def _refuse_numbers(entry: Entry, where: str) -> None:
+    """UserError unless minimum <= default <= maximum."""
+    numbers = (entry.minimum, entry.default, entry.maximum)
+    try:
+        least, default, most = (float32(float(number)) for number in numbers)
+    except ValueError:
+        raise UserError(f"{where}: {', '.join(numbers)}: one of them is no number") from None
+    if not least <= default <= most:
+        said = f"default {entry.default} is not within {entry.minimum} to {entry.maximum}"
+        raise UserError(f"{where}: {said}")
 
 
 def float32(value: float) -> float:
