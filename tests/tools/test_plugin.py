@@ -58,6 +58,12 @@ class Slow(FluxLength):
         return super().step(x)
 
 
+class Endless(FluxLength):
+    def step(self, x):
+        while True:
+            pass
+
+
 class NoHold:
     init, seed, step = FluxLength.init, FluxLength.seed, FluxLength.step
 
@@ -145,6 +151,8 @@ def test_what_is_no_estimator_is_refused(tmp_path, folder):
     (incomplete / "estimator_signals.def").unlink()
     with pytest.raises(UserError, match=r"has no estimator_signals\.def"):
         chosen.folder_of(str(incomplete))
+    with pytest.raises(UserError, match=r"is a class in Python; write its tests"):
+        chosen.folder_of(f"{EXAMPLE}:FluxLength")
     with pytest.raises(UserError, match="no such file"):
         chosen.choose(str(tmp_path / "no.py:Such"))
 
@@ -277,6 +285,42 @@ def test_a_campaign_goes_on_whatever_the_estimator_does(bad):
         found = json.loads(done.stdout)
         assert found["verdicts"] == {verdict: 2}
         assert found["causes"][cause]["count"] == 2
+
+
+def refused(estimator: object) -> str:
+    done = zh("figures", "--estimator", estimator)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    return done.stderr.replace("\n", " ")
+
+
+def test_a_class_that_does_not_end_is_refused_with_its_line(bad):
+    lines = BAD.splitlines()
+    loop = lines.index("        while True:") + 1
+    said = refused(f"{bad}:Endless")
+    assert "too slow" in said
+    assert f"{bad}:{loop}: " in said or f"{bad}:{loop + 1}: " in said
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("for (volatile int spin = 1; spin == 1;) {}", "too slow at "),
+        ("*(volatile int *)(intptr_t)st->estimate.i_residual_A.alpha = 1;", "crashed with SIGSEGV"),
+    ],
+)
+def test_what_ends_the_first_periods_is_refused_with_its_line(folder, line, said):
+    other = folder.parent / "ended_observer"
+    shutil.rmtree(other, ignore_errors=True)
+    new.new(other.name, other.parent)
+    file = other / "estimator.c"
+    text = file.read_text()
+    first = "const estimator_in_t *in)\n{\n"
+    assert first in text
+    file.write_text(text.replace(first, f"{first}    {line}\n"))
+    told = refused(other)
+    assert said in told
+    assert f"/{file.name}:{file.read_text().splitlines().index('    ' + line) + 1}" in told
 
 
 def test_a_class_with_another_signature_is_refused(bad):

@@ -73,6 +73,11 @@ def folder_of(estimator: str) -> Path:
         folder = IN_TREE / estimator
     else:
         folder = Path(estimator).resolve()
+    if _CLASS.fullmatch(estimator):
+        raise UserError(
+            f"estimator: {estimator}: is a class in Python; write its tests in Python, this "
+            "command takes a folder with C"
+        )
     if not folder.is_dir():
         known = ", ".join(in_tree())
         raise UserError(

@@ -16,6 +16,7 @@ from zerohertz.build import (
     ESTIMATOR,
     IN_TREE,
     PLANT_TARGET,
+    PYTHON,
     BuildError,
     build_estimator,
     ensure_built,
@@ -23,16 +24,13 @@ from zerohertz.build import (
 )
 from zerohertz.console import short_paths
 from zerohertz.errors import UserError
+from zerohertz.estimators import probe
 from zerohertz.estimators.chosen import chosen_name, python_digest
 
 CONTRACT = IN_TREE / "estimator.h"
 LOG = "compiler.log"
 PROBED = "probed.stamp"
-PROBE_S = 120.0  # 1.5 s of a drive, which takes 10 ms: nothing that runs in real time needs it
-PROBE = """
-from zerohertz import sim
-sim.run(sim.Job(scenario_overrides={"scenario.duration_s": 1.5}, decimate=500))
-"""
+PROBE_S = 120.0  # by the clock, for what waits; what computes has probe.CPU_S
 VERBS = ("init", "table", "step", "hold", "off", "seed")
 _FUNCTION = rf"['‘`]?(?P<name>estimator_(?:{'|'.join(VERBS)}|sum))\b"
 # What gcc and clang say of a function that is another than the header's, and of a missing one.
@@ -66,20 +64,20 @@ def checked_library() -> Path:
         log.write_text(error.output, encoding="utf-8")
         said = f"{refusal(error.output)} (all the compiler said: {short_paths(log)})"
         raise UserError(f"estimator {folder.name}: {said}") from None
-    _probe(built.sil_library, built.folder / PROBED)
+    _probe(built.sil_library, built.folder / PROBED, folder)
     return built.sil_library
 
 
 def refusal(output: str) -> str:
     """One line: the function that is missing or another than expected, or the first error."""
     if found := _OTHER.search(output):
-        return f"{found['name']} is not what the drive calls; expected: {prototype(found['name'])}"
+        expected = f"{prototype(found['name'])}{_line(output, found)}"
+        return f"{found['name']} is not what the drive calls; expected: {expected}"
     if found := _UNKNOWN.search(output):
         verbs = [f"estimator_{verb}" for verb in (*VERBS, "sum")]
         meant = difflib.get_close_matches(found["name"], verbs, n=1, cutoff=0.0)[0]
-        return (
-            f"the drive calls no {found['name']}; expected: {prototype(meant)}, or make it static"
-        )
+        expected = f"{prototype(meant)} or make it static{_line(output, found)}"
+        return f"the drive calls no {found['name']}; expected: {expected}"
     if found := _MISSING.search(output):
         return f"{found['name']} is missing; expected: {prototype(found['name'])}"
     if found := _NO_TYPE.search(output):
@@ -92,6 +90,13 @@ def refusal(output: str) -> str:
     return f"does not compile: {first[0].strip() if first else output.strip()[-300:]}"
 
 
+def _line(output: str, found: re.Match[str]) -> str:
+    """Where the compiler saw it, if it said so."""
+    begin = output.rfind("\n", 0, found.start()) + 1
+    at = re.match(r"\S+\.[ch]:\d+", output[begin : found.start()])
+    return f" at {at[0]}" if at else ""
+
+
 def prototype(name: str) -> str:
     """As the contract has it, without what is there for the compiler alone."""
     text = re.sub(r"\n \* ?", "\n", CONTRACT.read_text(encoding="utf-8"))
@@ -101,26 +106,37 @@ def prototype(name: str) -> str:
     return re.sub(r"\b(?:CHECKED|COLD) ", "", words)
 
 
-def _probe(library: Path, stamp: Path) -> None:
+def _probe(library: Path, stamp: Path, folder: Path) -> None:
     """A first second and a half, in a process of its own: what crashes or hangs ends here."""
     mark = hashlib.sha256(library.read_bytes() + python_digest()).hexdigest()
     if stamp.is_file() and stamp.read_text() == mark:
         return
     name = chosen_name()
+    command = (sys.executable, "-m", probe.__name__, str(library))
     try:
-        done = subprocess.run(
-            (sys.executable, "-c", PROBE), capture_output=True, text=True, timeout=PROBE_S
-        )
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PROBE_S)
     except subprocess.TimeoutExpired:
         raise UserError(
-            f"estimator {name}: too slow: 1.5 s of the drive took more than {PROBE_S:.0f} s; give "
-            "every loop a constant bound"
+            f"estimator {name}: {probe.SECONDS} s of the drive took more than {PROBE_S:.0f} s; "
+            "nothing in it may wait"
         ) from None
     if done.returncode < 0:
-        raise UserError(
-            f"estimator {name}: crashed with {signal.Signals(-done.returncode).name} within the "
-            "first 1.5 s; `zh estimator test` runs it under the address sanitizer"
-        )
+        at = probe.where(done.stderr, library, folder, os.environ.get(PYTHON))
+        raise UserError(f"estimator {name}: {_ended(-done.returncode, at)}")
     if done.returncode != 0:
         raise UserError(f"estimator {name}: does not run: {done.stderr.strip().splitlines()[-1]}")
     stamp.write_text(mark)
+
+
+def _ended(number: int, at: str) -> str:
+    """Why its first 1.5 s ended by a signal, where and what to do."""
+    place = f" at {at}" if at else ""
+    if number in (signal.SIGXCPU, signal.SIGKILL):
+        return (
+            f"too slow{place}: {probe.SECONDS} s of the drive took more than {probe.CPU_S} s of "
+            "CPU time; give every loop a constant bound"
+        )
+    return (
+        f"crashed with {signal.Signals(number).name}{place} within the first {probe.SECONDS} s; "
+        "`zh estimator test` runs it under the address sanitizer"
+    )
