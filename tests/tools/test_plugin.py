@@ -323,6 +323,24 @@ def test_what_ends_the_first_periods_is_refused_with_its_line(folder, line, said
     assert f"/{file.name}:{file.read_text().splitlines().index('    ' + line) + 1}" in told
 
 
+def test_what_crashes_later_takes_its_worker_and_not_the_command(folder):
+    other = folder.parent / "late_observer"
+    shutil.rmtree(other, ignore_errors=True)
+    new.new(other.name, other.parent)
+    file = other / "estimator.c"
+    first = "const estimator_in_t *in)\n{\n"
+    late = (
+        "    static int32_t left = 50000; /* 10 s: after the start, in the first run */\n"
+        "    if (--left < 0) {\n"
+        "        *(volatile int *)(intptr_t)left = 1;\n"
+        "    }\n"
+    )
+    file.write_text(file.read_text().replace(first, first + late, 1))
+    done = zh("atlas", "--random", 1, "-j", 1, "--fresh", "--estimator", other)
+    assert done.returncode == 2
+    assert "a worker died" in done.stderr
+
+
 def test_a_class_with_another_signature_is_refused(bad):
     for name, said in (
         ("NoHold", "has no hold; expected: def hold(self, x: 'Sample', omega_e_rad_s: 'float')"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -144,6 +145,8 @@ def _measured(task: Task, file: Path) -> Found:
         return {"error": f"too slow: not done in {longest_s:.0f} s; the same command goes on"}
     finally:
         file.unlink()
+    if done.returncode < 0:
+        return {"error": f"crashed with {signal.Signals(-done.returncode).name}"}
     if done.returncode != 0:
         return {"error": f"crashed, exit code {done.returncode}"}
     return json.loads(done.stdout.splitlines()[-1])

@@ -123,7 +123,7 @@ def _linked(text: str, folder: Path) -> str:
 
     def seen(link: re.Match[str]) -> str:
         there = os.path.relpath(DOCS / link["file"], folder.resolve())
-        return f"]({Path(there).as_posix()}{link['place']})"
+        return f"]({Path(there).as_posix()}{link['place'] or ''})"
 
     return re.sub(r"\]\((?P<file>[\w./-]+\.md)(?P<place>#[\w-]+)?\)", seen, text)
 

@@ -14,6 +14,7 @@ from typing import Any
 from zerohertz.atlas.simulate import Bench, begin_s, run_points
 from zerohertz.build import ensure_built
 from zerohertz.errors import UserError
+from zerohertz.estimators.chosen import is_foreign
 
 Rows = list[dict[str, Any]]
 Share = Callable[[Sequence[Any]], Rows]
@@ -37,7 +38,8 @@ def run_all(
     chunks = list(_chunks(bench, points))
     if scheduler is not None:
         return _by_dask(share, chunks, scheduler)
-    if workers <= 1 or len(chunks) <= 1:
+    # An estimator of somebody else may crash: then it does so in a process of its own.
+    if not is_foreign() and (workers <= 1 or len(chunks) <= 1):
         return map(share, chunks)
     return _by_processes(share, chunks, workers)
 
