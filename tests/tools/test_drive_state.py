@@ -113,9 +113,9 @@ def test_signals_have_names_units_and_texts(drive, plant):
     assert values["duty_v"] == out.duty_v
     assert values["i_q_A"] == out.i_q_A
     assert drive.signals(["state", "i_d_A"]) == {"state": out.state, "i_d_A": out.i_d_A}
-    with pytest.raises(UserError, match=r"Drive.signals: signals: 'nothing'"):
+    with pytest.raises(UserError, match=r"Drive.signals: names: 'nothing'"):
         drive.signals(["nothing"])
-    with pytest.raises(UserError, match="signals: is one text"):
+    with pytest.raises(UserError, match="names: is one text"):
         drive.signals("state")
 
 

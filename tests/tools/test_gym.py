@@ -119,7 +119,7 @@ def test_a_fault_ends_the_episode(speed_loop):
     assert info["faults"] != 0
 
 
-@pytest.mark.parametrize("action", [[np.nan], [0.0, 0.0], [np.inf]])
+@pytest.mark.parametrize("action", [[np.nan], [0.0, 0.0], [np.inf], None, "x", [1j], [[1], [1, 2]]])
 def test_an_action_that_is_none_is_named(speed_loop, action):
     speed_loop.reset(seed=1)
     with pytest.raises(UserError, match=r"SpeedLoopEnv.step: action: .* is not 1 finite"):
@@ -128,11 +128,39 @@ def test_an_action_that_is_none_is_named(speed_loop, action):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"periods": 0}, {"episode_s": 0.0}, {"load_Nm": (2.0, 1.0)}, {"speed_rpm": (0, np.inf)}],
+    [
+        *({"periods": 0}, {"periods": 1.5}, {"episode_s": 0.0}, {"episode_s": np.inf}),
+        *({"load_Nm": (2.0, 1.0)}, {"load_Nm": None}, {"speed_rpm": (0, np.inf)}),
+        *({"speed_rpm": (1, 2, 3)}, {"start_rpm": "x"}, {"config": None}, {"rig": 5}),
+        *({"overrides": None}, {"rig_overrides": [1]}),
+    ],
 )
 def test_a_setup_that_is_none_is_named(wrong):
     with pytest.raises(UserError, match=f"Setup: {next(iter(wrong))}: "):
         gym.Setup(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"nothing": 1}, r"options: is \['nothing'\]; give speed_ref_rpm and load_Nm alone"),
+        ({"load_Nm": "x"}, "load_Nm: is 'x'"),
+        ({"speed_ref_rpm": np.nan}, "speed_ref_rpm: is nan"),
+        ([1], r"options: is \[1\]; give a mapping"),
+    ],
+)
+def test_an_option_of_reset_is_named(speed_loop, options, text):
+    with pytest.raises(UserError, match=f"SpeedLoopEnv.reset: {text}"):
+        speed_loop.reset(options=options)
+
+
+def test_other_arguments_of_an_environment_are_named(speed_loop):
+    with pytest.raises(UserError, match=r"SpeedLoopEnv.reset: seed: -1 is outside"):
+        speed_loop.reset(seed=-1)
+    with pytest.raises(UserError, match="SpeedLoopEnv: setup: is 'x'; give a Setup"):
+        gym.SpeedLoopEnv("x")
+    with pytest.raises(UserError, match="EstimatorEnv: closed: is 'x'"):
+        gym.EstimatorEnv(closed="x")
 
 
 def test_the_example_learns(capsys):

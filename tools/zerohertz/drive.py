@@ -12,14 +12,14 @@ Parameters are items of the drive: drive["adapt_kp"] reads one, drive["adapt_kp"
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_float, c_void_p
 from struct import Struct
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy.typing as npt
 
+from zerohertz import arguments
 from zerohertz.errors import UserError
 from zerohertz.sil import (
     Handle,
@@ -31,12 +31,14 @@ from zerohertz.sil import (
     raise_last_error,
 )
 from zerohertz.sil_rows import (
+    COMMANDS,
     COMMISSION,
     FAULT_RESET,
     RUN,
     TORQUE_MODE,
     TORQUE_OFF,
     Recording,
+    chosen_signals,
     inputs,
     numbers,
     outputs,
@@ -47,6 +49,7 @@ from zerohertz.sil_types import (
     FLAGS,
     OUT,
     OUTPUT_NAMES,
+    WORDS,
     Access,
     Commissioned,
     Commissioning,
@@ -97,6 +100,7 @@ __all__ = [
 _OUT_VALUES = Struct(
     "<4x" + "".join("I" if OUT[name].kind == "u" else "f" for name in OUTPUT_NAMES)
 )
+_LEVELS = frozenset((False, True))
 _FLAG_AT = tuple(k for k, name in enumerate(OUTPUT_NAMES) if name in FLAGS)
 
 
@@ -162,8 +166,12 @@ class Drive(Handle):
         self._lib = library()
         self._in = RawIn(struct_size=ctypes.sizeof(RawIn))
         self._out = RawOut(struct_size=ctypes.sizeof(RawOut))
-        lines = override_lines(overrides or {})
-        self._handle = self._lib.zh_sil_open(os.fsencode(motor_dir), os.fsencode(board), lines)
+        lines = override_lines({} if overrides is None else overrides, "Drive")
+        self._handle = self._lib.zh_sil_open(
+            arguments.path("Drive", "motor_dir", motor_dir),
+            arguments.path("Drive", "board", board),
+            lines,
+        )
         if not self._handle:
             raise_last_error()
 
@@ -190,20 +198,24 @@ class Drive(Handle):
         reference that is not finite; the drive has then tripped.
         """
         words = (i_u, i_v, i_w, u_uv, u_vw, u_dc)
-        if min(words) < 0 or max(words) > 0xFFFF:
-            raise UserError(
-                f"Drive.step: i_u .. u_dc: {words} are not six words of 0 .. 65535; clip them"
-            )
+        references = (speed_ref_rpm, 0.0 if torque_ref_Nm is None else torque_ref_Nm)
+        commands = (run, fault_reset, torque_off, commission)
         raw = self._in
-        raw.i_u, raw.i_v, raw.i_w, raw.u_uv, raw.u_vw, raw.u_dc = words
-        raw.speed_ref_rpm, raw.torque_ref_Nm = speed_ref_rpm, torque_ref_Nm or 0.0
-        raw.mode = 0 if torque_ref_Nm is None else TORQUE_MODE
-        raw.command = (
-            RUN * run
-            | FAULT_RESET * fault_reset
-            | TORQUE_OFF * torque_off
-            | COMMISSION * commission
-        )
+        try:
+            known = 0 <= min(words) and max(words) <= 0xFFFF and _LEVELS.issuperset(commands)
+            raw.i_u, raw.i_v, raw.i_w, raw.u_uv, raw.u_vw, raw.u_dc = words
+            raw.speed_ref_rpm, raw.torque_ref_Nm = references
+            raw.mode = 0 if torque_ref_Nm is None else TORQUE_MODE
+            raw.command = (
+                RUN * run
+                | FAULT_RESET * fault_reset
+                | TORQUE_OFF * torque_off
+                | COMMISSION * commission
+            )
+        except (TypeError, ValueError, OverflowError):
+            known = False
+        if not known:
+            _refuse_step(words, references, commands)
         check(self._lib.zh_sil_step(self._open_handle(), byref(raw), byref(self._out)))
         return _output(self._out)
 
@@ -243,8 +255,11 @@ class Drive(Handle):
 
     def signals(self, names: Sequence[str] | None = None) -> dict[str, float]:
         """Signals of the last period by name; all of them by default (signal_list())."""
-        chosen = tuple(signal_numbers()) if names is None else tuple(names)
-        wanted = numbers("Drive.signals", chosen if names is None else names)
+        if names is None:
+            chosen = tuple(signal_numbers())
+        else:
+            chosen = chosen_signals("Drive.signals", "names", names)
+        wanted = numbers(chosen)
         values = (c_double * len(chosen))()
         check(self._lib.zh_sil_signals(self._open_handle(), wanted, len(chosen), values))
         return dict(zip(chosen, values, strict=True))
@@ -281,7 +296,7 @@ class Drive(Handle):
         Parameters as in tools/docs/terminals.md, all off by default. `run` and the references of
         a step are then what a host asks, beside the contacts.
         """
-        return Terminals(self._open_handle(), parameters)
+        return Terminals(self, parameters)
 
     def commissioned(self) -> Commissioned:
         """Result of the last commissioning; zeros until found."""
@@ -294,8 +309,11 @@ class Drive(Handle):
 
         A refusal is a result (`refusal`); UserError when the drive trips otherwise or takes longer.
         """
-        if not timeout_s > 0.0:
-            raise UserError(f"Drive.commission: timeout_s: {timeout_s} is not positive")
+        where = "Drive.commission"
+        if not arguments.finite(where, "timeout_s", timeout_s) > 0.0:
+            raise UserError(f"{where}: timeout_s: {timeout_s} is not positive")
+        if not (hasattr(plant, "sample") and hasattr(plant, "advance")):
+            arguments.refuse(where, "plant", plant, "a Plant, or what has sample and advance")
         ready = busy = False
         for _ in range(round(timeout_s / self["period_s"])):
             out = self.step(*plant.sample(), commission=ready)
@@ -305,20 +323,23 @@ class Drive(Handle):
             if busy and out.commissioning != Commissioning.BUSY:
                 break
             if out.state == State.FAULT:
-                raise UserError(f"Drive.commission: plant: the drive tripped: {Fault(out.faults)}")
+                raise UserError(f"{where}: plant: the drive tripped: {Fault(out.faults)}")
         else:
-            raise UserError(f"Drive.commission: timeout_s: not done after {timeout_s} s")
+            raise UserError(f"{where}: timeout_s: not done after {timeout_s} s")
         out = self.step(*plant.sample())
         plant.advance(out.duties, out.gates_on)
         return self.commissioned()
 
     def __getitem__(self, name: str) -> float:
         value = c_float()
-        check(self._lib.zh_sil_get(self._open_handle(), name.encode(), byref(value)))
+        wanted = arguments.text("Drive", "name", name)
+        check(self._lib.zh_sil_get(self._open_handle(), wanted, byref(value)))
         return value.value
 
     def __setitem__(self, name: str, value: float) -> None:
-        check(self._lib.zh_sil_set(self._open_handle(), name.encode(), value))
+        wanted = arguments.text("Drive", "name", name)
+        given = arguments.number("Drive", name, value)
+        check(self._lib.zh_sil_set(self._open_handle(), wanted, given))
 
     def __iter__(self) -> Iterator[str]:
         return iter(p.name for p in parameters())
@@ -336,6 +357,8 @@ def step_many(
 ) -> Rows:
     """One control period of each drive, one row of words (drives, 6) each; as single steps do."""
     where = "step_many"
+    if not isinstance(drives, Sequence) or not all(isinstance(d, Drive) for d in drives):
+        arguments.refuse(where, "drives", drives, "a list of drives")
     rows = inputs(where, words, speed_ref_rpm, torque_ref_Nm, run, fault_reset, torque_off, False)
     if len(drives) != len(rows):
         raise UserError(f"{where}: words: has {len(rows)} rows for {len(drives)} drives")
@@ -343,6 +366,18 @@ def step_many(
     handles = (c_void_p * len(drives))(*(drive._open_handle() for drive in drives))
     check(library().zh_sil_step_many(handles, rows.ctypes.data, out.ctypes.data, len(rows)))
     return out[list(OUTPUT_NAMES)]
+
+
+def _refuse_step(words: tuple[Any, ...], references: tuple[Any, ...], levels: Any) -> NoReturn:
+    """Name the argument of a step that cannot be given to the library."""
+    where = "Drive.step"
+    for name, word in zip(WORDS, words, strict=True):
+        arguments.whole(where, name, word, 0, 0xFFFF)
+    for name, reference in zip(("speed_ref_rpm", "torque_ref_Nm"), references, strict=True):
+        arguments.number(where, name, reference)
+    for name, level in zip(COMMANDS, levels, strict=True):
+        arguments.level(where, name, level)
+    raise UserError(f"{where}: run .. commission: {levels} are not all True or False")
 
 
 def _output(raw: RawOut) -> Output:

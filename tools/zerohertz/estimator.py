@@ -22,9 +22,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from zerohertz import arguments
 from zerohertz.build import ensure_built
 from zerohertz.drive import Handle, StrPath, override_lines
 from zerohertz.errors import UserError
+from zerohertz.estimators.chosen import in_tree
+from zerohertz.paths import LIBRARIES
 
 
 class Verb(IntEnum):
@@ -78,17 +81,31 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 }
 
 
+MAX_ROWS = 10**9
+
+
 def events(count: int, **columns: npt.ArrayLike) -> npt.NDArray[Any]:
     """`count` steps with these columns of EVENT; the others are 0."""
-    rows = np.zeros(count, dtype=EVENT)
+    rows = np.zeros(arguments.whole("events", "count", count, 0, MAX_ROWS), dtype=EVENT)
     for name, values in columns.items():
-        rows[name] = values
+        if name not in (EVENT.names or ()):
+            raise UserError(f"events: {name}: no such column; give one of {EVENT.names}")
+        try:
+            rows[name] = values
+        except (ValueError, TypeError, OverflowError) as error:
+            raise UserError(f"events: {name}: {error}; give one value, or {count}") from None
     return rows
 
 
 def built_library(name: str) -> Path:
     """The library of one estimator alone, built if out of date."""
-    target = f"zh_estimator_{name}"
+    prefix = "zh_estimator_"
+    known = in_tree() or sorted(
+        p.stem.split(prefix, 1)[1] for p in LIBRARIES.glob(f"lib{prefix}*.so")
+    )  # the package has the libraries alone
+    if name not in known:
+        arguments.refuse("built_library", "name", name, f"one of {', '.join(known)}")
+    target = f"{prefix}{name}"
     return ensure_built(target).library(target)
 
 
@@ -119,15 +136,22 @@ class Estimator(Handle):
         library: Path | None = None,
     ) -> None:
         self._handle = None
-        self._lib = _library(library or ensure_built().sil_library)
-        lines = override_lines(overrides or {})
-        self._handle = self._lib.zh_estimator_open(os.fsencode(motor_dir), lines, period_s)
+        if library is not None:
+            arguments.path("Estimator", "library", library)
+        self._lib = _library(Path(library) if library else ensure_built().sil_library)
+        self._handle = self._lib.zh_estimator_open(
+            arguments.path("Estimator", "motor_dir", motor_dir),
+            override_lines({} if overrides is None else overrides, "Estimator"),
+            arguments.number("Estimator", "period_s", period_s),
+        )
         if not self._handle:
             self._raise_last_error()
 
     def run(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Rows of EVENT, one after the other; the estimate after each, rows of ESTIMATE."""
-        rows = np.ascontiguousarray(rows, dtype=EVENT)
+        if not isinstance(rows, np.ndarray) or rows.dtype != EVENT or rows.ndim != 1:
+            arguments.refuse("Estimator.run", "rows", rows, "rows of EVENT: events() makes them")
+        rows = np.ascontiguousarray(rows)
         out = np.empty(len(rows), dtype=ESTIMATE)
         status = self._lib.zh_estimator_run(
             self._open_handle(), len(rows), rows.ctypes.data, out.ctypes.data

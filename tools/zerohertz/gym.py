@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
+from zerohertz import arguments
 from zerohertz.drive import Drive, State, StrPath
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
@@ -59,14 +60,27 @@ class Setup:
     load_Nm: tuple[float, float] = (0.0, 4.0)
 
     def __post_init__(self) -> None:
-        if self.periods < 1:
-            raise UserError(f"Setup: periods: {self.periods} is not at least 1")
-        if not self.episode_s > 0.0:
+        arguments.whole("Setup", "periods", self.periods, 1, 10**6)
+        if not arguments.finite("Setup", "episode_s", self.episode_s) > 0.0:
             raise UserError(f"Setup: episode_s: {self.episode_s} is not positive")
+        arguments.finite("Setup", "start_rpm", self.start_rpm)
+        for name in ("config", "rig"):
+            arguments.path("Setup", name, getattr(self, name))
+        for name in ("overrides", "rig_overrides"):
+            arguments.mapping("Setup", name, getattr(self, name))
         for name in ("speed_rpm", "load_Nm"):
-            low, high = getattr(self, name)
-            if not -np.inf < low <= high < np.inf:
-                raise UserError(f"Setup: {name}: {low} .. {high} is not a range of numbers")
+            _range(name, getattr(self, name))
+
+
+def _range(name: str, given: Any) -> None:
+    remedy = "two finite numbers, the lower one first"
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        arguments.refuse("Setup", name, given, remedy)
+    lowest, highest = (arguments.finite("Setup", name, value, remedy) for value in (low, high))
+    if lowest > highest:
+        arguments.refuse("Setup", name, given, remedy)
 
 
 class _DriveEnv(gymnasium.Env[Floats, Floats]):
@@ -75,6 +89,8 @@ class _DriveEnv(gymnasium.Env[Floats, Floats]):
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (the name is gymnasium's)
 
     def __init__(self, setup: Setup | None = None) -> None:
+        if not isinstance(setup, Setup | None):
+            arguments.refuse(type(self).__name__, "setup", setup, "a Setup")
         self.setup = setup or Setup()
         chosen = load_setup(self.setup.config)
         overrides = {**chosen.params, **self.setup.overrides}
@@ -107,13 +123,19 @@ class _DriveEnv(gymnasium.Env[Floats, Floats]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, Info]:
         """Back to the operating point. options: "speed_ref_rpm", "load_Nm" instead of draws."""
+        where = f"{type(self).__name__}.reset"
+        if seed is not None:
+            arguments.whole(where, "seed", seed, 0, 2**128 - 1, "0 .. 2^128 - 1")
+        chosen = arguments.mapping(where, "options", {} if options is None else options)
+        if unknown := set(chosen) - {"speed_ref_rpm", "load_Nm"}:
+            arguments.refuse(where, "options", sorted(unknown), "speed_ref_rpm and load_Nm alone")
+        wanted = {name: arguments.finite(where, name, value) for name, value in chosen.items()}
         super().reset(seed=seed)
         self.drive.restore(self._start[0])
         self.plant.restore(self._start[1])
-        chosen = options or {}
         drawn = self.np_random.uniform(*self.setup.speed_rpm)
-        self.speed_ref_rpm = float(chosen.get("speed_ref_rpm", drawn))
-        load_Nm = float(chosen.get("load_Nm", self.np_random.uniform(*self.setup.load_Nm)))
+        self.speed_ref_rpm = float(wanted.get("speed_ref_rpm", drawn))
+        load_Nm = float(wanted.get("load_Nm", self.np_random.uniform(*self.setup.load_Nm)))
         self.plant.reseed(int(self.np_random.integers(1, 2**63)))
         self.plant.disturb(load_torque_Nm=load_Nm)
         self.steps = 0
@@ -123,8 +145,11 @@ class _DriveEnv(gymnasium.Env[Floats, Floats]):
         raise NotImplementedError
 
     def _checked(self, action: npt.ArrayLike) -> Floats:
-        values = np.asarray(action, dtype=np.float32).reshape(-1)
         shape = (self.action_space.shape or (0,))[0]
+        try:
+            values = np.asarray(action, dtype=np.float32).reshape(-1)
+        except (TypeError, ValueError):
+            values = np.empty(0, np.float32)
         if values.shape != (shape,) or not np.isfinite(values).all():
             name = type(self).__name__
             raise UserError(f"{name}.step: action: {action!r} is not {shape} finite numbers")
@@ -225,8 +250,8 @@ class EstimatorEnv(_DriveEnv):
 
     def __init__(self, setup: Setup | None = None, *, closed: bool = False) -> None:
         """closed: the speed loop acts on the agent's speed."""
-        super().__init__(setup or Setup(periods=1, episode_s=0.5))
-        self.closed = closed
+        super().__init__(Setup(periods=1, episode_s=0.5) if setup is None else setup)
+        self.closed = arguments.level("EstimatorEnv", "closed", closed)
         self.action_space = _box(3, 1.0)
         self.observation_space = _box(11, _LIMIT)
         self.last = np.zeros(3, np.float32)

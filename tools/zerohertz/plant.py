@@ -12,7 +12,6 @@ Any controller may take the drive's place: six ADC words in, three duties out.
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_double, c_uint16
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from zerohertz import arguments
 from zerohertz.drive import Drive
 from zerohertz.errors import UserError
 from zerohertz.sil import (
@@ -35,6 +35,8 @@ from zerohertz.sil_rows import Recording, inputs, outputs
 from zerohertz.sil_types import TRUTH, TRUTH_NAMES, RawTruth, Rows, Truth
 
 __all__ = ["Plant", "PlantSnapshot", "Run", "Truth"]
+
+MAX_PERIODS = 10**8  # of one call, whose arrays take some 300 bytes each
 
 
 @dataclass(frozen=True)
@@ -82,10 +84,12 @@ class Plant(Handle):
         self._words = (c_uint16 * 6)()
         self._truth = RawTruth(struct_size=ctypes.sizeof(RawTruth))
         self._handle = self._lib.zh_plant_open(
-            os.fsencode(rig),
-            os.fsencode(board),
-            os.fsencode(scenario) if scenario is not None else None,
-            override_lines(rig_overrides or {}),
+            arguments.path("Plant", "rig", rig),
+            arguments.path("Plant", "board", board),
+            arguments.path("Plant", "scenario", scenario) if scenario is not None else None,
+            override_lines(
+                {} if rig_overrides is None else rig_overrides, "Plant", "rig_overrides"
+            ),
             _seed("Plant", seed),
         )
         if not self._handle:
@@ -98,10 +102,16 @@ class Plant(Handle):
 
     def advance(self, duties: Sequence[float], gates_on: bool, brake_on: bool = False) -> None:
         """To the next crest. These duties act from there on, gates and brake at once."""
-        if len(duties) != 3:
-            raise UserError(f"Plant.advance: duties: are {len(duties)}; give three")
-        given = (c_double * 3)(*duties)
-        check(self._lib.zh_plant_advance(self._open_handle(), given, gates_on, brake_on))
+        where = "Plant.advance"
+        try:
+            if len(duties) != 3:
+                raise UserError(f"{where}: duties: are {len(duties)}; give three")
+            given = (c_double * 3)(*duties)
+        except TypeError:
+            arguments.refuse(where, "duties", duties, "three numbers of 0 .. 1")
+        gates = arguments.level(where, "gates_on", gates_on)
+        brake = arguments.level(where, "brake_on", brake_on)
+        check(self._lib.zh_plant_advance(self._open_handle(), given, gates, brake))
 
     def truth(self) -> Truth:
         """True quantities at the present crest."""
@@ -122,7 +132,8 @@ class Plant(Handle):
         given |= {"rr_factor": rr_factor, "u_dc_V": u_dc_V}
         for name, value in given.items():
             if value is not None:
-                check(self._lib.zh_plant_set(self._open_handle(), name.encode(), value))
+                given_value = arguments.number("Plant.disturb", name, value)
+                check(self._lib.zh_plant_set(self._open_handle(), name.encode(), given_value))
 
     def reseed(self, seed: int) -> None:
         """Continue the sensors' noise from another seed."""
@@ -156,8 +167,9 @@ class Plant(Handle):
     ) -> Run:
         """Run both for so many periods; references and commands as of Drive.run."""
         where = "Plant.run"
-        if periods < 0:
-            raise UserError(f"{where}: periods: {periods} is negative")
+        if not isinstance(drive, Drive):
+            arguments.refuse(where, "drive", drive, "a Drive")
+        periods = arguments.whole(where, "periods", periods, 0, MAX_PERIODS)
         rows = inputs(where, None, speed_ref_rpm, torque_ref_Nm,
                       run, fault_reset, torque_off, commission, count=periods)  # fmt: skip
         recording = Recording(where, signals, periods)
@@ -174,10 +186,13 @@ class Plant(Handle):
             recording.pointer,
         )
         check(status)
+        if periods > 1 and abs(truth["t_s"][1] - truth["t_s"][0] - drive["period_s"]) > 1e-9:
+            raise UserError(
+                f"{where}: drive: its period is {drive['period_s']:g} s, the plant's another one; "
+                "open both with the same board"
+            )
         return Run(recording.joined(out), truth[list(TRUTH_NAMES)])
 
 
 def _seed(where: str, seed: int) -> int:
-    if not 0 <= seed < 2**64:
-        raise UserError(f"{where}: seed: {seed} is outside 0 .. 2^64 - 1")
-    return seed
+    return arguments.whole(where, "seed", seed, 0, 2**64 - 1, "0 .. 2^64 - 1")

@@ -10,6 +10,7 @@ from ctypes import POINTER, c_char_p, c_double, c_float, c_int, c_size_t, c_uint
 from ctypes import c_void_p as c_handle
 from typing import Any, NoReturn, Self
 
+from zerohertz import arguments
 from zerohertz.build import PYTHON, ensure_built
 from zerohertz.errors import UserError
 from zerohertz.sil_types import (
@@ -103,19 +104,26 @@ def check(status: int) -> None:
         raise_last_error()
 
 
-def override_lines(values: Mapping[str, Any]) -> bytes:
+def override_lines(
+    values: Mapping[str, Any], where: str = "Job", argument: str = "overrides"
+) -> bytes:
     """name=value lines; a list of numbers or points is written as in TOML."""
-    return "\n".join(f"{name}={_value_text(value)}" for name, value in values.items()).encode()
+    given = arguments.mapping(where, argument, values)
+    lines = [f"{name}={_value_text(where, name, value)}" for name, value in given.items()]
+    for name, line in zip(given, lines, strict=True):
+        if "\n" in line or "\0" in line:
+            arguments.refuse(where, argument, name, "one line per parameter")
+    return "\n".join(lines).encode()
 
 
-def _value_text(value: Any) -> str:
+def _value_text(where: str, name: Any, value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return value
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_value_text(item) for item in value) + "]"
-    return repr(float(value))
+        return "[" + ", ".join(_value_text(where, name, item) for item in value) + "]"
+    return repr(arguments.number(where, str(name), value, "a number, a text or a list"))
 
 
 class Handle:

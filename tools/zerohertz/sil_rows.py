@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from ctypes import POINTER, byref, c_double, c_uint32
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from zerohertz import arguments
 from zerohertz.errors import UserError
 from zerohertz.sil import check, library
 from zerohertz.sil_types import IN, OUT, OUTPUT_NAMES, WORDS, RawRecord, RawSignal, Rows, Signal
 
 RUN, FAULT_RESET, TORQUE_OFF, COMMISSION = 1, 2, 4, 8
 TORQUE_MODE = 1
-_COMMANDS = {"run": RUN, "fault_reset": FAULT_RESET, "torque_off": TORQUE_OFF}
-_COMMANDS |= {"commission": COMMISSION}
+COMMANDS = {"run": RUN, "fault_reset": FAULT_RESET, "torque_off": TORQUE_OFF}
+COMMANDS |= {"commission": COMMISSION}
 
 
 @functools.cache
@@ -39,14 +40,26 @@ def signal_numbers() -> dict[str, int]:
     return {signal.name: k for k, signal in enumerate(signal_list())}
 
 
-def numbers(where: str, names: Sequence[str]) -> ctypes.Array[c_uint32]:
-    """Of these signals, for the library."""
+def chosen_signals(where: str, argument: str, names: Iterable[str]) -> tuple[str, ...]:
+    """These names, each once; UserError for one that is no signal's."""
     known = signal_numbers()
     if isinstance(names, str):
-        raise UserError(f"{where}: signals: is one text; give a list of names")
-    for name in names:
+        raise UserError(f"{where}: {argument}: is one text; give a list of names")
+    try:
+        chosen = tuple(dict.fromkeys(names))
+    except TypeError:
+        arguments.refuse(where, argument, names, "a list of names")
+    for name in chosen:
         if name not in known:
-            raise UserError(f"{where}: signals: '{name}': no such signal; signal_list() has them")
+            raise UserError(
+                f"{where}: {argument}: '{name}': no such signal; signal_list() has them"
+            )
+    return chosen
+
+
+def numbers(names: Sequence[str]) -> ctypes.Array[c_uint32]:
+    """Of these signals, for the library."""
+    known = signal_numbers()
     return (c_uint32 * len(names))(*(known[name] for name in names))
 
 
@@ -65,7 +78,7 @@ def inputs(
     count: int | None = None,
 ) -> Rows:
     """Rows of zh_sil_in; commands in the order of their bits. Words: None with a count."""
-    sampled = _words(where, words) if words is not None else np.zeros((count or 0, 6), np.uint16)
+    sampled = _words(where, words) if count is None else np.zeros((count, 6), np.uint16)
     rows = np.zeros(len(sampled), dtype=IN)
     rows["struct_size"] = IN.itemsize
     for k, name in enumerate(WORDS):
@@ -75,7 +88,7 @@ def inputs(
         _fill(where, rows, "torque_ref_Nm", "torque_ref_Nm", torque_ref_Nm, np.float32)
         rows["mode"] = TORQUE_MODE
     command = np.zeros(len(rows), dtype=np.uint32)
-    for (name, bit), levels in zip(_COMMANDS.items(), commands, strict=True):
+    for (name, bit), levels in zip(COMMANDS.items(), commands, strict=True):
         level = np.zeros(len(rows), dtype=[(name, bool)])
         _fill(where, level, name, name, levels, bool)
         command |= np.uint32(bit) * level[name]
@@ -83,8 +96,15 @@ def inputs(
     return rows
 
 
-def _words(where: str, words: npt.ArrayLike) -> npt.NDArray[Any]:
-    found = np.asarray(words)
+def _array(where: str, argument: str, values: npt.ArrayLike | None) -> npt.NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except (ValueError, TypeError) as error:
+        raise UserError(f"{where}: {argument}: {error}; give an array") from None
+
+
+def _words(where: str, words: npt.ArrayLike | None) -> npt.NDArray[Any]:
+    found = _array(where, "words", words)
     if found.ndim != 2 or found.shape[1] != len(WORDS):
         raise UserError(f"{where}: words: has shape {found.shape}; give (periods, 6)")
     if found.dtype.kind not in "iu":
@@ -97,20 +117,28 @@ def _words(where: str, words: npt.ArrayLike) -> npt.NDArray[Any]:
 def _fill(
     where: str, rows: Rows, field: str, argument: str, values: npt.ArrayLike, kind: Any
 ) -> None:
-    try:
-        rows[field] = np.asarray(values, dtype=kind)
-    except (ValueError, TypeError) as error:
+    given = _array(where, argument, values)
+    if given.ndim > 1 or given.size not in (1, len(rows)):
         raise UserError(
-            f"{where}: {argument}: {error}; give one value, or one per row ({len(rows)})"
-        ) from None
+            f"{where}: {argument}: has shape {given.shape}; give one value, or one per row "
+            f"({len(rows)})"
+        )
+    levels = kind is bool
+    if given.dtype.kind not in ("biu" if levels else "biuf"):
+        wanted = "True or False" if levels else "numbers"
+        raise UserError(f"{where}: {argument}: is of type {given.dtype}; give {wanted}")
+    if levels and given.dtype.kind != "b" and not np.isin(given, (0, 1)).all():
+        raise UserError(f"{where}: {argument}: is not all 0 or 1; give True or False")
+    with np.errstate(over="ignore"):  # what becomes infinite is the library's to refuse
+        rows[field] = given.astype(kind)
 
 
 class Recording:
     """Signals to note in every period, for the library (zh_sil_record)."""
 
-    def __init__(self, where: str, names: Sequence[str], count: int) -> None:
-        self._names = tuple(names)
-        self._numbers = numbers(where, names)
+    def __init__(self, where: str, names: Iterable[str], count: int) -> None:
+        self._names = chosen_signals(where, "signals", names)
+        self._numbers = numbers(self._names)
         self._values = np.zeros((count, len(self._names)))
         self._raw = RawRecord(
             struct_size=ctypes.sizeof(RawRecord),

@@ -16,8 +16,9 @@ from ctypes import Structure, byref, c_double, c_float, c_uint32
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
+from zerohertz import arguments
 from zerohertz.errors import UserError
-from zerohertz.sil import check, library
+from zerohertz.sil import Handle, check, library
 from zerohertz.terminal_list import terminal_parameters
 
 __all__ = ["Brake", "Fault", "Input", "Output", "Precharge", "Seen", "Terminals"]
@@ -142,13 +143,13 @@ class Seen:
 class Terminals:
     """Of one drive; made by Drive.fit_terminals."""
 
-    def __init__(self, handle: int, parameters: dict[str, float | str]) -> None:
+    def __init__(self, drive: Handle, parameters: dict[str, float | str]) -> None:
         """Raise UserError, which names the parameter, when one is refused."""
         self._lib = library()
-        self._handle = handle
+        self._drive = drive
         self._in = RawTerminalIn(struct_size=ctypes.sizeof(RawTerminalIn))
         lines = "\n".join(f"{name}={_number(name, value)}" for name, value in parameters.items())
-        check(self._lib.zh_sil_terminals_fit(handle, lines.encode()))
+        check(self._lib.zh_sil_terminals_fit(drive._open_handle(), lines.encode()))
 
     def wire(
         self,
@@ -164,17 +165,24 @@ class Terminals:
 
         math.inf ohm is an open wire, 0 a short circuit.
         """
-        given = {"inputs": inputs, "analog_V": analog_V, "analog_A": analog_A}
-        given |= {"sink_ohm": sink_ohm, "motor_ohm": motor_ohm, "unreadable": unreadable}
-        for name, value in given.items():
+        where = "Terminals.wire"
+        changed = RawTerminalIn.from_buffer_copy(self._in)
+        if inputs is not None:
+            changed.inputs = arguments.whole(where, "inputs", inputs, 0, sum(Input))
+        if unreadable is not None:
+            changed.unreadable = arguments.level(where, "unreadable", unreadable)
+        values = {"analog_V": analog_V, "analog_A": analog_A}
+        values |= {"sink_ohm": sink_ohm, "motor_ohm": motor_ohm}
+        for name, value in values.items():
             if value is not None:
-                setattr(self._in, name, value)
-        check(self._lib.zh_sil_terminals_set(self._handle, byref(self._in)))
+                setattr(changed, name, _wired(where, name, value))
+        check(self._lib.zh_sil_terminals_set(self._drive._open_handle(), byref(changed)))
+        self._in = changed
 
     def look(self) -> Seen:
         """After the last step."""
         raw = RawTerminalOut(struct_size=ctypes.sizeof(RawTerminalOut))
-        check(self._lib.zh_sil_terminals_look(self._handle, byref(raw)))
+        check(self._lib.zh_sil_terminals_look(self._drive._open_handle(), byref(raw)))
         return Seen(
             outputs=raw.outputs,
             faults=raw.faults,
@@ -195,6 +203,15 @@ def _number(name: str, value: float | str) -> float:
     if isinstance(value, str):
         choices = entry.choices if entry else ()
         if value not in choices:
-            raise UserError(f"terminals: {name}: '{value}': give one of {', '.join(choices)}")
+            remedy = f"one of {', '.join(choices)}" if choices else "a number"
+            raise UserError(f"terminals: {name}: '{value}': give {remedy}")
         return choices.index(value)
-    return float(value)
+    return arguments.number("terminals", name, value)
+
+
+def _wired(where: str, name: str, value: float) -> float:
+    remedy = "a number that is not negative"
+    given = arguments.number(where, name, value, remedy)
+    if not given >= 0.0:
+        arguments.refuse(where, name, value, remedy)
+    return given

@@ -26,6 +26,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Protocol
 
+from zerohertz import arguments
 from zerohertz.build import PYTHON
 from zerohertz.errors import UserError
 
@@ -90,8 +91,16 @@ def use(made: type[PythonEstimator]) -> None:
     global _used
     from zerohertz.estimators import chosen
 
+    if not isinstance(made, type):
+        arguments.refuse("use", "made", made, "a class with init, seed, step and hold")
     _checked(made, made.__name__)
-    chosen.choose(f"{inspect.getfile(made)}:{made.__name__}")
+    try:
+        file = inspect.getfile(made)
+    except (OSError, TypeError):
+        raise UserError(
+            f"use: made: {made.__name__} stands in no file; write it to one and import it"
+        ) from None
+    chosen.choose(f"{file}:{made.__name__}")
     _used = made
 
 
