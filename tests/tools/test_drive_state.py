@@ -270,6 +270,9 @@ def test_a_plant_can_start_turning():
 
 def test_the_page_says_what_works():
     page = (ROOT / "tools" / "docs" / "python.md").read_text()
+    said = re.search(r"snapshot is bytes \(([\d ]+) of", page)
+    with Drive(MOTOR, BOARD) as drive:
+        assert int(said[1].replace(" ", "")) == len(drive.snapshot())
     first, _, monte_carlo = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names = {}
     exec(first + monte_carlo.replace("1001", "4"), names)
