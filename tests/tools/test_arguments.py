@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 
-from zerohertz import estimators
+from zerohertz import estimators, sim
 from zerohertz.drive import Drive, step_many
 from zerohertz.errors import UserError
 from zerohertz.estimator import Estimator, built_library, events
@@ -141,6 +141,28 @@ def test_a_plant_names_the_argument(p, d, call, text):
 @pytest.mark.parametrize("rows", [None, "abc", np.zeros((3, 4)), [1.0], events(4).reshape(2, 2)])
 def test_an_estimator_takes_rows_of_events_alone(e, rows):
     refused(lambda: e.run(rows), "Estimator.run: rows: ")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"scenario": None}, "Job: scenario: is None"),
+        ({"rig": 5}, "Job: rig: is 5"),
+        ({"decimate": 1.5}, "Job: decimate: is 1.5; give a whole number, 1 .. 2^32 - 1"),
+        ({"decimate": 2**32}, "Job: decimate: 4294967296 is outside"),
+        ({"max_steps": 0}, "Job: max_steps: 0 is outside"),
+        ({"seed": "x"}, "Job: seed: is 'x'"),
+        ({"gain": "x"}, "Job: gain: "),
+        ({"firmware": [1]}, "Job: firmware: is [1]; give a mapping"),
+        ({"rig_overrides": {"motor.Rs_ohm": None}}, "Job: motor.Rs_ohm: is None"),
+    ],
+)
+def test_a_job_names_the_argument(wrong, text):
+    refused(lambda: sim.run(sim.Job(**wrong)), text)
+
+
+def test_what_is_no_job_is_named():
+    refused(lambda: sim.run_batch([sim.Job(max_steps=1), None]), "run: job: is None; give a Job")
 
 
 def test_numbers_and_levels_of_numpy_are_taken(d, p):

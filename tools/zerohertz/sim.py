@@ -14,12 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_uint32, c_void_p
 from dataclasses import dataclass, field
 from enum import IntFlag
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from zerohertz import arguments
 from zerohertz.drive import check, library, override_lines
 from zerohertz.errors import UserError
 from zerohertz.paths import ROOT
@@ -28,6 +28,8 @@ from zerohertz.sim_structs import RawJob, RawResult
 
 HOST_SIM = ROOT / "host_sim"
 
+_FILES = ("scenario", "rig", "board", "motor_dir")
+_LINES = ("scenario_overrides", "rig_overrides", "board_overrides", "firmware_config", "firmware")
 _STOP_AT_TRIP, _TIME_SPLIT, _HASH_SIGNALS, _GUARD_RECORDED = 1, 2, 4, 8
 
 Hashes = dict[str, int]  # 64 bits by the name of the traced signal
@@ -266,12 +268,15 @@ def _record(lib: ctypes.CDLL, result: RawResult, columns: Sequence[str] = ()) ->
 
 
 def _raw_job(job: Job) -> tuple[RawJob, Any]:
-    for name in ("decimate", "max_steps"):
-        value = getattr(job, name)
-        if value is not None and value < 1:
-            raise UserError(f"Job: {name}: {value} is not at least 1; give 1 or more")
-    if job.seed is not None and not 0 < job.seed < 2**64:
-        raise UserError(f"Job: seed: {job.seed} is outside 1 .. 2^64 - 1")
+    if not isinstance(job, Job):
+        arguments.refuse("run", "job", job, "a Job")
+    for name, highest, span in (
+        ("decimate", 2**32 - 1, "1 .. 2^32 - 1"),
+        ("max_steps", 2**64 - 1, "1 .. 2^64 - 1"),
+        ("seed", 2**64 - 1, "1 .. 2^64 - 1"),
+    ):
+        if (value := getattr(job, name)) is not None:
+            arguments.whole("Job", name, value, 1, highest, span)
     raw = RawJob(
         struct_size=ctypes.sizeof(RawJob),
         flags=_STOP_AT_TRIP * job.stop_at_trip
@@ -281,28 +286,18 @@ def _raw_job(job: Job) -> tuple[RawJob, Any]:
         decimate=job.decimate,
         seed=job.seed or 0,
         max_steps=job.max_steps or 0,
-        scenario=_source(job.scenario),
-        rig=_source(job.rig),
-        board=_source(job.board),
-        motor_dir=os.fsencode(job.motor_dir),
-        scenario_overrides=override_lines(job.scenario_overrides),
-        rig_overrides=override_lines(job.rig_overrides),
-        board_overrides=override_lines(job.board_overrides),
-        firmware_config=override_lines(job.firmware_config),
-        firmware=override_lines(job.firmware),
+        **{name: arguments.path("Job", name, getattr(job, name)) for name in _FILES},
+        **{name: override_lines(getattr(job, name), "Job", name) for name in _LINES},
         columns=_column_bits(job.columns),
     )
     gain = None
     if job.gain is not None:
-        gain = np.ascontiguousarray(job.gain, dtype=np.float32)
+        try:
+            gain = np.ascontiguousarray(job.gain, dtype=np.float32)
+        except (ValueError, TypeError) as error:
+            raise UserError(f"Job: gain: {error}; give an array (entries, 4)") from None
         if gain.ndim != 2 or gain.shape[1] != 4:
             raise UserError(f"Job: gain: has shape {gain.shape}; give (entries, 4)")
         raw.gain = gain.ctypes.data_as(POINTER(c_float))
         raw.gain_entries = len(gain)
     return raw, gain
-
-
-def _source(source: str | os.PathLike[str]) -> bytes:
-    if isinstance(source, Path):
-        return os.fsencode(source)
-    return source.encode() if isinstance(source, str) else os.fsencode(source)
