@@ -110,6 +110,10 @@ def test_the_skeleton_is_short_and_passes_its_own_tests(folder):
     assert "@" not in (folder / "README.md").read_text()
 
 
+def test_the_example_in_python_is_short():
+    assert len(EXAMPLE.read_text().splitlines()) <= 40
+
+
 def test_a_unit_test_that_fails_is_told(folder, tmp_path):
     broken = Path(shutil.copytree(folder, tmp_path / "my_observer"))
     text = (broken / "estimator.c").read_text()
