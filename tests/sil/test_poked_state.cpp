@@ -97,10 +97,15 @@ bool is_float(std::size_t word)
 
 using Words32 = std::array<std::uint32_t, word_count>;
 
-bool non_finite(std::uint32_t word)
-{
-    return (word & 0x7f800000U) == 0x7f800000U;
-}
+// A float of these bits all set is no number; of a word that is no float none is looked at.
+constexpr std::uint32_t exponent_bits = 0x7f800000;
+const Words32 looked_at = [] {
+    Words32 out{};
+    for (std::size_t n = 0; n < word_count; ++n) {
+        out[n] = is_float(n) ? exponent_bits : 0;
+    }
+    return out;
+}();
 
 struct Point {
     const char *name;
@@ -144,6 +149,19 @@ struct Fate {
     double error_rpm = 0.0;
 };
 
+// The run without a poke: by periods what the drive put out and what it was then, and its end.
+struct Undisturbed {
+    std::vector<hal_output_t> outputs;
+    std::vector<std::vector<unsigned char>> units;
+    Fate fate;
+};
+
+bool same_duties(const hal_output_t &a, const hal_output_t &b)
+{
+    const Duty x{a.duty_u, a.duty_v, a.duty_w}, y{b.duty_u, b.duty_v, b.duty_w};
+    return std::memcmp(&x, &y, sizeof x) == 0;
+}
+
 // Drive and rig, which can be brought back to one moment.
 class Bench {
 public:
@@ -162,42 +180,82 @@ public:
         std::memcpy(kept_app_.data(), &unit(), sizeof(unit_t));
         kept_plant_ = std::make_unique<Plant>(plant_);
         kept_timer_ = timer_;
+        kept_count_ = count_;
     }
 
-    // As it was at that moment, but for one word; `undisturbed` is filled without a poke.
-    Fate poke(std::size_t word, std::uint32_t pattern, std::vector<Duty> &undisturbed)
+    // As it was at that moment, without a poke.
+    Undisturbed undisturbed()
     {
-        std::memcpy(static_cast<void *>(&unit()), kept_app_.data(), sizeof(unit_t));
-        plant_ = *kept_plant_;
-        timer_ = kept_timer_;
-        const bool record = undisturbed.empty();
-        if (!record) {
-            std::memcpy(reinterpret_cast<unsigned char *>(&unit().drive) + 4 * word, &pattern, 4);
-        }
-        Fate out;
-        int over = 0;
+        restore();
+        Undisturbed out;
         for (int k = 0; k < watched_periods; ++k) {
-            const hal_output_t o = period();
-            const Duty duty{o.duty_u, o.duty_v, o.duty_w};
-            for (const float d : {o.duty_u, o.duty_v, o.duty_w}) {
-                out.duties = out.duties && d >= 0.0F && d <= 1.0F;
-            }
-            over = plant_.truth().i_peak_A > over_A ? over + 1 : 0;
-            out.over = std::max(out.over, over);
-            out.sick = sick() ? k + 1 : out.sick;
-            if (record) {
-                undisturbed.push_back(duty);
-            }
-            const Duty &usual = undisturbed[static_cast<std::size_t>(k)];
-            out.same = out.same && std::memcmp(&usual, &duty, sizeof duty) == 0;
-            out.faults |= unit().machine.faults;
-            out.gates_on = o.gates_on;
+            out.outputs.push_back(watch(k, out.fate));
+            const auto *const bytes = reinterpret_cast<const unsigned char *>(&unit());
+            out.units.emplace_back(bytes, bytes + sizeof(unit_t));
         }
-        out.error_rpm = std::abs(plant_.truth().omega_m_rad_s * 60.0 / 6.283185307 - reference());
+        out.fate.error_rpm = error_rpm();
+        return out;
+    }
+
+    // As it was at that moment, but for one word.
+    Fate poke(std::size_t word, std::uint32_t pattern, const Undisturbed &usual)
+    {
+        restore();
+        std::memcpy(reinterpret_cast<unsigned char *>(&unit().drive) + 4 * word, &pattern, 4);
+        Fate out;
+        bool same_plant = true; // it was given the same up to now
+        for (int k = 0; k < watched_periods; ++k) {
+            const auto n = static_cast<std::size_t>(k);
+            const hal_output_t o = watch(k, out), &was = usual.outputs[n];
+            out.same = out.same && same_duties(o, was);
+            same_plant =
+                same_plant && out.same && o.gates_on == was.gates_on && o.brake_on == was.brake_on;
+            if (same_plant && std::memcmp(&unit(), usual.units[n].data(), sizeof(unit_t)) == 0) {
+                return same_from_here(out, usual.fate);
+            }
+        }
+        out.error_rpm = error_rpm();
         return out;
     }
 
 private:
+    // Drive and plant are to the last bit what they were without the poke: so is what follows.
+    static Fate same_from_here(Fate out, const Fate &usual)
+    {
+        out.duties = out.duties && usual.duties;
+        out.over = std::max(out.over, usual.over);
+        out.sick = std::max(out.sick, usual.sick);
+        out.faults |= usual.faults;
+        out.gates_on = usual.gates_on;
+        out.error_rpm = usual.error_rpm;
+        return out;
+    }
+    void restore()
+    {
+        std::memcpy(static_cast<void *>(&unit()), kept_app_.data(), sizeof(unit_t));
+        plant_ = *kept_plant_;
+        timer_ = kept_timer_;
+        count_ = kept_count_;
+        over_ = 0;
+    }
+    // One period, and what of it belongs to the fate.
+    hal_output_t watch(int k, Fate &out)
+    {
+        const hal_output_t o = period();
+        for (const float d : {o.duty_u, o.duty_v, o.duty_w}) {
+            out.duties = out.duties && d >= 0.0F && d <= 1.0F;
+        }
+        over_ = plant_.truth().i_peak_A > over_A ? over_ + 1 : 0;
+        out.over = std::max(out.over, over_);
+        out.sick = sick() ? k + 1 : out.sick;
+        out.faults |= unit().machine.faults;
+        out.gates_on = o.gates_on;
+        return o;
+    }
+    double error_rpm() const
+    {
+        return std::abs(plant_.truth().omega_m_rad_s * 60.0 / 6.283185307 - reference());
+    }
     unit_t &unit()
     {
         return const_cast<unit_t &>(firmware_.unit()); // what no interface may do
@@ -210,12 +268,11 @@ private:
     {
         Words32 words;
         std::memcpy(words.data(), &unit().drive, sizeof words);
+        int found = 0; // without a branch, as each period asks every word
         for (std::size_t n = 0; n < word_count; ++n) {
-            if (non_finite(words[n]) && is_float(n)) {
-                return true;
-            }
+            found += (words[n] & looked_at[n]) == exponent_bits ? 1 : 0;
         }
-        return false;
+        return found > 0;
     }
     hal_output_t period()
     {
@@ -231,7 +288,8 @@ private:
     Firmware firmware_;
     Plant plant_;
     PreloadedTimer timer_;
-    std::uint32_t count_ = 0;
+    std::uint32_t count_ = 0, kept_count_ = 0;
+    int over_ = 0; // periods on end beyond over_A
     std::vector<unsigned char> kept_app_ = std::vector<unsigned char>(sizeof(unit_t));
     std::unique_ptr<Plant> kept_plant_;
     PreloadedTimer kept_timer_;
@@ -240,9 +298,8 @@ private:
 void poke_all(const Point &p, int later)
 {
     Bench bench(p, later);
-    std::vector<Duty> undisturbed;
-    const Fate healthy = bench.poke(0, 0, undisturbed);
-    CHECK(healthy.faults == 0 && healthy.sick == 0);
+    const Undisturbed undisturbed = bench.undisturbed();
+    CHECK(undisturbed.fate.faults == 0 && undisturbed.fate.sick == 0);
     int stopped = 0, healed = 0, unused = 0, longest = 0;
     std::map<std::uint32_t, int> said;
     for (std::size_t word = 0; word < word_count; ++word) {
