@@ -108,6 +108,7 @@ def _that_run_the_code() -> list[Stage]:
             "web", "firmware, plant and page in a browser", _pytest("tests/web"), needs=("build",)
         ),
         Stage("asan", "sanitizers: unit, reference, fuzz", _build_and_ctest("asan")),
+        *_that_read_for_minutes(),
         Stage(
             "bits",
             "gcc -O0 .. -O3, native and clang: the same bits",
@@ -126,16 +127,22 @@ def _that_run_the_code() -> list[Stage]:
     ]
 
 
-def _that_read_the_code() -> list[Stage]:
+def _that_read_for_minutes() -> list[Stage]:
+    """Before the short ones: the last long stage would have one core, and the other wait for it."""
     return [
         Stage("tidy-cpp", "clang-tidy on the plant", _tidy(".cpp"), needs=("clang",)),
+        Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
+    ]
+
+
+def _that_read_the_code() -> list[Stage]:
+    return [
         Stage("tidy-c", "clang-tidy on the firmware", _tidy(".c"), needs=("clang",)),
         Stage(
             "generated",
             "gain tables fresh and proven, pages of parameters and faults fresh",
             _generated,
         ),
-        Stage("cppcheck", "cppcheck with MISRA C:2012", _cppcheck),
         Stage("format", "clang-format", _format, quick=True),
         Stage("ruff", "ruff check and format", _ruff, quick=True),
         Stage("types", "mypy --strict on the Python interface", _types),
