@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -77,8 +78,19 @@ def run(
 
 
 def polyline(*points: tuple[float, float]) -> Callable[[float], float]:
-    times_s, values = zip(*points, strict=True)
-    return lambda t_s: float(np.interp(t_s, times_s, values))
+    """As np.interp, to the bit; for one number at a time that takes ten times as long."""
+    (first_s, first), (last_s, last) = points[0], points[-1]
+    pieces = [
+        (t0_s, t1_s, v0, (v1 - v0) / (t1_s - t0_s)) for (t0_s, v0), (t1_s, v1) in pairwise(points)
+    ]
+
+    def value(t_s: float) -> float:
+        if t_s <= first_s or t_s >= last_s:
+            return first if t_s <= first_s else last
+        t0_s, _, v0, slope = next(piece for piece in pieces if t_s < piece[1])
+        return slope * (t_s - t0_s) + v0
+
+    return value
 
 
 def drove(done: Run, duration_s: float) -> bool:
