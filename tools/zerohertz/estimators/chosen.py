@@ -126,4 +126,5 @@ def python_digest() -> bytes:
     python = os.environ.get(PYTHON)
     if not python:
         return b""
-    return hashlib.sha256(Path(python.rpartition(":")[0]).read_bytes()).digest()
+    file, _, name = python.rpartition(":")
+    return hashlib.sha256(Path(file).read_bytes() + name.encode()).digest()
