@@ -17,8 +17,9 @@ from typer.testing import CliRunner
 
 from zerohertz import sim
 from zerohertz.atlas.run import RunOptions
+from zerohertz.campaign import fork
 from zerohertz.campaign.faults import judge
-from zerohertz.campaign.flips import campaign, cases, fork, layout, modes, page, run
+from zerohertz.campaign.flips import campaign, cases, layout, modes, page, run
 from zerohertz.cli import make_app
 from zerohertz.errors import UserError
 from zerohertz.sim_steps import Steps, unit_bytes

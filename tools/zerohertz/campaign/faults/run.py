@@ -36,6 +36,7 @@ SOURCES = (
         for name in ("cases", "conditions", "excepted", "judge", "kinds", "shared")
     ),
     _HERE / "excepted.toml",
+    _HERE.parent / "fork.py",
     _HERE.parent / "rig.py",
 )
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from zerohertz import sim
-from zerohertz.campaign.flips.fork import answer_of
+from zerohertz.campaign.fork import answer_of
 from zerohertz.sil_types import WARNINGS
 from zerohertz.sim_steps import Steps
 

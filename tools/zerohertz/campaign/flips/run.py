@@ -21,9 +21,9 @@ from zerohertz import sim
 from zerohertz.atlas.simulate import Bench, library_sha256
 from zerohertz.campaign.faults import judge
 from zerohertz.campaign.flips.cases import Case
-from zerohertz.campaign.flips.fork import answer_of
 from zerohertz.campaign.flips.layout import leaf_of
 from zerohertz.campaign.flips.modes import MODES, PLAIN, Mode
+from zerohertz.campaign.fork import answer_of
 from zerohertz.errors import UserError
 from zerohertz.sil_types import WARNINGS
 from zerohertz.sim_steps import Steps
@@ -31,8 +31,9 @@ from zerohertz.sim_steps import Steps
 # A row depends on these besides the firmware: a change of one makes stored rows old.
 _HERE = Path(__file__).parent
 SOURCES = (
-    *(_HERE / f"{name}.py" for name in ("cases", "fork", "layout", "modes")),
+    *(_HERE / f"{name}.py" for name in ("cases", "layout", "modes")),
     *(_HERE.parent / "faults" / f"{name}.py" for name in ("judge", "kinds", "run")),
+    _HERE.parent / "fork.py",
     _HERE.parent / "rig.py",
 )
 
