@@ -171,7 +171,7 @@ def test_parameters_scale_with_the_motor() -> None:
         for c, q in ((true, p), (half, twice))
     )
     for key, value in one.items():
-        scale = 2.0 if key.endswith("_A") or key in ("speed_J_kg_m2",) else 1.0
+        scale = 2.0 if key.endswith(("_A", "_W")) or key in ("speed_J_kg_m2",) else 1.0
         if key in ("adapt_kp", "adapt_ki") or key == "rs_track_gain":
             scale = 0.5
         assert two[key] == pytest.approx(scale * value, rel=1e-6), key

@@ -45,6 +45,11 @@ CURRENT_PERIODS, CURRENT_RAD_S = 0.12, 600.0
 OVERLOAD = 1.5
 CONTINUOUS = 1.05  # of rated current: plates are rounded
 TRIP = 1.3
+# Protection, as host_sim/configs/recommended.toml has it for Table 1's motor. Open phase: over i_d,
+# which flows without load as well. The residual: over the largest current, as the trip is, so that
+# it stays below it. Power: over rated. Stall: a hundred times the motor's inertia has left
+# standstill by then, whatever the motor.
+OPEN_PHASE, RESIDUAL, POWER, STALL_S = 0.235, 0.75, 0.5, 2.0
 MAGNETISE = 0.9  # of the current limit at most: the rest is for torque
 PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
 # Rs is measured at this share of rated current and at .625 of it. While the dead time charges the
@@ -100,6 +105,7 @@ def firmware_parameters(
         **_estimator(circuit, plate, flux),
         **_speed(circuit, plate, J_kg_m2),
         **_currents(motor, plate, i_trip_max_A),
+        **_protection(motor, plate, i_trip_max_A),
         **_start(circuit, plate, i_trip_max_A),
         "current_bandwidth_rad_s": min(CURRENT_PERIODS / period_s, CURRENT_RAD_S),
         "lambda_max_Wb": 4.0 * flux,
@@ -182,6 +188,16 @@ def _currents(motor: Identified, plate: Plate, i_trip_max_A: float) -> dict[str,
         "i_q_max_A": math.sqrt(most_A**2 - motor.i_d_A**2),
         "overload_motor_A": min(CONTINUOUS * plate.current_vector_A, most_A),
         "i_trip_A": TRIP * PEAK * most_A,
+    }
+
+
+def _protection(motor: Identified, plate: Plate, i_trip_max_A: float) -> dict[str, float]:
+    """What else would be off: open phase, estimate, stall."""
+    return {
+        "open_phase_A": OPEN_PHASE * motor.i_d_A,
+        "observer_e1_A": RESIDUAL * limit_A(plate, i_trip_max_A),
+        "observer_power_W": POWER * 1e3 * plate.power_kW,
+        "stall_s": STALL_S,
     }
 
 

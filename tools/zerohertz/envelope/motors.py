@@ -126,7 +126,7 @@ def _derived(name: str, period_s: float) -> Drive:
     """As `zh commission` leaves it, had it found the circuit without an error."""
     rig = rig_file(name)
     plate = read_plate(rig)
-    folder = _folder(rig, period_s)
+    folder = rig_folder(rig, period_s)
     motor = load_motor(folder)
     u_dc_V = round(math.sqrt(2.0) * plate.voltage_V)
     # Capacitor, source and chopper as large for this power and voltage as Table 1's are for its.
@@ -164,7 +164,7 @@ def _scales(board: Path) -> dict[str, float]:
     }
 
 
-def _folder(rig: Path, period_s: float) -> Path:
+def rig_folder(rig: Path, period_s: float) -> Path:
     """motor.toml, board.toml, firmware.toml and table, made once per set of inputs."""
     folder = _place(rig.stem, [rig, *sorted((TOOLS / "commission").glob("*.py"))], period_s)
     if not (folder / JSON_NAME).is_file():
