@@ -3,14 +3,14 @@
 static float of_control(const vector_state_t *v)
 {
     return v->speed.omega_filtered_rad_s + v->speed.omega_ref_rad_s + v->speed.i_q_A +
-           v->ramp.steps + v->flux.pi.x + v->flux_reduction_Wb + v->i_d_reduction_A +
-           v->torque_gain_extra_pu + v->steering.torque_Nm + v->steering.reduction_Wb +
-           v->steer.reduction_Wb + v->steer.rate_Wb_per_s + v->reference.weakened_Wb +
-           v->reference.economy_Wb + v->reference.reduction_Wb + v->reference.rate_Wb_per_s +
-           v->reference.i_q_reduction_A + v->mains.i_q_A + v->speed.low_A + v->speed.high_A +
-           v->plan.omega_ref_rad_s + v->plan.i_d_ref_A + v->plan.flux_pu + v->plan.inv_flux_pu +
-           v->plan.torque_ref_Nm + v->modulation.speed_rad_s + v->modulation.flux_pu +
-           v->modulation.rate_pu_per_s;
+           v->speed.slow_A + v->ramp.steps + v->flux.pi.x + v->flux_reduction_Wb +
+           v->i_d_reduction_A + v->torque_gain_extra_pu + v->steering.torque_Nm +
+           v->steering.reduction_Wb + v->steer.reduction_Wb + v->steer.rate_Wb_per_s +
+           v->reference.weakened_Wb + v->reference.economy_Wb + v->reference.reduction_Wb +
+           v->reference.rate_Wb_per_s + v->reference.i_q_reduction_A + v->mains.i_q_A +
+           v->speed.low_A + v->speed.high_A + v->plan.omega_ref_rad_s + v->plan.i_d_ref_A +
+           v->plan.flux_pu + v->plan.inv_flux_pu + v->plan.torque_ref_Nm +
+           v->modulation.speed_rad_s + v->modulation.flux_pu + v->modulation.rate_pu_per_s;
 }
 
 static float of_dwell(const dwell_state_t *d)

@@ -24,7 +24,7 @@ static inline float state_sum_fast(const drive_state_t *st)
                          ab_sum(st->voltage.ahead);
     const measurement_state_t *m = &st->measurement;
     const float offsets = m->offset_A.u + m->offset_A.v + m->offset_A.w + ab_sum(m->offset_V);
-    return acting + offsets + st->modes.vector.speed.gain_extra;
+    return acting + offsets + st->modes.vector.speed.gain_change;
 }
 
 /* The part of this slot, if it is one of SLOT_STATE; else 0. */

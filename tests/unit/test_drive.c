@@ -21,6 +21,7 @@ typedef struct {
     cplx i_dq, u_s;
     double rs_start, rs_track, torque, below, dead_pu;
     double rate, moved_from, bandwidth;
+    double i_q_asked, slow_A, lost, ref_before;
     double flux_pu, i_q_max, target;
     cplx lagging, lag_step, ahead;
     int quiet, slot;
@@ -138,8 +139,8 @@ static void ref_track(ref_t *s, const drive_params_t *p, double error, double mo
     }
 }
 
-/* What slip leaves of the bandwidth. */
-static double ref_bandwidth(const drive_params_t *p, double wanted)
+/* Bandwidth that slip allows, over the one at speed. */
+static double ref_fastest(const drive_params_t *p)
 {
     const double pp = (double)p->motor.pole_pairs, lambda = (double)p->speed.lambda_Wb;
     const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
@@ -148,7 +149,22 @@ static double ref_bandwidth(const drive_params_t *p, double wanted)
     const double fast = fmax((double)p->speed.fast_bandwidth_rad_s, slow);
     const double fastest = pp * pp * kr * lambda / (double)p->speed.J_kg_m2 *
                            (double)SPEED_CONTROL_SLIP_MAX * lambda / (tau * (double)p->motor.M_H);
-    return wanted * fmin(1.0, fastest / fast);
+    return fastest / fast;
+}
+
+/* What slip leaves of the bandwidth. */
+static double ref_bandwidth(const drive_params_t *p, double wanted)
+{
+    return wanted * fmin(1.0, ref_fastest(p));
+}
+
+/* Gain at the bandwidth of low speed. */
+static double ref_kp(const drive_params_t *p)
+{
+    const double pp = (double)p->motor.pole_pairs;
+    const double kr = (double)p->motor.M_H / (double)p->motor.Lr_H;
+    return (double)p->speed.J_kg_m2 * ref_bandwidth(p, (double)p->speed.bandwidth_rad_s) /
+           (pp * pp * kr * (double)p->speed.lambda_Wb);
 }
 
 /* Slower where slip leaves less than all of it. */
@@ -178,6 +194,7 @@ static double ref_speed_pi(ref_t *s, const drive_params_t *p)
     if (e * (got - asked) >= 0.0) {
         s->x_speed = limit(s->x_speed + T * ki * e, most);
     }
+    s->i_q_asked = got;
     return got / s->flux_pu;
 }
 
@@ -205,8 +222,18 @@ static void ref_slow_work(ref_t *s, const drive_params_t *p)
         const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
         const double share = fmin(1.0, fmax(0.0, (fabs(s->wf) - slow) / (fast - slow)));
         const double weakened = share * (1.0 - s->flux_pu);
+        const double fast_A = s->i_q_asked - s->x_speed - s->slow_A;
+        const double T = SLOW * (double)p->period_s;
+        const double limit_A = 0.007 * (double)p->speed.i_q_max_A;
+        const bool asked = fabs(s->wref - s->ref_before) * ref_kp(p) > 0.2 * limit_A;
+        const double swing = asked ? 0.0 : fmin(3.0, fabs(fast_A) / limit_A);
+        s->ref_before = s->wref;
+        s->slow_A += T / 0.0064 * fast_A;
+        s->lost += T / 0.3 * (0.5 * (swing - 1.0) - s->lost);
+        s->lost = fmax(0.0, fmin(fmax(0.0, 1.0 - 0.3 * fmax(1.0, ref_fastest(p))), s->lost));
         s->bandwidth = (1.0 - share) * (double)p->speed.bandwidth_rad_s +
                        (share - weakened) * (double)p->speed.fast_bandwidth_rad_s;
+        s->bandwidth *= 1.0 - s->lost;
     } else {
         /* nothing this time */
     }

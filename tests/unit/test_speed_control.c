@@ -6,6 +6,7 @@
 
 #include "exact.h"
 #include "reference_machine.h"
+#include "slots.h"
 #include "unity.h"
 
 #define PERIOD_S 0.0002f
@@ -503,6 +504,118 @@ static void test_the_filter_is_slower_where_the_gain_is_bounded(void)
     }
 }
 
+/* Runs the schedule for time_s with a torque current of amplitude_A at 60 Hz beside the load's. */
+static void swing(const speed_control_config_t *cfg, speed_control_state_t *st, double amplitude_A,
+                  double time_s)
+{
+    const double schedule_s = (double)SLOT_COUNT * (double)PERIOD_S;
+    for (int k = 0; k < (int)lrint(time_s / schedule_s); k++) {
+        const double turn = 6.283185307 * 60.0 * schedule_s * (double)k;
+        st->i_q_A = st->pi.x + (float)(amplitude_A * sin(turn));
+        speed_control_schedule(cfg, st, 1.0f);
+    }
+}
+
+/* A swing of 20 % of the largest torque current takes .7 of the gain, one of .5 % nothing. */
+static void test_the_gain_falls_while_the_torque_swings(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    speed_control_state_t st = {.pi.x = 4.0f};
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    swing(&cfg, &st, 0.005 * (double)p.i_q_max_A, 3.0);
+    ASSERT_SAME_FLOAT(0.0f, st.gain_change);
+    swing(&cfg, &st, 0.2 * (double)p.i_q_max_A, 3.0);
+    ASSERT_NEAR(1e-6, -0.7, st.gain_change);
+    swing(&cfg, &st, 0.0, 0.5);
+    ASSERT_SAME_FLOAT(0.0f, st.gain_change);
+}
+
+/* The torque that a load step asks for is gone after some 50 ms. */
+static void test_a_load_step_is_too_short_to_be_a_swing(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    speed_control_state_t st = {0};
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    for (int k = 0; k < 16; k++) {
+        st.i_q_A = p.i_q_max_A * (1.0f - (float)k / 16.0f);
+        speed_control_schedule(&cfg, &st, 1.0f);
+    }
+    TEST_ASSERT_TRUE(st.gain_change > -0.17f);
+}
+
+/* The torque of a reference that moves is asked for: the gain stays. */
+static void test_a_moving_reference_is_no_swing(void)
+{
+    const double schedule_s = (double)SLOT_COUNT * (double)PERIOD_S;
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    speed_control_state_t st = {0};
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    for (int k = 0; k < 300; k++) {
+        const double asked_rad_s = 0.2 * (double)p.i_q_max_A / (double)cfg.pi.kp *
+                                   sin(6.283185307 * 40.0 * schedule_s * (double)k);
+        st.omega_ref_rad_s = (float)asked_rad_s;
+        st.i_q_A = cfg.pi.kp * (float)asked_rad_s;
+        speed_control_schedule(&cfg, &st, 1.0f);
+        TEST_ASSERT_TRUE(st.gain_change > -0.05f);
+    }
+}
+
+/* Half the gain that slip allows keeps .6 of it, a quarter all. */
+static void test_a_small_gain_loses_less(void)
+{
+    static const double share[] = {0.5, 0.25};
+    static const double left[] = {0.6, 1.0};
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    const double most = (double)cfg.pi.kp;
+    p.J_kg_m2 = 0.001f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    const double per_kg_m2 = (double)cfg.pi.kp / 0.001;
+    for (int k = 0; k < 2; k++) {
+        speed_control_state_t st = {0};
+        p.J_kg_m2 = (float)(share[k] * most / per_kg_m2);
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+        swing(&cfg, &st, 0.2 * (double)p.i_q_max_A, 3.0);
+        ASSERT_NEAR(1e-5, left[k] - 1.0, st.gain_change);
+    }
+}
+
+static void test_with_one_bandwidth_a_swing_changes_nothing(void)
+{
+    speed_control_config_t cfg;
+    speed_control_state_t st = {0};
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &good, &table1, PERIOD_S));
+    swing(&cfg, &st, 10.0, 1.0);
+    ASSERT_SAME_FLOAT(0.0f, st.gain_change);
+    ASSERT_SAME_FLOAT(0.0f, st.slow_A);
+}
+
+/* A share that is no number, or none that there is, starts again. */
+static void test_a_lost_share_out_of_range_comes_back(void)
+{
+    static const float wrong[] = {NAN, INFINITY, -INFINITY, -5.0f};
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    for (int i = 0; i < 4; i++) {
+        speed_control_state_t st = {.lost = wrong[i]};
+        speed_control_schedule(&cfg, &st, 1.0f);
+        ASSERT_SAME_FLOAT(0.0f, st.gain_change);
+    }
+    speed_control_state_t st = {.lost = 5.0f};
+    speed_control_schedule(&cfg, &st, 1.0f);
+    ASSERT_NEAR(1e-6, -0.7, st.gain_change);
+}
+
 /* So large that what it asks for is no number: the filter holds. */
 static void test_an_endless_inertia_stops_the_filter(void)
 {
@@ -856,6 +969,12 @@ int main(void)
     RUN_TEST(test_the_integrator_waits_at_a_limit);
     RUN_TEST(test_the_gain_is_bounded_by_the_slip_of_its_torque);
     RUN_TEST(test_the_filter_is_slower_where_the_gain_is_bounded);
+    RUN_TEST(test_the_gain_falls_while_the_torque_swings);
+    RUN_TEST(test_a_load_step_is_too_short_to_be_a_swing);
+    RUN_TEST(test_a_moving_reference_is_no_swing);
+    RUN_TEST(test_a_small_gain_loses_less);
+    RUN_TEST(test_with_one_bandwidth_a_swing_changes_nothing);
+    RUN_TEST(test_a_lost_share_out_of_range_comes_back);
     RUN_TEST(test_an_endless_inertia_stops_the_filter);
     RUN_TEST(test_the_loop_has_the_bandwidth_on_both_machines);
     RUN_TEST(test_the_scheduled_loop_has_the_fast_bandwidth_at_speed);

@@ -92,7 +92,7 @@ static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
                             &st.measurement.offset_A.w,
                             &st.measurement.offset_V.alpha,
                             &st.measurement.offset_V.beta,
-                            &st.modes.vector.speed.gain_extra};
+                            &st.modes.vector.speed.gain_change};
     assert_each_is_seen(value, sizeof value / sizeof value[0], FAST);
 }
 
@@ -102,6 +102,7 @@ static void test_control_is_seen_once_in_sixteen(void)
     float *const value[] = {&v->speed.omega_filtered_rad_s,
                             &v->speed.omega_ref_rad_s,
                             &v->speed.i_q_A,
+                            &v->speed.slow_A,
                             &v->speed.low_A,
                             &v->speed.high_A,
                             &v->plan.omega_ref_rad_s,

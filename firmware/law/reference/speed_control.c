@@ -67,7 +67,7 @@ COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control
     const float omega_rad_s = st->omega_filtered_rad_s;
     const bool forward = omega_rad_s >= 0.0f;
     const float limit_rad_s = forward ? cfg->torque_max_rad_s : cfg->torque_min_rad_s;
-    const float faster = 1.0f + st->gain_extra;
+    const float faster = 1.0f + st->gain_change;
     const float faster_err_rad_s = faster * (limit_rad_s - omega_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
     const float change_A = cfg->A_per_Nm * torque_ref_Nm - st->i_q_A;
@@ -84,7 +84,7 @@ COLD static float torque_mode_A(const speed_control_config_t *cfg, speed_control
 /* Speed mode. Usually inside the limits: two comparisons. */
 static inline float speed_mode_A(const speed_control_config_t *cfg, speed_control_state_t *st)
 {
-    const float faster = 1.0f + st->gain_extra;
+    const float faster = 1.0f + st->gain_change;
     const float faster_err_rad_s = faster * (st->omega_ref_rad_s - st->omega_filtered_rad_s);
     const float asked_A = pi_output(&cfg->pi, &st->pi, faster_err_rad_s);
     if (!((asked_A >= st->low_A) && (asked_A <= st->high_A))) {

@@ -16,6 +16,12 @@
  * fall at all, because there it is steering that lowers the flux. Nor do they with one bandwidth
  * for every speed.
  *
+ * The gain falls while the torque swings. With a leakage, a resistance or an inertia other than
+ * told the loop may swing with the whole gain. What the proportional part does above 25 Hz is the
+ * sign. The loop slows down until that is about SPEED_CONTROL_SWING_PU i_q_max, and at most to .3
+ * of the gain that slip allows: a small inertia has less than that anyhow, and keeps it. A load
+ * step is too short to count, and a reference that moves asks for its torque.
+ *
  * The integrator is the load torque; i_q beyond it accelerates. The estimator may use the change of
  * speed expected from that. At low speed, where the bandwidth is not raised, it gets none: near
  * zero stator frequency an estimate with less of this information holds large motors better.
@@ -36,6 +42,15 @@
 /* Filter that the bound of the gain adds, over the 1/bandwidth that is left, where that is much
  * longer than without the bound. */
 #define SPEED_CONTROL_FILTER_PU 0.35f
+
+/* A swing counts in units of this share of i_q_max: mean over .3 s of what is faster than 25 Hz:
+ * near zero frequency the torque swings more slowly, and there less gain loses the shaft. */
+#define SPEED_CONTROL_SWING_PU    0.007f
+#define SPEED_CONTROL_SWING_S     0.0064f
+#define SPEED_CONTROL_SWING_MEAN  (0.0064f / 0.3f)
+#define SPEED_CONTROL_SWING_ASKED 0.2f /* by a moving reference: in a schedule */
+#define SPEED_CONTROL_SWING_MAX   3.0f /* more counts as this much */
+#define SPEED_CONTROL_SWING_GAIN  0.3f /* left at least, of the gain that slip allows */
 
 typedef struct {
     float bandwidth_rad_s;
@@ -65,6 +80,9 @@ typedef struct {
     float gain_extra_max;       /* ... up to 1 + this */
     float weakening;            /* so much of gain_extra goes per nominal flux that is missing */
     float slow_rad_s;
+    float swing_share;      /* of the new value, per schedule */
+    float swing_per_A;      /* 0: not looked at */
+    float lost_max;         /* of the gain, to a swing */
     float A_per_Nm;         /* torque to current at nominal flux */
     float step_rad_s_per_A; /* change of the speed in one period per ampere that accelerates, and
                                per gain_extra: all of it where that has its greatest value */
@@ -78,6 +96,10 @@ typedef struct {
     float omega_filtered_rad_s;
     float omega_ref_rad_s;     /* after the slew limit */
     float gain_extra;          /* bandwidth over that of slow speed is 1 + this, > -1 */
+    float gain_change;         /* the same with what a swing leaves of it */
+    float slow_A;              /* low-passed i_q less the integrator */
+    float ref_before_rad_s;    /* a schedule ago */
+    float lost;                /* of the gain, to a swing: 0 to lost_max */
     float expected_step_rad_s; /* what that current does to the speed until the next period */
     float i_q_A;               /* allowed last, at nominal flux: where torque mode begins */
     float low_A;               /* what is allowed, at nominal flux */
@@ -106,15 +128,10 @@ typedef struct {
 CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                                 const motor_model_t *motor, float period_s);
 
-/* Bandwidth at the present speed and flux_pu, the flux reference over nominal, > 0; need not be
- * called every period. */
-static inline void speed_control_schedule(const speed_control_config_t *cfg,
-                                          speed_control_state_t *st, float flux_pu)
-{
-    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
-    const float extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
-    st->gain_extra = extra - extra * cfg->weakening * (1.0f - minf(flux_pu, 1.0f));
-}
+/* Bandwidth at the present speed, swing and flux_pu, the flux reference over nominal, > 0: once per
+ * schedule of 16 periods. */
+COLD void speed_control_schedule(const speed_control_config_t *cfg, speed_control_state_t *st,
+                                 float flux_pu);
 
 /* i_q reference in A. In torque mode that is the slew-limited i_q of the torque. The speed
  * controller takes over where the speed would pass a limit, whatever drives it. The speed reference

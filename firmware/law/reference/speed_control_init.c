@@ -1,5 +1,7 @@
 #include "speed_control.h"
 
+#include "slots.h"
+
 static bool init_schedule(speed_control_config_t *cfg, const speed_control_params_t *params)
 {
     if (!nonnegativef(params->fast_bandwidth_rad_s)) {
@@ -23,22 +25,33 @@ static bool init_torque(speed_control_config_t *cfg, const speed_control_params_
 }
 
 /* The estimate takes the slip of a torque for its speed until it has settled: the torque that an
- * error of speed asks for may have no more slip than so many times that error. */
-static float gain_max(const speed_control_params_t *params, const motor_model_t *motor)
+ * error of speed asks for may have no more slip than so many times that error. fast_rad_s: the
+ * bandwidth at speed. */
+static float gain_max(const speed_control_params_t *params, const motor_model_t *motor,
+                      float fast_rad_s)
 {
     const float slip_rad_s_per_A = motor->tau_per_s * motor->M_H / params->lambda_Wb;
-    const float faster = maxf(params->fast_bandwidth_rad_s / params->bandwidth_rad_s, 1.0f);
-    return SPEED_CONTROL_SLIP_MAX / (slip_rad_s_per_A * faster);
+    return SPEED_CONTROL_SLIP_MAX / (slip_rad_s_per_A * (fast_rad_s / params->bandwidth_rad_s));
 }
 
 /* The estimate takes a change of the torque current for one of the speed as well where the leakage
  * is not what was told. A bounded gain makes the loop slower: then the filter may be, too. */
-static float filter_s(const speed_control_params_t *params, float wanted_pu)
+static float filter_s(const speed_control_params_t *params, float fast_rad_s, float left_pu)
 {
-    const float fast_rad_s = maxf(params->fast_bandwidth_rad_s, params->bandwidth_rad_s);
-    const float left_pu = 1.0f / wanted_pu;
     return params->filter_s +
-           SPEED_CONTROL_FILTER_PU / fast_rad_s * (wanted_pu - 1.0f) * (1.0f - left_pu);
+           SPEED_CONTROL_FILTER_PU / fast_rad_s * (1.0f / left_pu - 2.0f + left_pu);
+}
+
+/* Beside a bandwidth that grows with speed: weakened flux, the expected acceleration, swings. most:
+ * the gain that slip allows. */
+static void with_schedule(speed_control_config_t *cfg, const speed_control_params_t *params,
+                          float most, float wanted, float period_s)
+{
+    cfg->weakening = 1.0f + 1.0f / cfg->gain_extra_max; /* 1 + max becomes flux (1 + max) */
+    cfg->swing_share = minf((float)SLOT_COUNT / SPEED_CONTROL_SWING_S * period_s, 1.0f);
+    cfg->lost_max = maxf(1.0f - SPEED_CONTROL_SWING_GAIN * most / cfg->pi.kp, 0.0f);
+    cfg->swing_per_A = 1.0f / (SPEED_CONTROL_SWING_PU * params->i_q_max_A);
+    cfg->step_rad_s_per_A = params->bandwidth_rad_s / wanted * period_s / cfg->gain_extra_max;
 }
 
 bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
@@ -48,14 +61,17 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     /* d w_e/dt = (p^2 kr lambda/J) i_q: one pole at the bandwidth. */
     const float wanted =
         params->J_kg_m2 * params->bandwidth_rad_s / (p * p * motor->kr * params->lambda_Wb);
-    const float kp = minf(wanted, gain_max(params, motor));
-    const float bandwidth_rad_s = params->bandwidth_rad_s * (kp / wanted);
+    const float fast_rad_s = maxf(params->fast_bandwidth_rad_s, params->bandwidth_rad_s);
+    const float most = gain_max(params, motor, fast_rad_s);
+    const float kp = minf(wanted, most);
+    const float left_pu = kp / wanted;
+    const float bandwidth_rad_s = params->bandwidth_rad_s * left_pu;
     const float ki_per_s = params->ki_factor * bandwidth_rad_s * kp;
     speed_control_config_t c = {
         .i_q_max_A = params->i_q_max_A,
         .i_q_max2_A2 = params->i_q_max_A * params->i_q_max_A,
         .i_max2_A2 = params->i_max_A * params->i_max_A,
-        .filter_gain = period_s / (period_s + filter_s(params, wanted / kp)),
+        .filter_gain = period_s / (period_s + filter_s(params, fast_rad_s, left_pu)),
         .slew_step_rad_s = params->slew_rad_s2 * period_s,
         .slow_rad_s = params->slow_rad_s,
         .torque_max_rad_s = params->torque_max_rad_s,
@@ -73,9 +89,34 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         return false;
     }
     if (c.gain_extra_max > 0.0f) {
-        c.weakening = 1.0f + 1.0f / c.gain_extra_max; /* 1 + max becomes flux (1 + max) */
-        c.step_rad_s_per_A = params->bandwidth_rad_s / wanted * period_s / c.gain_extra_max;
+        with_schedule(&c, params, most, wanted, period_s);
     }
     *cfg = c;
     return true;
+}
+
+/* The gain falls by itself while the torque swings, and comes back: 1 - lost of it is left. */
+static void look_for_swing(const speed_control_config_t *cfg, speed_control_state_t *st)
+{
+    const float fast_A = st->i_q_A - st->pi.x - st->slow_A;
+    const float moved_rad_s = st->omega_ref_rad_s - st->ref_before_rad_s;
+    float swing = minf(absf(fast_A) * cfg->swing_per_A, SPEED_CONTROL_SWING_MAX);
+    if (absf(moved_rad_s * cfg->pi.kp) * cfg->swing_per_A > SPEED_CONTROL_SWING_ASKED) {
+        swing = 0.0f;
+    }
+    st->ref_before_rad_s = st->omega_ref_rad_s;
+    st->slow_A += cfg->swing_share * fast_A;
+    st->lost = clampf(st->lost + SPEED_CONTROL_SWING_MEAN * cfg->swing_share *
+                                     (0.5f * swing - 0.5f - st->lost),
+                      0.0f, cfg->lost_max);
+}
+
+void speed_control_schedule(const speed_control_config_t *cfg, speed_control_state_t *st,
+                            float flux_pu)
+{
+    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
+    const float extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
+    st->gain_extra = extra - extra * cfg->weakening * (1.0f - minf(flux_pu, 1.0f));
+    look_for_swing(cfg, st);
+    st->gain_change = st->gain_extra - st->lost * (1.0f + st->gain_extra);
 }
