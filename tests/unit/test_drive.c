@@ -229,7 +229,7 @@ static void ref_slow_work(ref_t *s, const drive_params_t *p)
         const double swing = asked ? 0.0 : fmin(3.0, fabs(fast_A) / limit_A);
         s->ref_before = s->wref;
         s->slow_A += T / 0.0064 * fast_A;
-        s->lost += T / 0.3 * (0.5 * (swing - 1.0) - s->lost);
+        s->lost += T / 0.6 * (0.5 * (swing - 1.0) - s->lost);
         s->lost = fmax(0.0, fmin(fmax(0.0, 1.0 - 0.3 * fmax(1.0, ref_fastest(p))), s->lost));
         s->bandwidth = (1.0 - share) * (double)p->speed.bandwidth_rad_s +
                        (share - weakened) * (double)p->speed.fast_bandwidth_rad_s;

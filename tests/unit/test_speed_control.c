@@ -528,7 +528,7 @@ static void test_the_gain_falls_while_the_torque_swings(void)
     ASSERT_SAME_FLOAT(0.0f, st.gain_change);
     swing(&cfg, &st, 0.2 * (double)p.i_q_max_A, 3.0);
     ASSERT_NEAR(1e-6, -0.7, st.gain_change);
-    swing(&cfg, &st, 0.0, 0.5);
+    swing(&cfg, &st, 0.0, 1.0);
     ASSERT_SAME_FLOAT(0.0f, st.gain_change);
 }
 
