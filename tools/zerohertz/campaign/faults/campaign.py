@@ -9,10 +9,11 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from zerohertz.atlas.run import RunOptions, Tell, run_map
+from zerohertz.campaign.faults import excepted
 from zerohertz.campaign.faults.cases import case_of, cases, split
 from zerohertz.campaign.faults.judge import AFTER, BEFORE, EXCEPTED, HARMLESS, UNDECLARED
 from zerohertz.campaign.faults.kinds import NOTHING
-from zerohertz.campaign.faults.run import bench_of_campaign, run_cases
+from zerohertz.campaign.faults.run import bench_of_campaign, over_A, run_cases
 
 HEALTHY = "healthy"
 Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
@@ -72,7 +73,8 @@ def run_all(which: str, runs: int, seed: int, how: RunOptions, tell: Tell, bar: 
         with bar(group, len(chosen)) as progress:
             # What is shared goes to one worker.
             together = sorted(chosen, key=lambda case: case.stem)
-            rows[group] = run_map(bench, together, how, tell, progress, run_cases)
+            found = run_map(bench, together, how, tell, progress, run_cases)
+        rows[group] = [excepted.looked_up(row, over_A(bench)) for row in found]
     result = Result(seed, rows, i_trip_A=bench.i_trip_A)
     wanted = sorted({condition_name(row) for row in result.undeclared})
     if not wanted:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from zerohertz.campaign.faults.cases import Case
+from zerohertz.campaign.faults.cases import Case, case_of
 from zerohertz.campaign.faults.conditions import STARTING
 from zerohertz.campaign.faults.judge import CURRENT, EXCEPTED, UNDECLARED
 
@@ -33,6 +33,14 @@ class Proven:
 def every_proven() -> Mapping[str, Proven]:
     rows = tomllib.loads(FILE.read_text(encoding="utf-8"))["excepted"]
     return {row["kind"]: Proven(row["kind"], row["gain"], row["proof"].strip()) for row in rows}
+
+
+def looked_up(row: Mapping[str, Any], over_A: float) -> dict[str, Any]:
+    """The row of a case with EXCEPTED for its verdict where the list has it.
+
+    Stored rows keep what the judge said: a change of the list runs nothing again.
+    """
+    return {**row, "verdict": verdict(case_of(str(row["name"])), row, over_A)}
 
 
 def verdict(case: Case, row: Mapping[str, Any], over_A: float) -> str:

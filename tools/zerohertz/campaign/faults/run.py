@@ -33,9 +33,8 @@ _HERE = Path(__file__).parent
 SOURCES = (
     *(
         _HERE / f"{name}.py"
-        for name in ("cases", "conditions", "excepted", "judge", "kinds", "shared")
+        for name in ("cases", "conditions", "judge", "kinds", "shared")
     ),
-    _HERE / "excepted.toml",
     _HERE.parent / "fork.py",
     _HERE.parent / "rig.py",
 )
@@ -164,7 +163,7 @@ def limits_of(bench: Bench, case: Case, made: sim.Job) -> Limits:
     slew = known["open_loop_slew_rad_s2" if open_loop else "speed_slew_rad_s2"]
     p = known["pole_pairs"]
     return Limits(
-        over_A=OVER_PU * bench.i_trip_A,
+        over_A=over_A(bench),
         maximum_rpm=maximum_rpm(known),
         torque_Nm=torque_limit_Nm(known),
         slew_rpm_s=slew / p / RPM,
@@ -190,8 +189,13 @@ def torque_limit_Nm(known: Mapping[str, float]) -> float:
 
 
 def run_case(bench: Bench, case: Case) -> dict[str, Any]:
-    """One row."""
-    return next(_rows(bench, [case]))
+    """One row, with the exceptions looked up."""
+    return excepted.looked_up(next(_rows(bench, [case])), over_A(bench))
+
+
+def over_A(bench: Bench) -> float:
+    """The judge's limit of a phase current."""
+    return OVER_PU * bench.i_trip_A
 
 
 def run_cases(bench: Bench, cases: Iterable[Case]) -> list[dict[str, Any]]:
@@ -221,8 +225,6 @@ def _rest(bench: Bench, case: Case) -> shared.Rest:
     def judged(record: sim.Record) -> dict[str, Any]:
         from_start = any(kind.from_start for kind in case.kinds)
         since_s = 0.0 if from_start else times.reverse_s
-        row = judge(record, limits, times.fault_s, since_s)
-        row["verdict"] = excepted.verdict(case, row, limits.over_A)
-        return row
+        return judge(record, limits, times.fault_s, since_s)
 
     return shared.Rest(made, times.end_s, judged)
