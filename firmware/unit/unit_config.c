@@ -38,7 +38,7 @@
 #define CONFIG_IDENTIFY_CURVE         2u
 #define CONFIG_RS_AVERAGE_PU          0.2f
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
-#define CONFIG_RS_RATIO_MAX           1.7f
+#define CONFIG_RS_RATIO_MAX           1.8f
 
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds
  * over the start's Rs; frozen so long after a disturbance, which a speed error or a reference that

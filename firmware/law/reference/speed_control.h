@@ -47,7 +47,7 @@
  * near zero frequency the torque swings more slowly, and there less gain loses the shaft. */
 #define SPEED_CONTROL_SWING_PU    0.007f
 #define SPEED_CONTROL_SWING_S     0.0064f
-#define SPEED_CONTROL_SWING_MEAN  (0.0064f / 0.6f)
+#define SPEED_CONTROL_SWING_MEAN  (SPEED_CONTROL_SWING_S / 0.6f)
 #define SPEED_CONTROL_SWING_ASKED 0.2f /* by a moving reference: in a schedule */
 #define SPEED_CONTROL_SWING_MAX   3.0f /* more counts as this much */
 #define SPEED_CONTROL_SWING_GAIN  0.3f /* left at least, of the gain that slip allows */
