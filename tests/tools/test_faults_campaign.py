@@ -218,6 +218,7 @@ def test_rows_are_stored_and_summed_up(sample: campaign.Result, tmp_path: Path) 
 
 
 EXACT = "currents.gain_0.5@starting,60,+0.5,la2,averaged,duty"
+OTHER_MOTOR = "currents.gain_0.5+motor_0.4@starting,300,+0.5,la2,averaged,duty"
 
 
 def harmful(**changed: Any) -> dict[str, Any]:
@@ -231,7 +232,10 @@ def harmful(**changed: Any) -> dict[str, Any]:
         (EXACT.replace("currents.gain_0.5", "i_u.gain_0.5"), {}),
         (EXACT.replace("currents.gain_0.5", "voltages.gain_0.5"), {}),
         (EXACT.replace("currents.gain_0.5", "all.gain_1.5"), {}),
-        (EXACT.replace("@", "+J_10@"), {}),
+        (EXACT.replace("@", "+u_dc.gain_0.5@"), {}),
+        (EXACT.replace("@", "+all.gain_0.8@"), {}),
+        (EXACT.replace("@", "+open_u@"), {}),
+        (EXACT.replace("@", "+u_uv.frozen@").replace("duty", "sensors"), {}),
         (EXACT, {"undeclared": f"{judge.CURRENT} {judge.DEVIATION}"}),
         (EXACT, {"undeclared": judge.OVERSPEED}),
         (EXACT, {"peak_A": 45.1}),  # 22.5 A / .5
@@ -245,6 +249,21 @@ def test_an_exception_is_not_wider_than_its_proof(name: str, changed: dict[str, 
     assert excepted.verdict(cases.case_of(name), row, 22.5) == row["verdict"]
 
 
+@pytest.mark.parametrize("other", ["motor_0.4", "J_10", "load_reversal", "u_uv.frozen"])
+def test_what_tells_nothing_of_a_current_may_be_wrong_as_well(other: str) -> None:
+    case = cases.case_of(EXACT.replace("@", f"+{other}@"))
+    assert excepted.verdict(case, harmful(), 22.5) == judge.EXCEPTED
+    late = cases.case_of(case.name.replace("starting", "running"))
+    assert excepted.verdict(late, harmful(), 22.5) == judge.UNDECLARED
+
+
+def test_half_of_every_current_is_found_by_the_resistance_at_the_start(bench: Bench) -> None:
+    row = run.run_case(bench, cases.case_of(EXACT))
+    assert row["verdict"] == judge.BEFORE
+    assert row["bits"] == Fault.STATOR_RESISTANCE
+    assert row["peak_A"] < 22.5
+
+
 def test_every_exception_has_a_proof_and_is_a_kind_with_its_gain() -> None:
     for name, proven in excepted.every_proven().items():
         assert name in kinds.every_kind()
@@ -253,7 +272,7 @@ def test_every_exception_has_a_proof_and_is_a_kind_with_its_gain() -> None:
 
 
 def test_words_of_another_motor_are_excepted(bench: Bench) -> None:
-    row = run.run_case(bench, cases.case_of(EXACT))
+    row = run.run_case(bench, cases.case_of(OTHER_MOTOR))
     assert row["verdict"] == judge.EXCEPTED
     assert 22.5 < row["peak_A"] < 45.0
 

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from zerohertz.campaign.faults.cases import Case, case_of
-from zerohertz.campaign.faults.conditions import STARTING
+from zerohertz.campaign.faults.conditions import STARTING, Condition
 from zerohertz.campaign.faults.judge import CURRENT, EXCEPTED, UNDECLARED
+from zerohertz.campaign.faults.kinds import LINE_VOLTAGES, Kind
 
 FILE = Path(__file__).with_suffix(".toml")
 
@@ -30,8 +31,17 @@ class Proven:
 
 
 @functools.cache
+def _file() -> Mapping[str, Any]:
+    return tomllib.loads(FILE.read_text(encoding="utf-8"))
+
+
+def _beside() -> list[str]:
+    return list(_file()["beside"])
+
+
+@functools.cache
 def every_proven() -> Mapping[str, Proven]:
-    rows = tomllib.loads(FILE.read_text(encoding="utf-8"))["excepted"]
+    rows = _file()["excepted"]
     return {row["kind"]: Proven(row["kind"], row["gain"], row["proof"].strip()) for row in rows}
 
 
@@ -44,14 +54,21 @@ def looked_up(row: Mapping[str, Any], over_A: float) -> dict[str, Any]:
 
 
 def verdict(case: Case, row: Mapping[str, Any], over_A: float) -> str:
-    """The row's, or EXCEPTED: alone, from the start, by its current, not beyond the proof."""
-    name = case.kinds[0].name
-    found = every_proven().get(name) if len(case.kinds) == 1 else None
+    """The row's, or EXCEPTED: from the start, by its current, not beyond the proof."""
+    found = [every_proven()[kind.name] for kind in case.kinds if kind.name in every_proven()]
+    others = [kind for kind in case.kinds if kind.name not in every_proven()]
     exact = (
-        found is not None
+        len(found) == 1
+        and all(_says_nothing(kind, case.condition) for kind in others)
         and case.condition.mode == STARTING
         and row["verdict"] == UNDECLARED
         and row["undeclared"] == CURRENT
-        and row["peak_A"] <= found.allowed_A(over_A)
+        and row["peak_A"] <= found[0].allowed_A(over_A)
     )
     return EXCEPTED if exact else str(row["verdict"])
+
+
+def _says_nothing(kind: Kind, condition: Condition) -> bool:
+    """Of the true current: the proof holds beside it."""
+    unused = condition.voltage == "duty" and kind.word in (*LINE_VOLTAGES, "voltages")
+    return unused or kind.what in _beside()

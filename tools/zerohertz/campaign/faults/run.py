@@ -31,10 +31,7 @@ from zerohertz.scenario.setup import load_setup
 # A row depends on these besides the firmware: a change of one makes stored rows old.
 _HERE = Path(__file__).parent
 SOURCES = (
-    *(
-        _HERE / f"{name}.py"
-        for name in ("cases", "conditions", "judge", "kinds", "shared")
-    ),
+    *(_HERE / f"{name}.py" for name in ("cases", "conditions", "judge", "kinds", "shared")),
     _HERE.parent / "fork.py",
     _HERE.parent / "rig.py",
 )
