@@ -38,7 +38,10 @@
 #define CONFIG_IDENTIFY_CURVE         2u
 #define CONFIG_RS_AVERAGE_PU          0.2f
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
-#define CONFIG_RS_RATIO_MAX           1.8f
+/* A hot winding has 1.5 of the nameplate's; the rest is for what the inverter loses more at one
+ * level than at the other: of a large motor a volt is a third of what Rs takes. */
+#define CONFIG_RS_RATIO_MAX   1.6f
+#define CONFIG_RS_UNCERTAIN_V 1.0f
 
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds
  * over the start's Rs; frozen so long after a disturbance, which a speed error or a reference that
@@ -195,7 +198,8 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .average_s =
             minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
-        .ratio_max = CONFIG_RS_RATIO_MAX};
+        .ratio_max =
+            CONFIG_RS_RATIO_MAX + CONFIG_RS_UNCERTAIN_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
                                             .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
                                             .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,

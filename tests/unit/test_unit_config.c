@@ -148,7 +148,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(rs_measurement.level_s, 1.69499993f);
     EXPECT(rs_measurement.average_s, 0.338999987f);
     EXPECT(rs_measurement.bias, 1.15463996f);
-    EXPECT(rs_measurement.ratio_max, 1.8f);
+    EXPECT(rs_measurement.ratio_max, 1.91460478f);
     EXPECT(rs_tracking.gain_ohm_per_rad, 0.372000009f);
     EXPECT(rs_tracking.i_0_A, 3.49649978f);
     EXPECT(rs_tracking.min_rad_s, 1.88495576f);
