@@ -188,7 +188,7 @@ static double ref_speed_pi(ref_t *s, const drive_params_t *p)
     const double bandwidth = ref_bandwidth(p, wanted);
     const double kp =
         (double)p->speed.J_kg_m2 * bandwidth / (pp * pp * kr * (double)p->speed.lambda_Wb);
-    const double ki = (double)p->speed.ki_factor * bandwidth * kp;
+    const double ki = (double)p->speed.ki_factor * (2.0 - ref_bandwidth(p, 1.0)) * bandwidth * kp;
     const double e = s->wref - s->wf, asked = kp * e + s->x_speed;
     const double most = s->flux_pu * s->i_q_max, got = limit(asked, most);
     if (e * (got - asked) >= 0.0) {

@@ -225,7 +225,8 @@ def _speed_filter_s(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) 
 def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
     bandwidth = p["speed_bandwidth_rad_s"]
     wanted, kp = _speed_gains(p, circuit, lambda_Wb)
-    return Pi(kp, p["speed_ki_factor"] * bandwidth * (kp / wanted) * kp * p["period_s"])
+    left = kp / wanted
+    return Pi(kp, p["speed_ki_factor"] * (2.0 - left) * bandwidth * left * kp * p["period_s"])
 
 
 def _flux_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:

@@ -1,0 +1,27 @@
+#include "speed_control.h"
+
+/* The gain falls by itself while the torque swings, and comes back: 1 - lost of it is left. */
+static void look_for_swing(const speed_control_config_t *cfg, speed_control_state_t *st)
+{
+    const float fast_A = st->i_q_A - st->pi.x - st->slow_A;
+    const float moved_rad_s = st->omega_ref_rad_s - st->ref_before_rad_s;
+    float swing = minf(absf(fast_A) * cfg->swing_per_A, SPEED_CONTROL_SWING_MAX);
+    if (absf(moved_rad_s * cfg->pi.kp) * cfg->swing_per_A > SPEED_CONTROL_SWING_ASKED) {
+        swing = 0.0f;
+    }
+    st->ref_before_rad_s = st->omega_ref_rad_s;
+    st->slow_A += cfg->swing_share * fast_A;
+    st->lost = clampf(st->lost + SPEED_CONTROL_SWING_MEAN * cfg->swing_share *
+                                     (0.5f * swing - 0.5f - st->lost),
+                      0.0f, cfg->lost_max);
+}
+
+void speed_control_schedule(const speed_control_config_t *cfg, speed_control_state_t *st,
+                            float flux_pu)
+{
+    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
+    const float extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
+    st->gain_extra = extra - extra * cfg->weakening * (1.0f - minf(flux_pu, 1.0f));
+    look_for_swing(cfg, st);
+    st->gain_change = st->gain_extra - st->lost * (1.0f + st->gain_extra);
+}
