@@ -2,7 +2,7 @@
  * the gates on.
  *
  *   deviation  |reference - speed| above its limit, without approaching: time counts twice at twice
- *              the deviation; half the limit counts while all torque is in use
+ *              the deviation; half the limit counts while all torque is in use, and is told
  *   frequency  |w_s| beyond the over-speed trip: the speed estimate is limited, w_s is not
  *   rotor      a mode imposes the frequency: the rotor has to follow it (rotor_check.h)
  *   unknown    the speed is unknown: limited time

@@ -124,10 +124,16 @@ static void test_all_the_torque_in_vain_is_away_at_half_the_distance(void)
     in.at_limit = true;
     in.omega_rad_s = 109.1f;
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.0f, seconds_to(FAULT_SPEED_DEVIATION, 0.0f));
-    /* Not far enough for the warning. */
+    /* The warning does not wait so long: a load may take the shaft away meanwhile. */
     setUp();
     in.at_limit = true;
-    in.omega_rad_s = 117.9f;
+    in.omega_rad_s = 109.1f;
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.15f, seconds_to(FAULT_DERATED, 0.0f));
+    /* At high speed, where 6 % of the reference are allowed, only the whole distance is told. */
+    setUp();
+    in.at_limit = true;
+    in.omega_ref_rad_s = 400.0f;
+    in.omega_rad_s = 400.0f - 23.9f;
     TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(FAULT_DERATED, 0.0f));
     setUp();
     in.at_limit = true;
