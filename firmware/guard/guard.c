@@ -18,6 +18,7 @@ bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
                                               .flux_Wb = sensors->flux_Wb,
                                               .M_H = sensors->M_H};
     cfg->monitor = *monitor;
+    frozen_link_init(&cfg->frozen_link, plausibility->chopper_on_V, monitor->i_trip_A);
     current_jump_init(&cfg->current_jump, sensors->period_s, sensors->sigma_Ls_H,
                       monitor->i_trip_A);
     return monitor_init(monitor) &&
@@ -59,8 +60,10 @@ static uint32_t look_at_voltage(const guard_config_t *cfg, guard_state_t *st,
         in->controlled && in->sensed &&
         plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, in->u_s_V, in->u_duty_V);
     const float power_W = ab_dot(in->u_duty_V, in->meas->i_s_A);
-    const bool link = mains_check_look(&cfg->mains, &st->mains, in->meas->u_dc_V, power_W);
-    return (wrong || link) ? FAULT_VOLTAGE_SENSOR : 0u;
+    const float u_dc_V = in->meas->u_dc_V;
+    const bool link = mains_check_look(&cfg->mains, &st->mains, u_dc_V, power_W);
+    const bool frozen = frozen_link_look(&cfg->frozen_link, &st->frozen_link, u_dc_V, power_W);
+    return (wrong || link || frozen) ? FAULT_VOLTAGE_SENSOR : 0u;
 }
 
 static uint32_t look_at_phases(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)

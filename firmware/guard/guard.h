@@ -10,6 +10,7 @@
 #include "current_fit.h"
 #include "current_jump.h"
 #include "estimate.h"
+#include "frozen_link.h"
 #include "liveness.h"
 #include "mains_check.h"
 #include "monitor.h"
@@ -24,6 +25,7 @@ typedef struct {
     current_fit_config_t current_fit;
     current_jump_config_t current_jump;
     mains_check_config_t mains;
+    frozen_link_config_t frozen_link;
     speed_guard_config_t speed;
     float i_q_max2_A2; /* largest torque current and current vector */
     float i_max2_A2;
@@ -37,6 +39,7 @@ typedef struct {
     current_fit_state_t current_fit;
     current_jump_state_t current_jump;
     mains_check_state_t mains;
+    frozen_link_state_t frozen_link;
     speed_guard_state_t speed;
 } guard_state_t;
 

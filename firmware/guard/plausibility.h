@@ -28,7 +28,8 @@ typedef struct {
     float rate_rad_s2;
     float power_W;
     float stall_s;
-    float mains_V; /* for mains_check.h */
+    float mains_V;      /* for mains_check.h */
+    float chopper_on_V; /* for frozen_link.h */
 } plausibility_params_t;
 
 typedef struct {

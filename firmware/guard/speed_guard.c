@@ -72,16 +72,22 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
-/* True when the speed stays away from its reference although the torque is at its limit. Half the
- * limit counts as in deviates, but at high speed the whole: a sag of the link passes. In V/f the
- * current limit holds the frequency back, so a speed that only approaches counts too; with an
- * estimate it counts after the longer approach_s. */
+/* Half the limit counts as in deviates, but at high speed the whole: a sag of the link passes. In
+ * V/f the current limit holds the frequency back, so a speed that only approaches counts too. */
+static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *in, bool far,
+                       bool wrong)
+{
+    const bool slow_ref = SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s) < cfg->deviation_rad_s;
+    return (wrong && (far || slow_ref)) || (far && (in->basis == SPEED_BASIS_VOLTAGE));
+}
+
+/* True when the speed stays away from its reference although the torque is at its limit. With an
+ * estimate one that only approaches counts after the longer approach_s. */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
-    const bool slow_ref = SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s) < cfg->deviation_rad_s;
-    const bool away = (wrong && (far || slow_ref)) || (far && (in->basis == SPEED_BASIS_VOLTAGE));
+    const bool away = stays_away(cfg, in, far, wrong);
     const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);

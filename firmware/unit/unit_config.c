@@ -38,14 +38,11 @@
 #define CONFIG_IDENTIFY_CURVE         2u
 #define CONFIG_RS_AVERAGE_PU          0.2f
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
-/* A hot winding has 1.5 of the nameplate's; the rest is for what the inverter loses more at one
- * level than at the other: of a large motor a volt is a third of what Rs takes. */
-#define CONFIG_RS_RATIO_MAX   1.6f
-#define CONFIG_RS_UNCERTAIN_V 1.0f
+#define CONFIG_RS_RATIO               1.6f /* of a hot winding: 1.5 */
+#define CONFIG_RS_LOSS_V              1.0f /* of the inverter, more at one level than the other */
 
-/* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds
- * over the start's Rs; frozen so long after a disturbance, which a speed error or a reference that
- * moves faster is as well. */
+/* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds over
+ * the start's Rs; frozen so long after a disturbance, a speed error or a reference that moves. */
 #define CONFIG_TRACK_I_0_PU          0.7f
 #define CONFIG_TRACK_MIN_HZ          0.3f
 #define CONFIG_TRACK_MAX_HZ          3.0f
@@ -176,7 +173,8 @@ static void config_protection(drive_params_t *d, const params_t *p)
                                               .rate_rad_s2 = p->observer_rate_rad_s2,
                                               .power_W = p->observer_power_W,
                                               .stall_s = p->stall_s,
-                                              .mains_V = p->mains_V};
+                                              .mains_V = p->mains_V,
+                                              .chopper_on_V = p->chopper_on_V};
     d->speed_guard = (speed_guard_params_t){.deviation_rad_s = p->speed_deviation_rad_s,
                                             .deviation_s = p->speed_deviation_s,
                                             .unknown_s = p->speed_unknown_s,
@@ -198,8 +196,7 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .average_s =
             minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
-        .ratio_max =
-            CONFIG_RS_RATIO_MAX + CONFIG_RS_UNCERTAIN_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
+        .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
                                             .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
                                             .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,

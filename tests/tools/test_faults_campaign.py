@@ -217,6 +217,18 @@ def test_rows_are_stored_and_summed_up(sample: campaign.Result, tmp_path: Path) 
     assert max(len(line) for line in page.how_to_read().splitlines()) <= 120
 
 
+@pytest.mark.parametrize(
+    "condition",
+    ["running,900,-1,la1,averaged,duty", "running,1710,-1,la0,averaged,sensors"],
+)
+def test_a_frozen_link_is_found_while_the_motor_brakes(bench: Bench, condition: str) -> None:
+    row = run.run_case(bench, cases.case_of(f"u_dc.frozen@{condition}"))
+    assert (row["verdict"], row["bits"]) == (judge.BEFORE, int(Fault.VOLTAGE_SENSOR))
+    assert 51.0 < row["word_ms"] < 100.0
+    sound = run.run_case(bench, cases.case_of(f"nothing@{condition}"))
+    assert sound["verdict"] == judge.HARMLESS
+
+
 EXACT = "currents.gain_0.5@starting,60,+0.5,la2,averaged,duty"
 OTHER_MOTOR = "currents.gain_0.5+motor_0.4@starting,300,+0.5,la2,averaged,duty"
 

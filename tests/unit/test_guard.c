@@ -401,6 +401,23 @@ static void test_a_link_that_does_not_fit_its_mains(void)
     TEST_ASSERT_FALSE(guard_init(&cfg, &monitor, &plausibility, &sensors));
 }
 
+/* 24 W come back: with a brake resistor from 200 V on and a trip of 20 A, 20 W count. */
+static void test_a_link_that_stays_as_it_is_while_the_motor_brakes(void)
+{
+    in.slot = SLOT_GUARD_VOLTAGE;
+    in.controlled = false;
+    in.u_duty_V.alpha = -6.0f;
+    for (int k = 0; k < 100; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+    }
+    plausibility.chopper_on_V = 200.0f;
+    configure();
+    for (int k = 0; k < 16; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+    }
+    TEST_ASSERT_EQUAL_HEX32(FAULT_VOLTAGE_SENSOR, guard_look(&cfg, &st, &in));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -422,5 +439,6 @@ int main(void)
     RUN_TEST(test_a_voltage_that_the_currents_do_not_explain);
     RUN_TEST(test_current_words_that_jump);
     RUN_TEST(test_a_link_that_does_not_fit_its_mains);
+    RUN_TEST(test_a_link_that_stays_as_it_is_while_the_motor_brakes);
     return UNITY_END();
 }

@@ -137,6 +137,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(plausibility.power_W, 0.406000018f);
     EXPECT(plausibility.stall_s, 0.407000005f);
     EXPECT(plausibility.mains_V, 0.396f);
+    EXPECT(plausibility.chopper_on_V, params.chopper_on_V);
     EXPECT(speed_guard.over_speed_rad_s, 674.880005f);
     EXPECT(speed_guard.deviation_rad_s, params.speed_deviation_rad_s);
     EXPECT(speed_guard.deviation_s, params.speed_deviation_s);

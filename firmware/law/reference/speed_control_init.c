@@ -66,7 +66,6 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     const float kp = minf(wanted, most);
     const float left_pu = kp / wanted;
     const float bandwidth_rad_s = params->bandwidth_rad_s * left_pu;
-    /* A loop that the bound makes slow bears more: filter and delays are short beside it. */
     const float ki_per_s = params->ki_factor * (2.0f - left_pu) * bandwidth_rad_s * kp;
     speed_control_config_t c = {
         .i_q_max_A = params->i_q_max_A,

@@ -1,0 +1,32 @@
+/* Is the word of the dc link frozen? With a brake resistor the link is charged by braking: while
+ * the motor returns power its word cannot stay as it is, for either the link rises or the resistor
+ * takes it down. A word that froze while the resistor was off would let the link rise unseen.
+ *
+ * A stiff supply takes power back without a change, and needs no resistor: without one nothing is
+ * checked.
+ */
+#ifndef FROZEN_LINK_H
+#define FROZEN_LINK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "num.h"
+
+typedef struct {
+    float least_W; /* returned power that counts; 0: no brake resistor */
+} frozen_link_config_t;
+
+typedef struct {
+    float u_dc_V;   /* of the look before */
+    uint32_t looks; /* in a row at which the word was the same while power came back */
+} frozen_link_state_t;
+
+/* chopper_on_V: 0 without a brake resistor. */
+void frozen_link_init(frozen_link_config_t *cfg, float chopper_on_V, float i_trip_A);
+
+/* Once per schedule with the gates on; power_W: into the motor. True when it is frozen. */
+bool frozen_link_look(const frozen_link_config_t *cfg, frozen_link_state_t *st, float u_dc_V,
+                      float power_W);
+
+#endif
