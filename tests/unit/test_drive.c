@@ -167,6 +167,13 @@ static double ref_kp(const drive_params_t *p)
            (pp * pp * kr * (double)p->speed.lambda_Wb);
 }
 
+/* The integrator of a loop that slip leaves less than all of it. */
+static double ref_quicker(const drive_params_t *p)
+{
+    const double lost = 1.0 - ref_bandwidth(p, 1.0);
+    return 1.0 + lost * lost;
+}
+
 /* Slower where slip leaves less than all of it. */
 static double ref_speed_filter_s(const drive_params_t *p)
 {
@@ -188,7 +195,7 @@ static double ref_speed_pi(ref_t *s, const drive_params_t *p)
     const double bandwidth = ref_bandwidth(p, wanted);
     const double kp =
         (double)p->speed.J_kg_m2 * bandwidth / (pp * pp * kr * (double)p->speed.lambda_Wb);
-    const double ki = (double)p->speed.ki_factor * (2.0 - ref_bandwidth(p, 1.0)) * bandwidth * kp;
+    const double ki = (double)p->speed.ki_factor * ref_quicker(p) * bandwidth * kp;
     const double e = s->wref - s->wf, asked = kp * e + s->x_speed;
     const double most = s->flux_pu * s->i_q_max, got = limit(asked, most);
     if (e * (got - asked) >= 0.0) {

@@ -479,8 +479,8 @@ static void test_the_gain_is_bounded_by_the_slip_of_its_torque(void)
         const double pairs = (double)model.pole_pairs;
         const double bandwidth_rad_s =
             (double)cfg.pi.kp * pairs * pairs * (double)model.kr * 0.5 / 100.0;
-        const double factor =
-            (double)p.ki_factor * (2.0 - bandwidth_rad_s / (double)p.bandwidth_rad_s);
+        const double lost = 1.0 - bandwidth_rad_s / (double)p.bandwidth_rad_s;
+        const double factor = (double)p.ki_factor * (1.0 + lost * lost);
         ASSERT_NEAR(1e-6 * (double)cfg.pi.ki_T,
                     factor * bandwidth_rad_s * (double)cfg.pi.kp * (double)PERIOD_S,
                     (double)cfg.pi.ki_T);

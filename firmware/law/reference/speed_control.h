@@ -3,7 +3,8 @@
  * i_q limit = min(i_q_max, sqrt(i_max^2 - i_d^2)). Gains from bandwidth and inertia: Kp = J bw/(p^2
  * kr lambda) per electrical rad/s, Ki = ki_factor bw Kp. For a large inertia Kp is bounded by Kp
  * slip/i_q <= SPEED_CONTROL_SLIP_MAX, which also limits the bandwidth. Ki is then up to twice
- * ki_factor bw Kp: such a loop would take seconds to recover from a load step. At a limit the
+ * ki_factor bw Kp, by 1 + (1 - Kp/Kp unbounded)^2: a loop that is left with little would take
+ * seconds to recover from a load step, one that keeps most of it would overshoot. At a limit the
  * integrator holds. Electrical speeds. Internally i_q is the value at nominal flux. The bandwidth
  * may grow with speed: at low speed the estimate is slow, and the loop has to be slower.
  *

@@ -42,6 +42,14 @@ static float filter_s(const speed_control_params_t *params, float fast_rad_s, fl
            SPEED_CONTROL_FILTER_PU / fast_rad_s * (1.0f / left_pu - 2.0f + left_pu);
 }
 
+/* A loop that the bound makes slow bears more: filter and delays are short beside it. */
+static float ki_per_s(const speed_control_params_t *params, float kp, float left_pu)
+{
+    const float lost_pu = 1.0f - left_pu;
+    const float bandwidth_rad_s = params->bandwidth_rad_s * left_pu;
+    return params->ki_factor * (1.0f + lost_pu * lost_pu) * bandwidth_rad_s * kp;
+}
+
 /* Beside a bandwidth that grows with speed: weakened flux, the expected acceleration, swings. most:
  * the gain that slip allows. */
 static void with_schedule(speed_control_config_t *cfg, const speed_control_params_t *params,
@@ -65,8 +73,6 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     const float most = gain_max(params, motor, fast_rad_s);
     const float kp = minf(wanted, most);
     const float left_pu = kp / wanted;
-    const float bandwidth_rad_s = params->bandwidth_rad_s * left_pu;
-    const float ki_per_s = params->ki_factor * (2.0f - left_pu) * bandwidth_rad_s * kp;
     speed_control_config_t c = {
         .i_q_max_A = params->i_q_max_A,
         .i_q_max2_A2 = params->i_q_max_A * params->i_q_max_A,
@@ -84,8 +90,8 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
         !nonnegativef(params->filter_s)) {
         return false;
     }
-    if (!pi_init(&c.pi, kp, ki_per_s, params->i_q_max_A, period_s) || !init_schedule(&c, params) ||
-        !init_torque(&c, params, motor, period_s)) {
+    if (!pi_init(&c.pi, kp, ki_per_s(params, kp, left_pu), params->i_q_max_A, period_s) ||
+        !init_schedule(&c, params) || !init_torque(&c, params, motor, period_s)) {
         return false;
     }
     if (c.gain_extra_max > 0.0f) {

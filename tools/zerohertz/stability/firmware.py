@@ -226,7 +226,8 @@ def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
     bandwidth = p["speed_bandwidth_rad_s"]
     wanted, kp = _speed_gains(p, circuit, lambda_Wb)
     left = kp / wanted
-    return Pi(kp, p["speed_ki_factor"] * (2.0 - left) * bandwidth * left * kp * p["period_s"])
+    ki_factor = p["speed_ki_factor"] * (1.0 + (1.0 - left) ** 2)
+    return Pi(kp, ki_factor * bandwidth * left * kp * p["period_s"])
 
 
 def _flux_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
