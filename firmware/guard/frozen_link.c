@@ -10,10 +10,10 @@ void frozen_link_init(frozen_link_config_t *cfg, float chopper_on_V, float i_tri
 }
 
 bool frozen_link_look(const frozen_link_config_t *cfg, frozen_link_state_t *st, float u_dc_V,
-                      float power_W)
+                      float power_W, bool brake_on)
 {
     const bool same = float_bits(u_dc_V) == float_bits(st->u_dc_V);
-    const bool charged = (cfg->least_W > 0.0f) && (power_W < -cfg->least_W);
+    const bool charged = (cfg->least_W > 0.0f) && !brake_on && (power_W < -cfg->least_W);
     st->u_dc_V = u_dc_V;
     st->looks = (same && charged) ? (st->looks + 1u) : 0u; /* the gates open long before it wraps */
     return st->looks >= FROZEN_LINK_LOOKS;

@@ -1,6 +1,6 @@
-/* Is the word of the dc link frozen? With a brake resistor the link is charged by braking: while
- * the motor returns power its word cannot stay as it is, for either the link rises or the resistor
- * takes it down. A word that froze while the resistor was off would let the link rise unseen.
+/* Is the word of the dc link frozen? While the motor returns power and the brake resistor is off,
+ * the link rises: its word cannot stay as it is. A word that froze then would let it rise unseen.
+ * With the resistor on the link may rest where the resistor takes just what comes.
  *
  * A stiff supply takes power back without a change, and needs no resistor: without one nothing is
  * checked.
@@ -27,6 +27,6 @@ void frozen_link_init(frozen_link_config_t *cfg, float chopper_on_V, float i_tri
 
 /* Once per schedule with the gates on; power_W: into the motor. True when it is frozen. */
 bool frozen_link_look(const frozen_link_config_t *cfg, frozen_link_state_t *st, float u_dc_V,
-                      float power_W);
+                      float power_W, bool brake_on);
 
 #endif

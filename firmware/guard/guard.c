@@ -62,7 +62,8 @@ static uint32_t look_at_voltage(const guard_config_t *cfg, guard_state_t *st,
     const float power_W = ab_dot(in->u_duty_V, in->meas->i_s_A);
     const float u_dc_V = in->meas->u_dc_V;
     const bool link = mains_check_look(&cfg->mains, &st->mains, u_dc_V, power_W);
-    const bool frozen = frozen_link_look(&cfg->frozen_link, &st->frozen_link, u_dc_V, power_W);
+    const bool frozen =
+        frozen_link_look(&cfg->frozen_link, &st->frozen_link, u_dc_V, power_W, in->brake_on);
     return (wrong || link || frozen) ? FAULT_VOLTAGE_SENSOR : 0u;
 }
 

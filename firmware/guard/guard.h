@@ -60,6 +60,7 @@ typedef struct {
     const estimate_t *estimate;
     uint32_t slot;
     bool controlled; /* RUN with an estimate, or I-f in its place: currents follow a reference */
+    bool brake_on;   /* the brake resistor of the dc link */
     bool sensed;     /* u_s_V comes from sensors and can be compared with u_duty_V */
     bool oriented;   /* the estimate and the request are those of vector control */
     ab_t u_duty_V;   /* of the interval that ended, by the duties */

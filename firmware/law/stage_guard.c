@@ -82,6 +82,7 @@ uint32_t stage_guard_look(const drive_config_t *cfg, drive_state_t *st, const dr
         .slot = st->slot,
         .controlled = (st->mode == MODE_VECTOR) || (st->mode == MODE_TAKE_OVER),
         .oriented = st->mode == MODE_VECTOR,
+        .brake_on = st->limits.link.brake_on,
         /* After a flying start nobody knows what the legs lose, if that was to be found. */
         .sensed = (cfg->acting.source != ACTING_VOLTAGE_DUTY) &&
                   (found->leg_loss_found || !cfg->modes.premagnetise.identify_leg_loss),

@@ -10,11 +10,13 @@
 
 static frozen_link_config_t cfg;
 static frozen_link_state_t st;
+static bool brake_on;
 
 void setUp(void)
 {
     frozen_link_init(&cfg, CHOPPER_ON_V, TRIP_A);
     st = (frozen_link_state_t){0};
+    brake_on = false;
 }
 
 void tearDown(void)
@@ -25,7 +27,7 @@ void tearDown(void)
 static uint32_t told_after(float u_dc_V, float step_V, float power_W, uint32_t most)
 {
     for (uint32_t k = 1u; k <= most; k++) {
-        if (frozen_link_look(&cfg, &st, u_dc_V + (float)k * step_V, power_W)) {
+        if (frozen_link_look(&cfg, &st, u_dc_V + (float)k * step_V, power_W, brake_on)) {
             return k;
         }
     }
@@ -63,6 +65,15 @@ static void test_what_takes_power_or_hardly_returns_any_proves_nothing(void)
     }
 }
 
+/* It may take just what comes: the link rests. */
+static void test_a_resistor_that_is_on_may_hold_the_link(void)
+{
+    brake_on = true;
+    TEST_ASSERT_EQUAL_UINT32(0u, told_after(346.0f, 0.0f, -700.0f, 1000u));
+    brake_on = false;
+    TEST_ASSERT_EQUAL_UINT32(LOOKS, told_after(346.0f, 0.0f, -700.0f, 100u));
+}
+
 static void test_without_a_brake_resistor_nothing_is_asked(void)
 {
     frozen_link_init(&cfg, 0.0f, TRIP_A);
@@ -75,6 +86,7 @@ int main(void)
     RUN_TEST(test_a_word_that_stays_while_power_comes_back_is_told);
     RUN_TEST(test_one_change_of_the_word_is_enough);
     RUN_TEST(test_what_takes_power_or_hardly_returns_any_proves_nothing);
+    RUN_TEST(test_a_resistor_that_is_on_may_hold_the_link);
     RUN_TEST(test_without_a_brake_resistor_nothing_is_asked);
     return UNITY_END();
 }

@@ -416,6 +416,8 @@ static void test_a_link_that_stays_as_it_is_while_the_motor_brakes(void)
         TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
     }
     TEST_ASSERT_EQUAL_HEX32(FAULT_VOLTAGE_SENSOR, guard_look(&cfg, &st, &in));
+    in.brake_on = true;
+    TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
 }
 
 int main(void)
