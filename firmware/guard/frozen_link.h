@@ -2,8 +2,8 @@
  * the link rises: its word cannot stay as it is. A word that froze then would let it rise unseen.
  * With the resistor on the link may rest where the resistor takes just what comes.
  *
- * A stiff supply takes power back without a change, and needs no resistor: without one nothing is
- * checked.
+ * A stiff supply takes power back without a change. So nothing is checked up to .95 of where the
+ * resistor is switched on, which no supply reaches, nor without a resistor.
  */
 #ifndef FROZEN_LINK_H
 #define FROZEN_LINK_H
@@ -14,7 +14,8 @@
 #include "num.h"
 
 typedef struct {
-    float least_W; /* returned power that counts; 0: no brake resistor */
+    float least_W; /* returned power that counts */
+    float high_V;  /* a supply is below; 0: no brake resistor */
 } frozen_link_config_t;
 
 typedef struct {

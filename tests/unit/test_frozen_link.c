@@ -39,8 +39,8 @@ static void test_a_word_that_stays_while_power_comes_back_is_told(void)
     /* The first look only learns the word. */
     TEST_ASSERT_EQUAL_UINT32(LOOKS + 1u, told_after(346.0f, 0.0f, -700.0f, 100u));
     setUp();
-    TEST_ASSERT_EQUAL_UINT32(LOOKS + 1u, told_after(283.0f, 0.0f, -35.1f, 100u));
-    TEST_ASSERT_EQUAL_UINT32(1u, told_after(283.0f, 0.0f, -35.1f, 1u)); /* and stays told */
+    TEST_ASSERT_EQUAL_UINT32(LOOKS + 1u, told_after(333.0f, 0.0f, -35.1f, 100u));
+    TEST_ASSERT_EQUAL_UINT32(1u, told_after(333.0f, 0.0f, -35.1f, 1u)); /* and stays told */
 }
 
 static void test_one_change_of_the_word_is_enough(void)
@@ -57,12 +57,19 @@ static void test_what_takes_power_or_hardly_returns_any_proves_nothing(void)
     const float power_W[] = {700.0f, 0.0f, -34.9f, NAN};
     for (int k = 0; k < 4; k++) {
         setUp();
-        TEST_ASSERT_EQUAL_UINT32(0u, told_after(283.0f, 0.0f, power_W[k], 1000u));
+        TEST_ASSERT_EQUAL_UINT32(0u, told_after(333.0f, 0.0f, power_W[k], 1000u));
         /* Braking has to last. */
-        TEST_ASSERT_EQUAL_UINT32(0u, told_after(283.0f, 0.0f, -700.0f, LOOKS - 1u));
-        TEST_ASSERT_EQUAL_UINT32(0u, told_after(283.0f, 0.0f, power_W[k], 1u));
-        TEST_ASSERT_EQUAL_UINT32(LOOKS, told_after(283.0f, 0.0f, -700.0f, 100u));
+        TEST_ASSERT_EQUAL_UINT32(0u, told_after(333.0f, 0.0f, -700.0f, LOOKS - 1u));
+        TEST_ASSERT_EQUAL_UINT32(0u, told_after(333.0f, 0.0f, power_W[k], 1u));
+        TEST_ASSERT_EQUAL_UINT32(LOOKS, told_after(333.0f, 0.0f, -700.0f, 100u));
     }
+}
+
+/* It takes power back and stays as it is. */
+static void test_a_supply_is_left_alone(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, told_after(332.4f, 0.0f, -700.0f, 1000u));
+    TEST_ASSERT_EQUAL_UINT32(LOOKS + 1u, told_after(332.6f, 0.0f, -700.0f, 1000u));
 }
 
 /* It may take just what comes: the link rests. */
@@ -86,6 +93,7 @@ int main(void)
     RUN_TEST(test_a_word_that_stays_while_power_comes_back_is_told);
     RUN_TEST(test_one_change_of_the_word_is_enough);
     RUN_TEST(test_what_takes_power_or_hardly_returns_any_proves_nothing);
+    RUN_TEST(test_a_supply_is_left_alone);
     RUN_TEST(test_a_resistor_that_is_on_may_hold_the_link);
     RUN_TEST(test_without_a_brake_resistor_nothing_is_asked);
     return UNITY_END();
