@@ -1,6 +1,6 @@
 #include "frozen_link.h"
 
-/* Of link times trip: 35 W in a drive of 1.5 kW. They move 1 mF by 2 V in the time below. */
+/* Of link times trip: 35 W in a drive of 1.5 kW. They move 1 mF by 5 V in the time below. */
 #define FROZEN_LINK_PU    0.005f
 #define FROZEN_LINK_HIGH  0.95f
 #define FROZEN_LINK_LOOKS 16u /* 51 ms at 200 us */
