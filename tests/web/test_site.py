@@ -32,7 +32,10 @@ def run_simulated(page: Any) -> None:
     page.fill("#speed-box", "60")
     page.press("#speed-box", "Enter")
     page.click("#run")
-    page.wait_for_function(AT_60)
+    try:
+        page.wait_for_function(AT_60)
+    except Exception as error:
+        pytest.fail(f"{error}; the page shows:\n{page.inner_text('body')}")
 
 
 def test_start_page_leads_to_a_simulator_that_runs(open_page: Callable[..., Any]) -> None:

@@ -5,6 +5,7 @@ import net from 'node:net';
 import { test } from 'node:test';
 
 import { Client, EDGES, RUN, RefusedError, WrongKeyError } from '../src/link/client.js';
+import { DEVELOPMENT_KEY } from '../src/link/siphash.js';
 
 function tcp(port) {
   const socket = new net.Socket();
@@ -69,4 +70,20 @@ test('a refusal says why', async (t) => {
   await drive.set('Rs_ohm', 1.2);
   drive.useKey(new Uint8Array(16));
   await assert.rejects(drive.set('i_d_A', 4), WrongKeyError);
+});
+
+test('two commands at once, before a session is open, open one', async (t) => {
+  const drive = await connected(t);
+  const both = () => Promise.all([drive.command(RUN, { valid_s: 20 }), drive.set('i_d_A', 4.25)]);
+  await both();
+  await drive.command(0);
+  drive.forgetSession();
+  await both();
+  await drive.command(0);
+  drive.useKey(new Uint8Array(16));
+  const refused = await Promise.allSettled([drive.unlock(), drive.set('i_d_A', 4)]);
+  assert.ok(refused.every(({ reason }) => reason instanceof WrongKeyError));
+  drive.useKey(DEVELOPMENT_KEY);
+  await both(); // one wrong key in all: the drive is not locked out
+  await drive.command(0);
 });

@@ -36,6 +36,7 @@ export class Session extends EventTarget {
   wanted = null; // what this page commands: {speed_rad_s} or {torque_Nm}
   watched = []; // signals that the scope wants
   #askKey;
+  #asked = null;
   #make;
 
   /** @param {{transport: () => object, catalog: object, askKey: (why: string) => Promise<Uint8Array | null>}} wiring */
@@ -225,7 +226,8 @@ export class Session extends EventTarget {
           this.tell(error.message, true);
           return false;
         }
-        const key = await this.#askKey(error.message);
+        this.#asked ??= this.#askKey(error.message).finally(() => (this.#asked = null));
+        const key = await this.#asked; // whoever needs it meanwhile waits for the same answer
         if (!key) return false;
         this.client?.useKey(key);
       }

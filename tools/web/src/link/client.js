@@ -55,8 +55,9 @@ export class Client {
   #busy = false;
   #waiting = null;
   #key = DEVELOPMENT_KEY;
-  #session = null;
+  #session = null; // a promise of its number
   #seal = null;
+  #opening = null;
   #timeout_ms;
   #resent = false; // some request of a challenge was sent twice
 
@@ -172,8 +173,13 @@ export class Client {
   // --- who acts ------------------------------------------------------------------------------
 
   async #acting() {
-    this.#session ??= new Fields(await this.request(Op.SESSION)).u32();
-    return bytesOf(['u32', this.#session]);
+    const session = (this.#session ??= this.request(Op.SESSION).then((body) => new Fields(body).u32()));
+    try {
+      return bytesOf(['u32', await session]);
+    } catch (error) {
+      if (this.#session === session) this.#session = null;
+      throw error;
+    }
   }
 
   /** Somebody stopped or reset the drive: only the user may begin again. */
@@ -182,7 +188,18 @@ export class Client {
     this.#seal = null;
   }
 
-  async #open(unlock = false) {
+  /** One at a time: the answer to a challenge is wrong as soon as there is a later challenge. */
+  #open(unlock = false) {
+    if (this.#opening && !unlock) return this.#opening;
+    const before = this.#opening ?? Promise.resolve();
+    const opening = before.catch(() => {}).then(() => this.#opened(unlock)).finally(() => {
+      if (this.#opening === opening) this.#opening = null;
+    });
+    this.#opening = opening;
+    return opening;
+  }
+
+  async #opened(unlock) {
     const until = Date.now() + LOCKED_OUT_MS;
     for (;;) {
       try {
