@@ -32,35 +32,6 @@
 #define CONFIG_I_F_RETURN_HZ 1.5f       /* above, the estimator may take back */
 #define CONFIG_I_F_TIMEOUT_S 5.0f       /* above that and still lost for so long: fault */
 
-/* Rs before the start. */
-#define CONFIG_RS_LOW_PU              0.625f
-#define CONFIG_RS_SMALL_PU            0.6f /* over the threshold: half of it in leg u */
-#define CONFIG_IDENTIFY_CURVE         2u
-#define CONFIG_RS_AVERAGE_PU          0.2f
-#define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
-#define CONFIG_RS_RATIO               1.6f /* of a hot winding: 1.5 */
-#define CONFIG_RS_LOSS_V              1.0f /* of the inverter, more at one level than the other */
-
-/* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds over
- * the start's Rs; frozen so long after a disturbance, a speed error or a reference that moves. */
-#define CONFIG_TRACK_I_0_PU          0.7f
-#define CONFIG_TRACK_MIN_HZ          0.3f
-#define CONFIG_TRACK_MAX_HZ          3.0f
-#define CONFIG_TRACK_M_MIN_HZ        15.0f
-#define CONFIG_TRACK_LOW_PU          0.98f
-#define CONFIG_TRACK_HIGH_PU         1.5f
-#define CONFIG_TRACK_QUIET_S         0.5f
-#define CONFIG_TRACK_ERR_RAD_S       3.0f
-#define CONFIG_TRACK_SLEW_RAD_S2     20.0f
-#define CONFIG_TRACK_DWELL_OHM_PER_S 1.0f /* while dwelling: an error of Rs dies in a second */
-
-/* Without flux steering the field may come to rest under load, and then Rs has to be right: tracked
- * this many times as fast, at less torque, sooner after a disturbance, and further down. */
-#define CONFIG_TRACK_UNSTEERED_GAIN    3.3333333f
-#define CONFIG_TRACK_UNSTEERED_I_0_PU  0.4f
-#define CONFIG_TRACK_UNSTEERED_LOW_PU  0.75f
-#define CONFIG_TRACK_UNSTEERED_QUIET_S 0.2f
-
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
  * nominal flux. */
 #define CONFIG_STEER_HYSTERESIS_PU 0.28231797f
@@ -182,49 +153,6 @@ static void config_protection(drive_params_t *d, const params_t *p)
                                             .lambda_nominal_Wb = p->M_H * p->i_d_A};
 }
 
-/* Rs at the start and while running. */
-static void config_resistance(drive_params_t *d, const params_t *p)
-{
-    const float low_A = CONFIG_RS_LOW_PU * p->rs_high_A;
-    const float small_A = minf(CONFIG_RS_SMALL_PU * p->dead_time_i_threshold_A, 0.5f * low_A);
-    d->rs_measurement = (rs_measurement_params_t){
-        .enable = p->rs_measure != 0u,
-        .high_A = p->rs_high_A,
-        .low_A = low_A,
-        .small_A = (p->dead_time_identify == CONFIG_IDENTIFY_CURVE) ? small_A : 0.0f,
-        .level_s = p->rs_level_s,
-        .average_s =
-            minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
-        .bias = p->rs_bias,
-        .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
-    d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
-                                            .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
-                                            .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,
-                                            .max_rad_s = NUM_TWO_PI * CONFIG_TRACK_MAX_HZ,
-                                            .low_pu = CONFIG_TRACK_LOW_PU,
-                                            .high_pu = CONFIG_TRACK_HIGH_PU,
-                                            .quiet_s = CONFIG_TRACK_QUIET_S,
-                                            .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
-                                            .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2,
-                                            .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
-    if (!(p->steer_min_Hz > 0.0f)) {
-        d->rs_tracking.gain_ohm_per_rad *= CONFIG_TRACK_UNSTEERED_GAIN;
-        d->rs_tracking.i_0_A = CONFIG_TRACK_UNSTEERED_I_0_PU * p->i_d_A;
-        d->rs_tracking.low_pu = CONFIG_TRACK_UNSTEERED_LOW_PU;
-        d->rs_tracking.quiet_s = CONFIG_TRACK_UNSTEERED_QUIET_S;
-    }
-}
-
-static void config_heating(drive_params_t *d, const params_t *p)
-{
-    d->m_tracking = (m_tracking_params_t){.on = p->m_track != 0u,
-                                          .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_M_MIN_HZ};
-    d->heating = (heating_params_t){.winding_pu = p->heat_rise,
-                                    .rated_A = p->com_rated_A,
-                                    .i_d_A = p->i_d_A,
-                                    .tau_s = p->heat_s};
-}
-
 static void config_flux(drive_params_t *d, const params_t *p)
 {
     d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
@@ -288,8 +216,7 @@ void unit_config_drive(drive_params_t *drive, const params_t *params)
 {
     config_board(drive, params);
     config_source(drive, params);
-    config_resistance(drive, params);
-    config_heating(drive, params);
+    unit_config_tracking(drive, params);
     config_confidence(drive, params);
     config_speed(drive, params);
     config_flux(drive, params);
