@@ -23,6 +23,7 @@
 #include "guard.h"
 #include "heating.h"
 #include "m_tracking.h"
+#include "offset_tracking.h"
 #include "measurement.h"
 #include "modes.h"
 #include "rs_tracking.h"
@@ -46,6 +47,7 @@ typedef struct {
     rs_tracking_config_t rs_tracking;
     heating_config_t heating;
     m_tracking_config_t m_tracking;
+    offset_tracking_config_t offset_tracking;
     dwell_config_t dwell;
     torque_limits_config_t limits;
     modes_config_t modes;

@@ -65,6 +65,17 @@ static void track_m(const drive_config_t *cfg, drive_state_t *st, const mode_in_
     }
 }
 
+/* What the field does not turn. */
+static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
+{
+    const estimate_t *e = &st->estimator.estimate;
+    const offset_tracking_in_t in = {.e1_A = e->i_residual_A,
+                                     .omega_e_hat_rad_s = e->omega_e_rad_s,
+                                     .omega_s_hat_rad_s = e->omega_s_rad_s};
+    measurement_move_offsets(&st->measurement, offset_tracking_step(&cfg->offset_tracking,
+                                                                    st->measurement.moved_A, &in));
+}
+
 void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                 const drive_out_t *out)
 {
@@ -81,6 +92,9 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     }
     if ((st->slot == SLOT_M_TRACKING) && m_tracking_on(&cfg->m_tracking)) {
         track_m(cfg, st, &in);
+    }
+    if ((st->slot == SLOT_OFFSET_TRACKING) && offset_tracking_on(&cfg->offset_tracking)) {
+        track_offsets(cfg, st);
     }
     vector_slow(&cfg->modes.vector, &cfg->limits, &st->modes.vector, &in);
 }

@@ -35,6 +35,7 @@
 #define SLOT_GUARD_PHASES       7u
 #define SLOT_SPEED_SCHEDULE     8u
 #define SLOT_STATE_MODES        8u
+#define SLOT_OFFSET_TRACKING    9u
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_GUARD_ESTIMATE     11u
 #define SLOT_DWELL              12u

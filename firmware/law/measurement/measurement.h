@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
     uvw_t offset_A;
     ab_t offset_V;
+    ab_t moved_A; /* of offset_A, since then (offset_tracking.h) */
 } measurement_state_t;
 
 /* ADC words from the port; other members of the sample are not read. */
@@ -54,6 +55,17 @@ static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset
 {
     st->offset_A = offset_A;
     st->offset_V = offset_V;
+    st->moved_A = (ab_t){0.0f, 0.0f};
+}
+
+/* The current offsets in all have moved by so much; their sum stays. */
+static inline void measurement_move_offsets(measurement_state_t *st, ab_t moved_A)
+{
+    const uvw_t step_A = uvw_from_ab(ab_sub(moved_A, st->moved_A));
+    st->moved_A = moved_A;
+    st->offset_A.u += step_A.u;
+    st->offset_A.v += step_A.v;
+    st->offset_A.w += step_A.w;
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,

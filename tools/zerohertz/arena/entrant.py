@@ -35,6 +35,7 @@ BARE: Mapping[str, Value] = {
     "dead_time_identify": 0,
     "rs_track_gain": 0.0,
     "m_track": 0,
+    "offset_track": 0,
     "heat_rise": 0.0,
     "sup_Rs_uncertainty": 0.3,
     "voltage_check_V": 0.0,

@@ -1,0 +1,40 @@
+#include "offset_tracking.h"
+
+#include <math.h>
+
+/* k: an offset is followed within 2 to 5 s, as temperature moves it. */
+#define OFFSET_TRACKING_PER_S 0.6f
+
+/* Least |w_s|: below, what turns with the field is not averaged out. */
+#define OFFSET_TRACKING_MIN_RAD_S 6.2831853f
+
+/* No sensor that works drifts further, over its full scale. */
+#define OFFSET_TRACKING_MAX_PU 0.015f
+
+bool offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_params_t *p,
+                          const motor_model_t *motor, float step_s)
+{
+    *cfg = (offset_tracking_config_t){0};
+    if (!p->on) {
+        return true;
+    }
+    if (!ALL_POSITIVE(p->full_scale_A, motor->tau_per_s, step_s)) {
+        return false;
+    }
+    *cfg = (offset_tracking_config_t){.gain = OFFSET_TRACKING_PER_S * step_s,
+                                      .max_A = OFFSET_TRACKING_MAX_PU * p->full_scale_A,
+                                      .tau_per_s = motor->tau_per_s};
+    return true;
+}
+
+ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,
+                          const offset_tracking_in_t *in)
+{
+    if (!(absf(in->omega_s_hat_rad_s) >= OFFSET_TRACKING_MIN_RAD_S)) {
+        return moved_A;
+    }
+    const ab_t back_per_s = {cfg->tau_per_s, in->omega_e_hat_rad_s};
+    const float gain_s = cfg->gain / sqrtf(ab_norm2(back_per_s));
+    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), gain_s));
+    return (ab_t){limitf(sum_A.alpha, cfg->max_A), limitf(sum_A.beta, cfg->max_A)};
+}

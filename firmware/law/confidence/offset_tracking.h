@@ -1,0 +1,49 @@
+/* Offsets of the current sensors that move after their calibration: o' = -k e1 (tau + j w)/|tau - j
+ * w|.
+ *
+ * In the stationary frame an offset stands still while all else turns. The current control keeps
+ * the measured current free of it, so the true current has -o, at a frequency of zero. As with an
+ * error of Rs there (rs_tracking.h), e1 = -o (tau - j w) Rs/(sigma Ls D), D real and positive with
+ * the designed gains: turned back, e1 shows -o. What turns with the field is averaged out; near
+ * zero stator frequency nothing tells the two apart, and what was found holds.
+ */
+#ifndef OFFSET_TRACKING_H
+#define OFFSET_TRACKING_H
+
+#include <stdbool.h>
+
+#include "frames.h"
+#include "motor.h"
+
+typedef struct {
+    bool on;
+    float full_scale_A; /* of the current sensors */
+} offset_tracking_params_t;
+
+typedef struct {
+    float gain;  /* k per step; 0: off */
+    float max_A; /* nothing moves further, in either coordinate */
+    float tau_per_s;
+} offset_tracking_config_t;
+
+typedef struct {
+    ab_t e1_A;
+    float omega_e_hat_rad_s;
+    float omega_s_hat_rad_s;
+} offset_tracking_in_t;
+
+/* False for a number that is not finite and positive; nothing is looked at when off. */
+CHECKED bool offset_tracking_init(offset_tracking_config_t *cfg,
+                                  const offset_tracking_params_t *params,
+                                  const motor_model_t *motor, float step_s);
+
+static inline bool offset_tracking_on(const offset_tracking_config_t *cfg)
+{
+    return cfg->gain > 0.0f;
+}
+
+/* How far the offsets have moved; moved_A: what the last step said. */
+ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,
+                          const offset_tracking_in_t *in);
+
+#endif
