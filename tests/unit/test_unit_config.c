@@ -24,6 +24,7 @@ static const char *const later[] = {"speed_max_rad_s",
                                     "heat_rise",
                                     "heat_s",
                                     "m_track",
+                                    "offset_track",
                                     "fieldbus_commands",
                                     "fieldbus_address",
                                     "fieldbus_timeout_s"};
@@ -325,6 +326,17 @@ static void test_the_heat_gets_its_numbers(void)
     TEST_ASSERT_FALSE(drive.m_tracking.on);
 }
 
+static void test_offsets_that_move_get_their_sensors_range(void)
+{
+    params.current_full_scale_A = 25.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(offset_tracking.full_scale_A, 25.0f);
+    TEST_ASSERT_TRUE(drive.offset_tracking.on);
+    params.offset_track = 0u;
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_FALSE(drive.offset_tracking.on);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -332,6 +344,7 @@ int main(void)
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
     RUN_TEST(test_the_curve_needs_a_small_current);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
+    RUN_TEST(test_offsets_that_move_get_their_sensors_range);
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
     RUN_TEST(test_modes_get_their_numbers);

@@ -1,9 +1,8 @@
 #include "offset_tracking.h"
 
-#include <math.h>
-
-/* k: an offset is followed within 2 to 5 s, as temperature moves it. */
-#define OFFSET_TRACKING_PER_S 0.6f
+/* k: of a residual that turns, so much of its amplitude gets through; an offset is followed within
+ * 5 s at 2 Hz, sooner above. */
+#define OFFSET_TRACKING_GAIN 0.03f
 
 /* Least |w_s|: below, what turns with the field is not averaged out. */
 #define OFFSET_TRACKING_MIN_RAD_S 6.2831853f
@@ -21,7 +20,7 @@ bool offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_p
     if (!ALL_POSITIVE(p->full_scale_A, motor->tau_per_s, step_s)) {
         return false;
     }
-    *cfg = (offset_tracking_config_t){.gain = OFFSET_TRACKING_PER_S * step_s,
+    *cfg = (offset_tracking_config_t){.gain_s = OFFSET_TRACKING_GAIN * step_s,
                                       .max_A = OFFSET_TRACKING_MAX_PU * p->full_scale_A,
                                       .tau_per_s = motor->tau_per_s};
     return true;
@@ -34,7 +33,6 @@ ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,
         return moved_A;
     }
     const ab_t back_per_s = {cfg->tau_per_s, in->omega_e_hat_rad_s};
-    const float gain_s = cfg->gain / sqrtf(ab_norm2(back_per_s));
-    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), gain_s));
+    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), cfg->gain_s));
     return (ab_t){limitf(sum_A.alpha, cfg->max_A), limitf(sum_A.beta, cfg->max_A)};
 }

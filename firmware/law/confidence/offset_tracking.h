@@ -1,5 +1,4 @@
-/* Offsets of the current sensors that move after their calibration: o' = -k e1 (tau + j w)/|tau - j
- * w|.
+/* Offsets of the current sensors that move after their calibration: o' = -k e1 (tau + j w).
  *
  * In the stationary frame an offset stands still while all else turns. The current control keeps
  * the measured current free of it, so the true current has -o, at a frequency of zero. As with an
@@ -21,8 +20,8 @@ typedef struct {
 } offset_tracking_params_t;
 
 typedef struct {
-    float gain;  /* k per step; 0: off */
-    float max_A; /* nothing moves further, in either coordinate */
+    float gain_s; /* k T; 0: off */
+    float max_A;  /* nothing moves further, in either coordinate */
     float tau_per_s;
 } offset_tracking_config_t;
 
@@ -39,7 +38,7 @@ CHECKED bool offset_tracking_init(offset_tracking_config_t *cfg,
 
 static inline bool offset_tracking_on(const offset_tracking_config_t *cfg)
 {
-    return cfg->gain > 0.0f;
+    return cfg->gain_s > 0.0f;
 }
 
 /* How far the offsets have moved; moved_A: what the last step said. */
