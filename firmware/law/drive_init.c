@@ -6,11 +6,10 @@ static bool init_scheduled(drive_config_t *cfg, const drive_params_t *p)
     const float schedule_s = (float)SLOT_COUNT * p->period_s;
     if (!rs_tracking_init(&cfg->rs_tracking, &p->rs_tracking, schedule_s) ||
         !heating_init(&cfg->heating, &p->heating, schedule_s) ||
-        !m_tracking_init(&cfg->m_tracking, &p->m_tracking, &cfg->motor, schedule_s) ||
-        !offset_tracking_init(&cfg->offset_tracking, &p->offset_tracking, &cfg->motor,
-                              schedule_s)) {
+        !m_tracking_init(&cfg->m_tracking, &p->m_tracking, &cfg->motor, schedule_s)) {
         return false;
     }
+    offset_tracking_init(&cfg->offset_tracking, &p->offset_tracking, &cfg->motor, schedule_s);
     return dwell_init(&cfg->dwell, &p->dwell, &cfg->motor, schedule_s);
 }
 

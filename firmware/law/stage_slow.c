@@ -72,8 +72,8 @@ static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
     const offset_tracking_in_t in = {.e1_A = e->i_residual_A,
                                      .omega_e_hat_rad_s = e->omega_e_rad_s,
                                      .omega_s_hat_rad_s = e->omega_s_rad_s};
-    measurement_move_offsets(&st->measurement, offset_tracking_step(&cfg->offset_tracking,
-                                                                    st->measurement.moved_A, &in));
+    st->measurement.moved_A =
+        offset_tracking_step(&cfg->offset_tracking, st->measurement.moved_A, &in);
 }
 
 void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,

@@ -8,7 +8,7 @@
 
 static const offset_tracking_config_t simple = {.gain_s = 0.5f, .max_A = 8.0f, .tau_per_s = 3.0f};
 static const offset_tracking_in_t turning = {
-    .e1_A = {1.0f, 2.0f}, .omega_e_hat_rad_s = 4.0f, .omega_s_hat_rad_s = 7.0f};
+    .e1_A = {1.0f, 2.0f}, .omega_e_hat_rad_s = 4.0f, .omega_s_hat_rad_s = 13.0f};
 static const ab_t moved = {1.0f, 1.0f};
 
 static motor_model_t motor;
@@ -31,34 +31,21 @@ static void expect(float alpha, float beta, const offset_tracking_in_t *in)
     ASSERT_SAME_FLOAT(beta, found.beta);
 }
 
-static void test_off_nothing_is_looked_at(void)
-{
-    const offset_tracking_params_t off = {.full_scale_A = -1.0f};
-    TEST_ASSERT_TRUE(offset_tracking_init(&cfg, &off, &motor, 0.0f));
-    TEST_ASSERT_FALSE(offset_tracking_on(&cfg));
-}
-
 static void test_init_derives_its_coefficients(void)
 {
     const offset_tracking_params_t on = {.on = true, .full_scale_A = 20.0f};
-    TEST_ASSERT_TRUE(offset_tracking_init(&cfg, &on, &motor, 0.5f));
+    offset_tracking_init(&cfg, &on, &motor, 0.5f);
     TEST_ASSERT_TRUE(offset_tracking_on(&cfg));
     ASSERT_SAME_FLOAT(0.015f, cfg.gain_s);
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.3f, cfg.max_A);
     ASSERT_SAME_FLOAT(4.0f, cfg.tau_per_s);
 }
 
-static void test_init_refuses_what_is_not_positive(void)
+static void test_off_it_is_off(void)
 {
-    const offset_tracking_params_t on = {.on = true, .full_scale_A = 20.0f};
-    for (int k = 0; k < NOT_POSITIVE_COUNT; k++) {
-        const offset_tracking_params_t bad = {.on = true, .full_scale_A = not_positive(k)};
-        TEST_ASSERT_FALSE(offset_tracking_init(&cfg, &bad, &motor, 0.5f));
-        TEST_ASSERT_FALSE(offset_tracking_init(&cfg, &on, &motor, not_positive(k)));
-        motor.tau_per_s = not_positive(k);
-        TEST_ASSERT_FALSE(offset_tracking_init(&cfg, &on, &motor, 0.5f));
-        motor.tau_per_s = 4.0f;
-    }
+    const offset_tracking_params_t off = {.full_scale_A = 20.0f};
+    offset_tracking_init(&cfg, &off, &motor, 0.5f);
+    TEST_ASSERT_FALSE(offset_tracking_on(&cfg));
 }
 
 static void test_the_residual_is_turned_back_and_added_up(void)
@@ -69,11 +56,11 @@ static void test_the_residual_is_turned_back_and_added_up(void)
 static void test_near_zero_frequency_what_was_found_holds(void)
 {
     offset_tracking_in_t in = turning;
-    in.omega_s_hat_rad_s = -6.2831853f;
+    in.omega_s_hat_rad_s = -12.566371f;
     expect(3.5f, -4.0f, &in);
-    in.omega_s_hat_rad_s = -6.28f;
+    in.omega_s_hat_rad_s = -12.56f;
     expect(1.0f, 1.0f, &in);
-    in.omega_s_hat_rad_s = 6.28f;
+    in.omega_s_hat_rad_s = 12.56f;
     expect(1.0f, 1.0f, &in);
     in.omega_s_hat_rad_s = NAN;
     expect(1.0f, 1.0f, &in);
@@ -109,9 +96,8 @@ static void test_an_offset_is_found_in_both_directions_of_rotation(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_off_nothing_is_looked_at);
     RUN_TEST(test_init_derives_its_coefficients);
-    RUN_TEST(test_init_refuses_what_is_not_positive);
+    RUN_TEST(test_off_it_is_off);
     RUN_TEST(test_the_residual_is_turned_back_and_added_up);
     RUN_TEST(test_near_zero_frequency_what_was_found_holds);
     RUN_TEST(test_no_coordinate_moves_further_than_a_sensor_drifts);

@@ -29,8 +29,9 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_EQUAL_size_t(i, params_find(name)); /* names are unique */
     }
     /* 100, four of the guard of the speed, one of the blend, one of the expected acceleration, two
-     * of dwelling, one of the mains, two of the motor's heat, one of M, three of the fieldbus */
-    TEST_ASSERT_TRUE(params_count() <= 115u);
+     * of dwelling, one of the mains, two of the motor's heat, one of M, one of the offsets, three of the
+     * fieldbus */
+    TEST_ASSERT_TRUE(params_count() <= 116u);
     TEST_ASSERT_NULL(params_info(params_count()));
     TEST_ASSERT_EQUAL_STRING("", params_text(params_count()));
     TEST_ASSERT_EQUAL_STRING("", params_name(params_count()));
@@ -74,7 +75,7 @@ static void test_a_choice_is_a_whole_number_with_a_name_for_each_value(void)
             }
         }
     }
-    TEST_ASSERT_EQUAL_size_t(17u, enumerated);
+    TEST_ASSERT_EQUAL_size_t(18u, enumerated);
     const param_info_t *action = params_info(params_find("lost_action"));
     TEST_ASSERT_EQUAL_FLOAT(2.0f, action->maximum);
     TEST_ASSERT_EQUAL_STRING("fault", param_choices(action)[1]);

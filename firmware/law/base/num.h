@@ -46,6 +46,13 @@
 #define HOT
 #endif
 
+/* Slow work of several pieces: as HOT, but where the image is compiled for size. */
+#if defined(__OPTIMIZE_SIZE__)
+#define WARM __attribute__((noinline))
+#else
+#define WARM HOT
+#endif
+
 /* Selections, not branches: one instruction each where the core has min and max. A comparison with
  * NaN is false, so NaN leaves b. */
 static inline float maxf(float a, float b)

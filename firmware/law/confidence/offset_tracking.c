@@ -1,29 +1,22 @@
 #include "offset_tracking.h"
 
 /* k: of a residual that turns, so much of its amplitude gets through; an offset is followed within
- * 5 s at 2 Hz, sooner above. */
+ * 5 s, at speed sooner. */
 #define OFFSET_TRACKING_GAIN 0.03f
 
-/* Least |w_s|: below, what turns with the field is not averaged out. */
-#define OFFSET_TRACKING_MIN_RAD_S 6.2831853f
+/* Least |w_s|: below, what turns with the field is not averaged out. A field that swings about zero
+ * passes 1 Hz again and again; from there on the offset took part in its swing. */
+#define OFFSET_TRACKING_MIN_RAD_S 12.566371f
 
 /* No sensor that works drifts further, over its full scale. */
 #define OFFSET_TRACKING_MAX_PU 0.015f
 
-bool offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_params_t *p,
+void offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_params_t *p,
                           const motor_model_t *motor, float step_s)
 {
-    *cfg = (offset_tracking_config_t){0};
-    if (!p->on) {
-        return true;
-    }
-    if (!ALL_POSITIVE(p->full_scale_A, motor->tau_per_s, step_s)) {
-        return false;
-    }
-    *cfg = (offset_tracking_config_t){.gain_s = OFFSET_TRACKING_GAIN * step_s,
+    *cfg = (offset_tracking_config_t){.gain_s = p->on ? (OFFSET_TRACKING_GAIN * step_s) : 0.0f,
                                       .max_A = OFFSET_TRACKING_MAX_PU * p->full_scale_A,
                                       .tau_per_s = motor->tau_per_s};
-    return true;
 }
 
 ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,

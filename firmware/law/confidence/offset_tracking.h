@@ -31,10 +31,9 @@ typedef struct {
     float omega_s_hat_rad_s;
 } offset_tracking_in_t;
 
-/* False for a number that is not finite and positive; nothing is looked at when off. */
-CHECKED bool offset_tracking_init(offset_tracking_config_t *cfg,
-                                  const offset_tracking_params_t *params,
-                                  const motor_model_t *motor, float step_s);
+/* The numbers are those that measurement, motor and schedule have accepted. */
+void offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_params_t *params,
+                          const motor_model_t *motor, float step_s);
 
 static inline bool offset_tracking_on(const offset_tracking_config_t *cfg)
 {

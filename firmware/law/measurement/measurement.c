@@ -77,7 +77,7 @@ void measurement_step(const measurement_config_t *cfg, const measurement_state_t
     const uvw_t i_A = {raw_A.u - st->offset_A.u, raw_A.v - st->offset_A.v,
                        raw_A.w - st->offset_A.w};
     out->i_A = i_A;
-    out->i_s_A = ab_from_uvw(i_A);
+    out->i_s_A = ab_sub(ab_from_uvw(i_A), st->moved_A);
     out->u_line_V = ab_sub(ab_from_line(uv_V, vw_V), st->offset_V);
     out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
     out->flags = 0u;

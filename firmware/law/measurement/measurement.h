@@ -1,6 +1,7 @@
 /* ADC words -> phase currents, line voltages, dc link, in SI units.
  *
- * i = (code - mid) * scale - offset, and so on; the scaling of the port is data. Plausibility is
+ * i = (code - mid) * scale - offset, and so on; the scaling of the port is data. What the offsets
+ * have moved since is taken out of the vector alone: the phases are as calibrated. Plausibility is
  * reported as flags; the guard judges them. Phases v and w may be swapped (motor wired u-w-v).
  */
 #ifndef MEASUREMENT_H
@@ -56,16 +57,6 @@ static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset
     st->offset_A = offset_A;
     st->offset_V = offset_V;
     st->moved_A = (ab_t){0.0f, 0.0f};
-}
-
-/* The current offsets in all have moved by so much; their sum stays. */
-static inline void measurement_move_offsets(measurement_state_t *st, ab_t moved_A)
-{
-    const uvw_t step_A = uvw_from_ab(ab_sub(moved_A, st->moved_A));
-    st->moved_A = moved_A;
-    st->offset_A.u += step_A.u;
-    st->offset_A.v += step_A.v;
-    st->offset_A.w += step_A.w;
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
