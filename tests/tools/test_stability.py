@@ -38,8 +38,9 @@ PLAIN = {
     "rs_level_s": 1.5,  # two levels; recommended has three shorter ones
     "rs_track_gain": 0.0,
     "steer_min_Hz": 0.0,
-    "heat_rise": 0.0,  # heat and M at speed are slower than what is linearised
+    "heat_rise": 0.0,  # heat, M at speed and offsets are slower than what is linearised
     "m_track": 0,
+    "offset_track": 0,
     "lost_action": 0,
 }
 NO_GAIN = {"observer_gain_enable": 0, "phi_factor": 0.0}
