@@ -37,7 +37,7 @@ HOT void stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const dr
                           drive_out_t *out);
 
 /* Slow work of flux orientation, before the speed controller. */
-WARM void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
+APART void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                     const drive_out_t *out);
 
 _Static_assert((SLOT_RS_TRACKING % SLOT_QUARTERS) == SLOT_QUARTER_REFERENCES,
