@@ -480,6 +480,39 @@ static void test_the_main_inductance_is_found_at_speed_and_kept(void)
     TEST_ASSERT_EQUAL_MEMORY(&found, &st.m_tracking, sizeof found);
 }
 
+/* At speed offsets are followed in their slot, taken out of the current, and kept with the gates
+ * off. */
+static void test_offsets_that_move_are_followed_at_speed_and_kept(void)
+{
+    p.offset_tracking = (offset_tracking_params_t){.on = true, .full_scale_A = 25.0f};
+    configure();
+    (void)faults_in(TURN);
+    TEST_ASSERT_TRUE(offset_tracking_on(&cfg.offset_tracking));
+    ASSERT_SAME_FLOAT(0.0f, st.measurement.moved_A.alpha); /* standing */
+    int moved = 0;
+    for (int k = 0; k < TURN; k++) {
+        const ab_t before_A = st.measurement.moved_A;
+        st.estimator.adaptation.x_rad_s = 50.0f;
+        st.estimator.estimate.omega_e_rad_s = 50.0f;
+        (void)faults_in(1);
+        const ab_t step_A = ab_sub(st.measurement.moved_A, before_A);
+        if (!(ab_norm2(step_A) < 1e-18f)) {
+            moved++;
+            TEST_ASSERT_EQUAL_UINT32(SLOT_OFFSET_TRACKING, st.slot);
+            const ab_t e1_A = st.estimator.estimate.i_residual_A;
+            const ab_t back_per_s = {cfg.motor.tau_per_s, st.estimator.estimate.omega_e_rad_s};
+            TEST_ASSERT_TRUE(ab_dot(ab_mul(back_per_s, e1_A), step_A) < 0.0f);
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(1, moved);
+    const ab_t found_A = st.measurement.moved_A;
+    in.mode = DRIVE_OFF;
+    sample = sampled(0.0, 0.0, 540.0);
+    (void)faults_in(2 * TURN);
+    TEST_ASSERT_EQUAL_MEMORY(&found_A, &st.measurement.moved_A, sizeof found_A);
+    ASSERT_SAME_FLOAT(-found_A.alpha, out.meas.i_s_A.alpha);
+}
+
 static void test_init_refuses_an_m_without_a_speed(void)
 {
     p.m_tracking = (m_tracking_params_t){.on = true};
@@ -528,6 +561,7 @@ int main(void)
     RUN_TEST(test_a_motor_that_warms_up_changes_its_resistances);
     RUN_TEST(test_init_refuses_a_heat_that_is_none);
     RUN_TEST(test_the_main_inductance_is_found_at_speed_and_kept);
+    RUN_TEST(test_offsets_that_move_are_followed_at_speed_and_kept);
     RUN_TEST(test_init_refuses_an_m_without_a_speed);
     RUN_TEST(test_gates_off_warns_of_no_limit);
     return UNITY_END();
