@@ -65,6 +65,11 @@ static void track_m(const drive_config_t *cfg, drive_state_t *st, const mode_in_
     }
 }
 
+static bool offsets_are_due(const drive_config_t *cfg, const drive_state_t *st)
+{
+    return (st->slot == SLOT_OFFSET_TRACKING) && offset_tracking_on(&cfg->offset_tracking);
+}
+
 /* What the field does not turn. */
 static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
 {
@@ -93,7 +98,7 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     if ((st->slot == SLOT_M_TRACKING) && m_tracking_on(&cfg->m_tracking)) {
         track_m(cfg, st, &in);
     }
-    if ((st->slot == SLOT_OFFSET_TRACKING) && offset_tracking_on(&cfg->offset_tracking)) {
+    if (offsets_are_due(cfg, st)) {
         track_offsets(cfg, st);
     }
     vector_slow(&cfg->modes.vector, &cfg->limits, &st->modes.vector, &in);

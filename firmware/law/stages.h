@@ -38,7 +38,7 @@ HOT void stage_other_mode(const drive_config_t *cfg, drive_state_t *st, const dr
 
 /* Slow work of flux orientation, before the speed controller. */
 APART void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
-                    const drive_out_t *out);
+                      const drive_out_t *out);
 
 _Static_assert((SLOT_RS_TRACKING % SLOT_QUARTERS) == SLOT_QUARTER_REFERENCES,
                "the slot of Rs tracking is one of references: slow work is due in it anyhow");

@@ -29,8 +29,8 @@ static void test_every_parameter_has_name_text_and_a_default_in_range(void)
         TEST_ASSERT_EQUAL_size_t(i, params_find(name)); /* names are unique */
     }
     /* 100, four of the guard of the speed, one of the blend, one of the expected acceleration, two
-     * of dwelling, one of the mains, two of the motor's heat, one of M, one of the offsets, three of the
-     * fieldbus */
+     * of dwelling, one of the mains, two of the motor's heat, one of M, one of the offsets, three
+     * of the fieldbus */
     TEST_ASSERT_TRUE(params_count() <= 116u);
     TEST_ASSERT_NULL(params_info(params_count()));
     TEST_ASSERT_EQUAL_STRING("", params_text(params_count()));

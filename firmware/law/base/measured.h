@@ -13,7 +13,7 @@
 
 typedef struct {
     uvw_t i_A;
-    ab_t i_s_A; /* their vector, less offsets that have moved */
+    ab_t i_s_A;    /* their vector, less offsets that have moved */
     ab_t u_line_V; /* stationary-frame voltage from the filtered line-voltage sensors */
     float u_dc_V;
     uint32_t flags;
