@@ -174,6 +174,28 @@ static void test_init_derives_the_schedule(void)
     ASSERT_NEAR(1e-7, 0.1, cfg.gain_extra_per_rad_s);
     ASSERT_SAME_FLOAT(30.0f, cfg.slow_rad_s);
     ASSERT_NEAR(1e-6, 4.0 / 3.0, cfg.weakening);
+    ASSERT_SAME_FLOAT(0.0f, cfg.bounded); /* slip takes nothing: not one bit changes */
+}
+
+/* Where slip takes .75 of the gain, half the flux leaves half of it less .75 of a quarter. */
+static void test_bounded_by_slip_the_gain_falls_towards_the_square_of_the_flux(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg = {0};
+    speed_control_state_t st = {.omega_filtered_rad_s = 100.0f};
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    const float first = cfg.pi.kp;
+    while (!(cfg.bounded > 0.0f)) { /* up to where slip bounds it */
+        p.J_kg_m2 *= 2.0f;
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    }
+    p.J_kg_m2 = 4.0f * cfg.pi.kp / first * good.J_kg_m2; /* asks for four times the bound */
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    ASSERT_NEAR(1e-6, 0.75, cfg.bounded);
+    speed_control_schedule(&cfg, &st, 1.0f);
+    ASSERT_NEAR(1e-6, 3.0, st.gain_extra);
+    speed_control_schedule(&cfg, &st, 0.5f);
+    ASSERT_NEAR(1e-6, 4.0 * (0.5 - 0.75 * 0.25) - 1.0, st.gain_extra);
 }
 
 static void test_init_refuses_a_schedule_the_wrong_way_round(void)
@@ -953,6 +975,7 @@ int main(void)
     RUN_TEST(test_init_refuses_wrong_signs_that_cancel);
     RUN_TEST(test_init_accepts_no_integral_action_and_no_filter);
     RUN_TEST(test_init_derives_the_schedule);
+    RUN_TEST(test_bounded_by_slip_the_gain_falls_towards_the_square_of_the_flux);
     RUN_TEST(test_init_refuses_a_schedule_the_wrong_way_round);
     RUN_TEST(test_a_fast_bandwidth_that_is_not_faster_is_no_schedule);
     RUN_TEST(test_the_gains_grow_with_the_speed_either_way);
