@@ -177,7 +177,7 @@ static void test_init_derives_the_schedule(void)
     ASSERT_SAME_FLOAT(0.0f, cfg.bounded); /* slip takes nothing: not one bit changes */
 }
 
-/* Where slip takes .75 of the gain, half the flux leaves half of it less .75 of a quarter. */
+/* Where slip leaves a quarter of the gain, half the flux takes .7 of a quarter more. */
 static void test_bounded_by_slip_the_gain_falls_towards_the_square_of_the_flux(void)
 {
     speed_control_params_t p = scheduled();
@@ -191,11 +191,11 @@ static void test_bounded_by_slip_the_gain_falls_towards_the_square_of_the_flux(v
     }
     p.J_kg_m2 = 4.0f * cfg.pi.kp / first * good.J_kg_m2; /* asks for four times the bound */
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
-    ASSERT_NEAR(1e-6, 0.75, cfg.bounded);
+    ASSERT_NEAR(1e-6, 0.7, cfg.bounded);
     speed_control_schedule(&cfg, &st, 1.0f);
     ASSERT_NEAR(1e-6, 3.0, st.gain_extra);
     speed_control_schedule(&cfg, &st, 0.5f);
-    ASSERT_NEAR(1e-6, 4.0 * (0.5 - 0.75 * 0.25) - 1.0, st.gain_extra);
+    ASSERT_NEAR(1e-6, 4.0 * (0.5 - 0.7 * 0.25) - 1.0, st.gain_extra);
 }
 
 static void test_init_refuses_a_schedule_the_wrong_way_round(void)

@@ -15,9 +15,9 @@
  * With weakened flux the same torque slips more, as 1/flux^2, and the gain bounded for nominal flux
  * is too large: with an Rr of .75 of what was told, large inertias swung at 2 to 4 Hz between the
  * limits of the torque. So at high speed bandwidth and gain fall with the flux, f, and towards its
- * square the more of the gain slip has taken: as f (1 - b (1 - f)), b = 1 - Kp/Kp unbounded.
- * Without a bound the square would make load steps at twice rated speed dip too far (zh modes). At
- * low speed they do not fall at all, because there it is steering that lowers the flux. Nor do they
+ * square the less of the gain slip leaves: as f (1 - b (1 - f)), b = 1 - 1.2 Kp/Kp unbounded, not
+ * below 0. With small inertias the square would make load steps dip too far (zh modes). At low
+ * speed they do not fall at all, because there it is steering that lowers the flux. Nor do they
  * with one bandwidth for every speed.
  *
  * The gain falls while the torque swings. With a leakage, a resistance or an inertia other than
@@ -42,6 +42,10 @@
 
 /* Largest slip, over the speed error, of the torque that the error demands. */
 #define SPEED_CONTROL_SLIP_MAX 2.0f
+
+/* With weakened flux the gain falls faster than the flux where slip leaves less than one over this.
+ */
+#define SPEED_CONTROL_LITTLE 1.2f
 
 /* Filter that the bound of the gain adds, over the 1/bandwidth that is left, where that is much
  * longer than without the bound. */
@@ -83,7 +87,7 @@ typedef struct {
     float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float gain_extra_max;       /* ... up to 1 + this */
     float weakening; /* so much of gain_extra goes per share of the gain that flux takes */
-    float bounded;   /* share of the gain that slip has taken */
+    float bounded;   /* b above */
     float slow_rad_s;
     float swing_share;      /* of the new value, per schedule */
     float swing_per_A;      /* 0: not looked at */
