@@ -69,10 +69,14 @@ def test_the_inverters_curve_holds_what_its_loss_alone_loses(setup):
     """Voltage from the duty, and an inverter whose loss falls at .05 A, not at .25."""
     ask = dataclasses.replace(zero_hertz.RATED, seconds=60.0, arrival_pu=0.04)
     loss = dataclasses.replace(setup, params={**setup.params, "dead_time_identify": 1})
-    lost = zero_hertz.one(loss, ask, 3342257134, 8)[0]
-    assert (lost["duty"], lost["inverter"], lost["held"]) == (1.0, 1.0, False)
-    row = zero_hertz.one(setup, ask, 3342257134, 8)[0]
-    assert row["held"], row
+    lost = 0
+    for k in (6, 8, 19, 23):  # one run alone changes sides with every change of the law
+        row = zero_hertz.one(loss, ask, 3342257134, k)[0]
+        assert (row["duty"], row["inverter"]) == (1.0, 1.0)
+        lost += not row["held"]
+        row = zero_hertz.one(setup, ask, 3342257134, k)[0]
+        assert row["held"], row
+    assert lost >= 2
     assert row["error_rpm"] < 30.0
 
 
