@@ -332,6 +332,10 @@ static void test_offsets_that_move_get_their_sensors_range(void)
     unit_config_drive(&drive, &params);
     EXPECT(offset_tracking.full_scale_A, 25.0f);
     TEST_ASSERT_TRUE(drive.offset_tracking.on);
+    params.observer_gain_enable = 0u; /* the residual of L = 0 is turned otherwise */
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_FALSE(drive.offset_tracking.on);
+    params.observer_gain_enable = 1u;
     params.offset_track = 0u;
     unit_config_drive(&drive, &params);
     TEST_ASSERT_FALSE(drive.offset_tracking.on);

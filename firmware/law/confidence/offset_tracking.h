@@ -3,9 +3,10 @@
  * In the stationary frame an offset stands still while all else turns. The current control keeps
  * the measured current free of it, so the true current has -o, at a frequency of zero. As with an
  * error of Rs there (rs_tracking.h), e1 = -o (tau - j w) Rs/(sigma Ls D), D real and positive with
- * the designed gains: turned back, e1 shows -o. (With L = 0, e1 = -o; found more slowly.) What
- * turns with the field is averaged out; near zero stator frequency nothing tells the two apart, and
- * what was found holds.
+ * the designed gains: turned back, e1 shows -o. With L = 0 it is e1 = -o: turned by 90 degrees at
+ * speed, where the drive would swing. It is on with the gain table alone (unit_config_tracking.c).
+ * What turns with the field is averaged out; near zero stator frequency nothing tells the two
+ * apart, and what was found holds.
  */
 #ifndef OFFSET_TRACKING_H
 #define OFFSET_TRACKING_H
