@@ -46,8 +46,9 @@
 #define HOT
 #endif
 
-/* Slow work of several pieces, called by HOT code: a function of its own, in which the compiler
- * inlines what it likes. Less flash than HOT, for one instruction of the mean (stage_slow: 300 B).
+/* For slow work that HOT code calls: it stays a function of its own, and the compiler decides what
+ * it inlines there. For stage_slow this takes 300 B less flash than HOT and costs one instruction
+ * on average (`zh bench --only fig07 --config recommended`).
  */
 #if (defined(__GNUC__) && !defined(__clang__)) && defined(__OPTIMIZE__)
 #define APART __attribute__((noinline))

@@ -1,11 +1,11 @@
 #include "offset_tracking.h"
 
-/* k: of a residual that turns, so much of its amplitude gets through; an offset is followed within
- * 5 s, at speed sooner. */
+/* k. An offset is followed within 5 s, at speed sooner. A residual that turns with the field moves
+ * the offset by 3 % of its own amplitude. */
 #define OFFSET_TRACKING_GAIN 0.03f
 
-/* Least |w_s|: below, what turns with the field is not averaged out. A field that swings about zero
- * passes 1 Hz again and again; from there on the offset took part in its swing. */
+/* Least |w_s|, 2 Hz. From 1 Hz on the offset followed a field that swings about zero frequency and
+ * passes 1 Hz again and again. */
 #define OFFSET_TRACKING_MIN_RAD_S 12.566371f
 
 /* No sensor that works drifts further, over its full scale. */

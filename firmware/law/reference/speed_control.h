@@ -14,11 +14,11 @@
  *
  * With weakened flux the same torque slips more, as 1/flux^2, and the gain bounded for nominal flux
  * is too large: with an Rr of .75 of what was told, large inertias swung at 2 to 4 Hz between the
- * limits of the torque. So at high speed bandwidth and gain fall with the flux, f, and towards its
- * square the less of the gain slip leaves: as f (1 - b (1 - f)), b = 1 - 1.2 Kp/Kp unbounded, not
- * below 0. With small inertias the square would make load steps dip too far (zh modes). At low
- * speed they do not fall at all, because there it is steering that lowers the flux. Nor do they
- * with one bandwidth for every speed.
+ * limits of the torque. So at high speed bandwidth and gain fall with the flux f, as f (1 - b (1 -
+ * f)) with b = max(1 - 1.2 Kp/Kp unbounded, 0). A small inertia has b = 0: they fall as f. A large
+ * one has b near 1: they fall nearly as f^2, which would make load steps of a small inertia dip too
+ * far (zh modes). At low speed they do not fall at all, because there it is steering that lowers
+ * the flux. Nor do they with one bandwidth for every speed.
  *
  * The gain falls while the torque swings. With a leakage, a resistance or an inertia other than
  * told the loop may swing with the whole gain. What the proportional part does above 25 Hz is the
@@ -43,8 +43,7 @@
 /* Largest slip, over the speed error, of the torque that the error demands. */
 #define SPEED_CONTROL_SLIP_MAX 2.0f
 
-/* With weakened flux the gain falls faster than the flux where slip leaves less than one over this.
- */
+/* The factor 1.2 of b: where slip leaves more than 1/1.2 of the gain, b is 0. */
 #define SPEED_CONTROL_LITTLE 1.2f
 
 /* Filter that the bound of the gain adds, over the 1/bandwidth that is left, where that is much
@@ -86,7 +85,7 @@ typedef struct {
     float slew_step_rad_s;
     float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float gain_extra_max;       /* ... up to 1 + this */
-    float weakening; /* so much of gain_extra goes per share of the gain that flux takes */
+    float weakening; /* gain_extra falls by so much of itself as the gain falls from 1 to 0 */
     float bounded;   /* b above */
     float slow_rad_s;
     float swing_share;      /* of the new value, per schedule */
