@@ -147,6 +147,16 @@ static void test_a_short_is_lost_too(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.share_pu);
 }
 
+static void test_the_current_of_a_short_itself_is_none_yet(void)
+{
+    start(ANALOG_REFERENCE_VOLTAGE, 16.0f); /* exact in binary */
+    cfg.break_high = 8.0f;
+    (void)give(8.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.wrong);
+    (void)give(8.001f);
+    TEST_ASSERT_NOT_EQUAL_UINT32(0u, st.wrong);
+}
+
 static void test_a_loose_contact_is_lost_and_a_single_value_is_not(void)
 {
     bool lost = false;
@@ -172,6 +182,7 @@ int main(void)
     RUN_TEST(test_the_filter_goes_its_share_of_the_way);
     RUN_TEST(test_a_broken_wire_is_lost_after_the_time);
     RUN_TEST(test_a_short_is_lost_too);
+    RUN_TEST(test_the_current_of_a_short_itself_is_none_yet);
     RUN_TEST(test_a_loose_contact_is_lost_and_a_single_value_is_not);
     return UNITY_END();
 }

@@ -562,6 +562,8 @@ static void test_received_pdos_write_their_objects(void)
     RECEIVE(0x305u, 0x07u, 0u, 0x9Cu, 0xFFu);
     TEST_ASSERT_EQUAL(CIA402_SWITCHED_ON, co.od.machine.id);
     TEST_ASSERT_EQUAL_HEX32(0xFF9Cu, co.od.word[CANOPEN_AT_0x6071_0]);
+    RECEIVE(0x205u, 0x06u, 0u, 62u, 0u, 0x55u); /* what is not mapped belongs to nobody */
+    TEST_ASSERT_EQUAL_HEX32(62u, co.od.word[CANOPEN_AT_0x6042_0]);
 }
 
 /* Frames of that identifier among what was said. */

@@ -52,6 +52,13 @@ void tearDown(void)
 {
 }
 
+/* Twice the rated slip: a turn of 6 Hz. */
+static void test_the_slow_tone_is_twice_the_rated_slip(void)
+{
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)lround(1.0 / (6.0 * (double)PERIOD_S)),
+                             cfg.slow.turn_periods);
+}
+
 static void connect(int machine)
 {
     const motor_t *m = &reference_machine[machine];
@@ -382,6 +389,7 @@ static void test_init_refuses_what_cannot_be(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_the_slow_tone_is_twice_the_rated_slip);
     RUN_TEST(test_the_circuit_is_found);
     RUN_TEST(test_it_stays_ended);
     RUN_TEST(test_no_motor_is_refused);

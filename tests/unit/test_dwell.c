@@ -224,6 +224,14 @@ static void test_half_of_any_load_is_enough_to_stay(void)
 }
 
 /* The phase is a part of a turn: a whole one is none. */
+static void test_the_phase_stays_between_0_and_1(void)
+{
+    for (int k = 0; k < steps_in(10.0f); k++) {
+        steps(1, standing);
+        TEST_ASSERT_TRUE((st.turns >= 0.0f) && (st.turns < 1.0f));
+    }
+}
+
 static void test_a_whole_turn_begins_the_next(void)
 {
     steps(steps_in(5.0f), standing);
@@ -360,6 +368,7 @@ int main(void)
     RUN_TEST(test_a_crossing_by_the_reference_never_begins_it);
     RUN_TEST(test_it_stays_while_inside_twice_the_window_and_loaded_by_half);
     RUN_TEST(test_half_of_any_load_is_enough_to_stay);
+    RUN_TEST(test_the_phase_stays_between_0_and_1);
     RUN_TEST(test_a_whole_turn_begins_the_next);
     RUN_TEST(test_it_comes_and_goes_without_a_step);
     RUN_TEST(test_the_modulation_is_a_sine_over_speed_or_tau);

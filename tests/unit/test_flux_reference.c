@@ -70,6 +70,7 @@ static void test_both_off_takes_anything_and_does_nothing(void)
     step(300.0f, 100.0f, 700.0f, 0.0f);
     ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
     flux_reference_start(&cfg, &st, 700.0f, 283.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.weakened_Wb);
     ASSERT_SAME_FLOAT(0.0f, st.reduction_Wb);
 }
 

@@ -84,6 +84,8 @@ static void test_init_refuses_each_bad_number(void)
     p = good;
     p.window_s = 0.003f; /* three blocks */
     TEST_ASSERT_TRUE(refused(p));
+    p.window_s = 4.01f * (float)FLYING_START_BLOCK_PERIODS * PERIOD_S;
+    TEST_ASSERT_FALSE(refused(p));
     p.window_s = 1000.0f;
     TEST_ASSERT_TRUE(refused(p));
     p = good;

@@ -45,6 +45,21 @@ static void test_below_the_first_level_nothing_acts(void)
     }
 }
 
+/* 0: there is no resistor; any level above is one. */
+static void test_a_resistor_acts_from_its_level_on_and_none_does_not(void)
+{
+    const float on_V[] = {0.0f, 0.5f};
+    for (int k = 0; k < 2; k++) {
+        const link_limit_params_t p = {
+            .chopper_on_V = on_V[k], .regen_start_V = 0.75f, .u_dc_max_V = 1.0f};
+        TEST_ASSERT_TRUE(link_limit_init(&cfg, &p));
+        st = (link_limit_state_t){0};
+        link_limit_step(&cfg, &st, 0.6f);
+        TEST_ASSERT_EQUAL(on_V[k] > 0.0f, st.acting);
+        TEST_ASSERT_EQUAL(on_V[k] > 0.0f, st.brake_on);
+    }
+}
+
 static void test_the_brake_resistor_has_a_hysteresis(void)
 {
     link_limit_step(&cfg, &st, 350.5f);
@@ -97,6 +112,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_levels_in_the_wrong_order);
     RUN_TEST(test_below_the_first_level_nothing_acts);
+    RUN_TEST(test_a_resistor_acts_from_its_level_on_and_none_does_not);
     RUN_TEST(test_the_brake_resistor_has_a_hysteresis);
     RUN_TEST(test_braking_fades_before_the_trip);
     RUN_TEST(test_at_zero_volts_each_is_off);

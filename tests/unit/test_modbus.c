@@ -469,7 +469,7 @@ static void test_actual_values_are_rounded_from_either_side(void)
     unit()->drive.estimator.estimate.lambda_r_hat_Wb = (ab_t){0.5f, 0.0f};
     const params_t *p = &unit()->params;
     const float Nm_per_A = p->pole_pairs * (p->M_H / p->Lr_H) * 0.5f;
-    static const float tenths_Nm[] = {-0.6f, -0.4f, 0.4f, 0.6f};
+    static const float tenths_Nm[] = {-0.53f, -0.47f, 0.47f, 0.53f};
     static const uint16_t expected[] = {0xFFFFu, 0u, 0u, 1u};
     for (size_t k = 0u; k < 4u; k++) {
         unit()->last.meas.i_s_A = (ab_t){0.0f, 0.1f * tenths_Nm[k] / Nm_per_A};

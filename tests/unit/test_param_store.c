@@ -61,7 +61,10 @@ void setUp(void)
     flash.program = program;
     cfg = (param_store_config_t){.flash = &flash, .table = {0x1111u, 0x2222u}};
     params_default(&params);
+    report = (param_store_report_t){.taken = 1u, .refused = 1u};
     TEST_ASSERT_EQUAL(PARAM_STORE_EMPTY, param_store_load(&cfg, &st, &params, &report));
+    TEST_ASSERT_EQUAL_UINT32(params_count(), report.missing);
+    TEST_ASSERT_EQUAL_UINT32(0u, report.taken + report.unknown + report.refused);
 }
 void tearDown(void)
 {

@@ -144,6 +144,8 @@ static void test_no_number_is_lost(void)
     rotor_check_in_t in = turned(100.0, 0.0, 9.0, 0.0);
     in.u_V.alpha = NAN;
     TEST_ASSERT_EQUAL(ROTOR_LOST, rotor_check_step(&cfg, &st, &in));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.power_VA.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.power_VA.beta);
     in.voltage = true;
     TEST_ASSERT_EQUAL(ROTOR_LOST, rotor_check_step(&cfg, &st, &in));
     in = turned(100.0, 0.0, 9.0, 0.0); /* and none is remembered */

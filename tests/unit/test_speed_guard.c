@@ -239,6 +239,22 @@ static void test_a_rotor_that_was_lost_heals_slowly(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 0.3f, st.lost_s);
 }
 
+/* Seen again, the time of an unknown speed is taken back at half the time. */
+static void test_an_unknown_speed_heals_at_half_the_time(void)
+{
+    st.basis = SPEED_BASIS_ESTIMATE;
+    st.unknown_s = 3.0f;
+    st.speed_unknown = true;
+    for (int k = 0; k < 625; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+        TEST_ASSERT_FALSE(st.speed_unknown);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 2.0f, st.unknown_s);
+    st = (speed_guard_state_t){.basis = SPEED_BASIS_ESTIMATE, .speed_unknown = true};
+    TEST_ASSERT_EQUAL_HEX32(0u, speed_guard_look(&cfg, &st, &in));
+    TEST_ASSERT_FALSE(st.speed_unknown);
+}
+
 /* Back at the reference, what was counted is taken back at half the time. */
 static void test_a_deviation_that_ended_heals_at_half_the_time(void)
 {
@@ -365,6 +381,10 @@ static void test_a_change_of_basis_keeps_the_time_away(void)
         found_s += SCHEDULE_S;
     }
     TEST_ASSERT_TRUE(found_s < 0.5f);
+    st.rotor.i2_A2 = 81.0f; /* of the current before */
+    in.basis = SPEED_BASIS_STANDING;
+    (void)speed_guard_look(&cfg, &st, &in);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.rotor.i2_A2);
 }
 
 static void test_a_start_on_a_turning_shaft_is_refused(void)
@@ -406,6 +426,7 @@ int main(void)
     RUN_TEST(test_torque_that_is_short_only_at_times_is_not_told);
     RUN_TEST(test_on_the_way_is_beyond_what_is_allowed);
     RUN_TEST(test_a_rotor_that_was_lost_heals_slowly);
+    RUN_TEST(test_an_unknown_speed_heals_at_half_the_time);
     RUN_TEST(test_a_deviation_that_ended_heals_at_half_the_time);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);

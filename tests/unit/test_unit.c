@@ -192,6 +192,13 @@ static void test_a_silence_of_one_period_is_watched_and_of_none_is_not(void)
     }
 }
 
+static void test_a_timeout_is_rounded_to_whole_periods(void)
+{
+    params.command_timeout_s = 0.10015f; /* 500.75 of .0002 s */
+    TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
+    TEST_ASSERT_EQUAL_UINT32(501u, unit_config(&unit)->command_timeout_periods);
+}
+
 static void test_a_command_that_counts_keeps_the_drive_running(void)
 {
     params.command_timeout_s = 0.1f;
@@ -209,10 +216,10 @@ static void test_a_command_that_counts_keeps_the_drive_running(void)
 
 static void test_a_direction_forbidden_makes_zero_of_the_reference(void)
 {
-    const float given[3][2] = {{10.0f, 10.0f}, {-10.0f, 0.0f}, {0.0f, 0.0f}};
+    const float given[4][2] = {{10.0f, 10.0f}, {-10.0f, 0.0f}, {0.0f, 0.0f}, {0.5f, 0.5f}};
     for (uint32_t direction = 1u; direction <= 2u; direction++) {
         const float way = (direction == 1u) ? 1.0f : -1.0f;
-        for (int n = 0; n < 3; n++) {
+        for (int n = 0; n < 4; n++) {
             params.direction = direction;
             run_up(way * given[n][0]);
             TEST_ASSERT_EQUAL_FLOAT(2.0f * way * given[n][1],
@@ -397,7 +404,10 @@ static void test_background_finds_a_bit_lost_while_running(void)
     TEST_ASSERT_TRUE(unit_init(&unit, &params, &table));
     (void)periods(0u, 0.0f, 60);
     (void)periods(SEQUENCE_CMD_RUN, 0.0f, 5);
-    for (int k = 0; k < 10; k++) {
+    TEST_ASSERT_EQUAL_UINT32(0u, unit.crc_entry);
+    unit_background(&unit, NULL);
+    TEST_ASSERT_EQUAL_UINT32(24u, unit.crc_entry);
+    for (int k = 1; k < 10; k++) {
         unit_background(&unit, NULL);
     }
     TEST_ASSERT_TRUE(periods(SEQUENCE_CMD_RUN, 0.0f, 1).gates_on);
@@ -913,6 +923,7 @@ int main(void)
     RUN_TEST(test_a_commissioning_begins_anew);
     RUN_TEST(test_silence_is_counted_with_the_gates_on_only);
     RUN_TEST(test_a_silence_of_one_period_is_watched_and_of_none_is_not);
+    RUN_TEST(test_a_timeout_is_rounded_to_whole_periods);
     RUN_TEST(test_a_command_that_counts_keeps_the_drive_running);
     RUN_TEST(test_a_direction_forbidden_makes_zero_of_the_reference);
     RUN_TEST(test_a_stop_ramp_ignores_the_reference);

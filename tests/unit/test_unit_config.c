@@ -159,6 +159,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(rs_tracking.high_pu, 1.5f);
     EXPECT(rs_tracking.quiet_s, 0.5f);
     EXPECT(rs_tracking.speed_err_rad_s, 3.0f);
+    EXPECT(rs_tracking.slew_rad_s2, 20.0f);
     EXPECT(flux.mode, 1.0f);
     EXPECT(flux.i_d_A, 4.99499989f);
     EXPECT(flux.bandwidth_rad_s, 10.0f);

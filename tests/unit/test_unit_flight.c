@@ -356,6 +356,15 @@ static void test_every_output_is_in_the_digest(void)
     }
 }
 
+static void test_with_the_gates_off_every_state_has_its_digest(void)
+{
+    output.gates_on = false;
+    unit.machine.id = SEQUENCE_READY;
+    const uint32_t ready = unit_flight_digest(&unit, &output, 1u);
+    unit.machine.id = (sequence_id_t)((uint32_t)SEQUENCE_READY ^ 1u);
+    TEST_ASSERT_NOT_EQUAL_UINT32(ready, unit_flight_digest(&unit, &output, 1u));
+}
+
 /* The words of a known output, folded one by one. */
 static void test_the_digest_folds_duties_state_and_faults_in_this_order(void)
 {
@@ -416,6 +425,7 @@ int main(void)
     RUN_TEST(test_the_port_counts_its_crests_from_before_the_recording);
     RUN_TEST(test_every_256_samples_a_digest_of_the_outputs);
     RUN_TEST(test_every_output_is_in_the_digest);
+    RUN_TEST(test_with_the_gates_off_every_state_has_its_digest);
     RUN_TEST(test_the_digest_folds_duties_state_and_faults_in_this_order);
     RUN_TEST(test_a_full_ring_ends_the_recording_and_counts_what_is_lost);
     RUN_TEST(test_nothing_is_written_when_nobody_asked);

@@ -636,6 +636,25 @@ static void test_a_request_of_wrong_length_is_not_carried_out(void)
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_NO_SUCH, send_only(&unknown));
 }
 
+/* Each op that has one length only, with a byte more. */
+static void test_a_request_that_is_too_long_is_not_carried_out(void)
+{
+    static const uint8_t exact[][2] = {
+        {UNIT_LINK_PARAM_INFO, 2u},  {UNIT_LINK_SIGNAL_INFO, 1u}, {UNIT_LINK_SET, 10u},
+        {UNIT_LINK_SAVE, 4u},        {UNIT_LINK_CHALLENGE, 4u},   {UNIT_LINK_UNLOCK, 12u},
+        {UNIT_LINK_STORE_ENTRY, 2u}, {UNIT_LINK_LOADER, 4u},      {UNIT_LINK_TRACE_READ, 4u},
+        {UNIT_LINK_TRACE_STOP, 4u},  {UNIT_LINK_FLIGHT_ARM, 5u},  {UNIT_LINK_FLIGHT_READ, 8u},
+        {UNIT_LINK_FAULT_READ, 4u},  {UNIT_LINK_FAULT_CLEAR, 4u},
+    };
+    for (size_t k = 0u; k < sizeof exact / sizeof exact[0]; k++) {
+        command_writer_t w = ask(exact[k][0]);
+        for (uint32_t n = 0u; n <= exact[k][1]; n++) {
+            command_put_u8(&w, (n < 4u) ? (uint8_t)(session >> (8u * n)) : 0u);
+        }
+        TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_BAD_LENGTH, send_only(&w));
+    }
+}
+
 static void test_status_tells_state_reference_and_counts(void)
 {
     TEST_ASSERT_EQUAL_UINT8(UNIT_LINK_OK, command(SEQUENCE_CMD_RUN, 3.5f, 0u));
@@ -1503,8 +1522,11 @@ static void test_a_board_without_a_store_tells_its_parameters_too(void)
 static void test_more_signals_than_a_sample_holds_are_refused(void)
 {
     const uint8_t number[TRACE_SIGNALS_MAX + 1u] = {0};
-    command_reader_t body = {.at = number, .left = sizeof number};
+    command_reader_t body = {.at = number, .left = TRACE_SIGNALS_MAX};
     command_writer_t w;
+    command_begin(&w, 0u, UNIT_LINK_SAMPLE | UNIT_LINK_ANSWER);
+    TEST_ASSERT_EQUAL(UNIT_LINK_OK, unit_link_sample(unit(), &body, &w));
+    body = (command_reader_t){.at = number, .left = sizeof number};
     command_begin(&w, 0u, UNIT_LINK_SAMPLE | UNIT_LINK_ANSWER);
     TEST_ASSERT_EQUAL(UNIT_LINK_OUT_OF_RANGE, unit_link_sample(unit(), &body, &w));
 }
@@ -1611,6 +1633,7 @@ int main(void)
     RUN_TEST(test_a_repeated_request_is_answered_again_and_done_once);
     RUN_TEST(test_every_op_with_every_length_answers_and_only_the_right_one_does);
     RUN_TEST(test_a_request_of_wrong_length_is_not_carried_out);
+    RUN_TEST(test_a_request_that_is_too_long_is_not_carried_out);
     RUN_TEST(test_status_tells_state_reference_and_counts);
     RUN_TEST(test_a_sample_is_of_one_period);
     RUN_TEST(test_a_trace_round_the_start_is_read_back);
