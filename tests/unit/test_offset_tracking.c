@@ -46,6 +46,7 @@ static void test_off_it_is_off(void)
     const offset_tracking_params_t off = {.full_scale_A = 20.0f};
     offset_tracking_init(&cfg, &off, &motor, 0.5f);
     TEST_ASSERT_FALSE(offset_tracking_on(&cfg));
+    ASSERT_SAME_FLOAT(0.0f, cfg.gain_s);
 }
 
 static void test_the_residual_is_turned_back_and_added_up(void)

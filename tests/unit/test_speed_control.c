@@ -590,6 +590,19 @@ static void test_a_moving_reference_is_no_swing(void)
     }
 }
 
+/* The torque that a moving reference asks for is kp times its movement; it counts as no swing. */
+static void test_what_a_moving_reference_asks_for_counts_as_nothing(void)
+{
+    speed_control_config_t cfg = simple;
+    cfg.pi.kp = 4.0f;
+    cfg.swing_per_A = 1.0f;
+    cfg.swing_share = 0.5f;
+    cfg.lost_max = 1.0f;
+    speed_control_state_t st = {.lost = 0.5f, .omega_ref_rad_s = 0.1f, .i_q_A = 4.0f};
+    speed_control_schedule(&cfg, &st, 1.0f);
+    ASSERT_NEAR(1e-6, 0.5 - 0.5 * (double)SPEED_CONTROL_SWING_MEAN, st.lost);
+}
+
 /* Half the gain that slip allows keeps .6 of it, a quarter all. */
 static void test_a_small_gain_loses_less(void)
 {
@@ -817,11 +830,13 @@ static void test_torque_gives_way_at_either_speed_limit(void)
 static void test_the_speed_limit_of_torque_mode_integrates(void)
 {
     const speed_control_config_t cfg = torque_config();
-    const float beyond_rad_s[2] = {2.0f, 100.0f};
-    const float x_A[2] = {-0.25f, 0.0f}; /* T K_I (-2 rad/s); cut at -15 A */
-    for (int n = 0; n < 2; n++) {
+    const float beyond_rad_s[3] = {2.0f, 2.0f, 100.0f};
+    const float change[3] = {0.0f, 1.0f, 0.0f};
+    const float x_A[3] = {-0.25f, -1.0f,
+                          0.0f}; /* T K_I (-2 rad/s), by the gain squared; cut at -15 A */
+    for (int n = 0; n < 3; n++) {
         const float omega_rad_s = cfg.torque_max_rad_s + beyond_rad_s[n];
-        speed_control_state_t st = {.omega_filtered_rad_s = omega_rad_s};
+        speed_control_state_t st = {.omega_filtered_rad_s = omega_rad_s, .gain_change = change[n]};
         const speed_control_in_t in = {
             .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .torque = true, .torque_ref_Nm = 3.0f};
         (void)step(&cfg, &st, &in, omega_rad_s);
@@ -997,6 +1012,7 @@ int main(void)
     RUN_TEST(test_the_gain_falls_while_the_torque_swings);
     RUN_TEST(test_a_load_step_is_too_short_to_be_a_swing);
     RUN_TEST(test_a_moving_reference_is_no_swing);
+    RUN_TEST(test_what_a_moving_reference_asks_for_counts_as_nothing);
     RUN_TEST(test_a_small_gain_loses_less);
     RUN_TEST(test_with_one_bandwidth_a_swing_changes_nothing);
     RUN_TEST(test_a_lost_share_out_of_range_comes_back);
