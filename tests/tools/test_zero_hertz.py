@@ -172,3 +172,15 @@ def test_a_modulation_tells_the_speed_that_constant_flux_hides(kind, amplitude):
     assert still.Rs < 0.02  # the easy parameter
     twice = dwell.deviations(motor, 6.28, 5.1, "speed", 2.0, 1.3)
     assert twice.speed < dwell.deviations(motor, 6.28, 5.1, "speed", 1.0, 1.3).speed
+
+
+def test_a_swing_of_the_speed_tells_a_wrong_rr_from_a_wrong_speed_no_better_than_none():
+    motor = dwell.machine()
+    together = dwell.deviations(motor, 6.28, 5.1, "speed", 1.3, 1.3, Rr_known=False)
+    assert together.speed > 10.0
+    assert together.Rr > 500.0
+    # Along the direction that nothing tells, 1 % of Rr is 1 % of the slip.
+    assert together.speed / together.Rr == pytest.approx(0.01 * 6.28, rel=0.05)
+    apart = dwell.deviations(motor, 6.28, 5.1, "flux", 0.2, 1.3, Rr_known=False)
+    assert apart.speed < 0.1
+    assert apart.Rr < 1.0

@@ -4,6 +4,9 @@ Standard deviation of each, from the current of one period of the modulation at 
 noise and a voltage that is known: the inverse of the Fisher information of (constant speed error,
 initial flux, Rs), the sensitivities integrated along the true trajectory in the stationary frame.
 No estimator does better; the speed is not known from a load either.
+
+With Rr unknown as well: a swing of the speed leaves the length of the flux as it is, and then no
+signal tells a wrong Rr from a wrong speed. 1 % of Rr is 1 % of the slip.
 """
 
 from __future__ import annotations
@@ -31,6 +34,7 @@ class Deviations:
     speed: float  # rad/s, electrical
     flux: float  # % of the flux
     Rs: float  # % of Rs
+    Rr: float = 0.0  # % of Rr
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,17 +68,24 @@ def machine() -> Machine:
 
 
 def deviations(
-    motor: Machine, omega_rad_s: float, i_d_A: float, kind: str, amplitude: float, f_Hz: float
+    motor: Machine,
+    omega_rad_s: float,
+    i_d_A: float,
+    kind: str,
+    amplitude: float,
+    f_Hz: float,
+    Rr_known: bool = True,
 ) -> Deviations:
     """At the load whose slip cancels the speed; amplitude: rad/s of the speed, or of the flux over
     nominal. i_q stays, and so does the current along a flux that does not move."""
     i_q_A = -omega_rad_s * i_d_A / motor.tau_per_s
     steps = max(200, round(1.0 / (f_Hz * PERIOD_S)))
     flux, angle = motor.M_H * i_d_A + 0j, 0.0
-    # Columns: constant speed error, initial flux along and across, Rs.
-    e = np.zeros((2, 4), complex)
+    # Columns: constant speed error, initial flux along and across, Rs, Rr as Rr/Lr.
+    columns = 4 if Rr_known else 5
+    e = np.zeros((2, columns), complex)
     e[1, 1], e[1, 2] = 1.0, 1j
-    information = np.zeros((4, 4))
+    information = np.zeros((columns, columns))
     for k in range(steps):
         phase = 2.0 * math.pi * f_Hz * k * PERIOD_S
         omega = omega_rad_s + (amplitude * math.sin(phase) if kind == "speed" else 0.0)
@@ -83,10 +94,7 @@ def deviations(
         current = _current(motor, i_d_A, i_q_A, kind, amplitude, phase, f_Hz) * turn
         flux = motor.M_H * i_d_A * size * turn
         half = np.eye(2) + 0.5 * PERIOD_S * motor.slope(omega)
-        drive = np.zeros((2, 4), complex)
-        drive[0, 0] = -1j * motor.kr / motor.sigma_Ls_H * flux
-        drive[1, 0] = 1j * flux
-        drive[0, 3] = -current / motor.sigma_Ls_H
+        drive = _drive(motor, flux, current)[:, :columns]
         # Second order, so that what cannot be told is not told by the rounding.
         e = e + PERIOD_S * half @ (motor.slope(omega) @ e + drive)
         seen = np.vstack((e[0].real, e[0].imag)) / NOISE_A
@@ -94,6 +102,18 @@ def deviations(
         slip = motor.M_H * motor.tau_per_s * (current / flux).imag
         angle += PERIOD_S * (omega + slip)
     return _deviations(motor, i_d_A, information)
+
+
+def _drive(motor: Machine, flux: complex, current: complex) -> NDArray[np.complex128]:
+    """What a unit of each unknown adds to the slope of the two states."""
+    back = motor.kr / motor.sigma_Ls_H
+    decays = flux - motor.M_H * current
+    return np.array(
+        [
+            [-1j * back * flux, 0.0, 0.0, -current / motor.sigma_Ls_H, back * decays],
+            [1j * flux, 0.0, 0.0, 0.0, -decays],
+        ]
+    )
 
 
 def _current(
@@ -114,12 +134,14 @@ def _current(
 
 def _deviations(motor: Machine, i_d_A: float, information: NDArray[np.float64]) -> Deviations:
     flux_Wb = motor.M_H * i_d_A
-    scale = np.array([1.0, flux_Wb / 100.0, flux_Wb / 100.0, motor.Rs_ohm / 100.0])
+    percent = (flux_Wb, flux_Wb, motor.Rs_ohm, motor.tau_per_s)
+    scale = np.array([1.0, *(x / 100.0 for x in percent)])[: len(information)]
     scaled = information * np.outer(scale, scale)
     values, vectors = np.linalg.eigh(scaled)
     covariance = (vectors / np.maximum(values, UNTOLD**-2)) @ vectors.T
     deviation = np.sqrt(np.diag(covariance))
-    return Deviations(float(deviation[0]), float(deviation[1:3].max()), float(deviation[3]))
+    told = (float(deviation[0]), float(deviation[1:3].max()), *(float(x) for x in deviation[3:]))
+    return Deviations(*told)
 
 
 def sweep(
@@ -157,10 +179,18 @@ def write_picture(
             x=0.01, ha="left", fontsize=10,
         )  # fmt: skip
         drawn.savefig(path, dpi=120)
-    chosen = deviations(motor, omega, i_d_A, "speed", 0.2 * max(abs(omega), motor.tau_per_s), 1.3)
+    swing = 0.2 * max(abs(omega), motor.tau_per_s)
+    told = {
+        "constant": still,
+        "modulated": deviations(motor, omega, i_d_A, "speed", swing, 1.3),
+        "Rr_unknown": deviations(motor, omega, i_d_A, "speed", swing, 1.3, Rr_known=False),
+        "Rr_unknown_flux": deviations(motor, omega, i_d_A, "flux", 0.2, 1.3, Rr_known=False),
+    }
     return {
-        **{f"constant_{k}": v for k, v in dataclasses.asdict(still).items()},
-        **{f"modulated_{k}": v for k, v in dataclasses.asdict(chosen).items()},
+        f"{name}_{k}": v
+        for name, numbers in told.items()
+        for k, v in dataclasses.asdict(numbers).items()
+        if v
     }
 
 
