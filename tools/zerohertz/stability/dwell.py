@@ -34,7 +34,7 @@ class Deviations:
     speed: float  # rad/s, electrical
     flux: float  # % of the flux
     Rs: float  # % of Rs
-    Rr: float = 0.0  # % of Rr
+    Rr: float | None = None  # % of Rr; None: it is known
 
 
 @dataclasses.dataclass(frozen=True)
@@ -190,7 +190,7 @@ def write_picture(
         f"{name}_{k}": v
         for name, numbers in told.items()
         for k, v in dataclasses.asdict(numbers).items()
-        if v
+        if v is not None
     }
 
 
