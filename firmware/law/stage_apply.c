@@ -15,6 +15,7 @@ static leg_loss_t leg_loss(const drive_config_t *cfg, const drive_state_t *st, f
     }
     const float threshold_A = found->leg_threshold_A;
     return (leg_loss_t){.whole_V = found->leg_loss_pu * u_dc_V,
+                        .tail_A = found->leg_tail_A,
                         .threshold_A =
                             above_zerof(threshold_A) ? threshold_A : error->i_threshold_A};
 }
@@ -44,4 +45,5 @@ void stage_apply(const drive_config_t *cfg, drive_state_t *st, const request_t *
     out->i_ref_A = voltage_in.i_ref_A; /* of a voltage: no error, the controllers only follow */
     out->premagnetising = request->busy;
     acting_voltage_push(&st->acting, voltage.u_V);
+    st->acting.legs_V = voltage.u_legs_V;
 }

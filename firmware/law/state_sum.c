@@ -22,13 +22,14 @@ static float of_dwell(const dwell_state_t *d)
 static float of_resistance(const drive_state_t *st)
 {
     const premagnetise_state_t *found = &st->modes.premagnetise;
-    const rs_measurement_sums_t *high = &found->measurement.high;
-    const rs_measurement_sums_t *low = &found->measurement.low;
+    const rs_measurement_sums_t *high = &found->measurement.level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &found->measurement.level[RS_LEVEL_LOW];
     return high->i_A + high->u_V + high->u_duty_V + low->i_A + low->u_V + low->u_duty_V +
            st->rs_tracking.delta_ohm + st->omega_ref_before_rad_s + found->Rs_delta_ohm +
-           found->leg_loss_pu + found->leg_threshold_A + st->heating.Rs_cold_ohm +
-           st->heating.winding_pu + st->m_tracking.extra_pu + st->m_tracking.tau_extra_per_s +
-           st->heating.rotor_pu + st->heating.slip_rad_s + of_dwell(&st->dwell);
+           found->leg_loss_pu + found->leg_threshold_A + found->leg_tail_A +
+           st->heating.Rs_cold_ohm + st->heating.winding_pu + st->m_tracking.extra_pu +
+           st->m_tracking.tau_extra_per_s + st->heating.rotor_pu + st->heating.slip_rad_s +
+           of_dwell(&st->dwell);
 }
 
 static float of_protection(const drive_state_t *st)

@@ -49,6 +49,7 @@
 #define CONFIG_DWELL_SETTLE_S   3.0f
 #define CONFIG_DWELL_SLEW_RPM_S 1.5f
 #define CONFIG_DWELL_LOAD_PU    0.06f
+#define CONFIG_DWELL_TORQUE     (0.01f / CONFIG_STEER_TORQUE_PU) /* of the largest: 3 % of rated */
 
 static void config_board(drive_params_t *d, const params_t *p)
 {
@@ -172,10 +173,15 @@ static void config_flux(drive_params_t *d, const params_t *p)
                                            .i_q_max_A = p->i_q_max_A};
 }
 
+/* A swing of the speed by k tau at 1.67 tau takes 1.67 k tau^2 J/p of torque: of a large inertia
+ * the speed swings less. */
 static void config_dwell(drive_params_t *d, const params_t *p)
 {
+    const float tau_per_s = p->Rr_ohm / p->Lr_H;
+    const float most_pu = CONFIG_DWELL_TORQUE * d->steering.torque_min_Nm * p->pole_pairs /
+                          (p->speed_J_kg_m2 * tau_per_s * tau_per_s);
     d->dwell = (dwell_params_t){.kind = (dwell_kind_t)p->dwell,
-                                .amplitude_pu = p->dwell_amplitude,
+                                .amplitude_pu = minf(p->dwell_amplitude, most_pu),
                                 .window_rad_s = NUM_TWO_PI * CONFIG_DWELL_WINDOW_HZ,
                                 .wait_s = CONFIG_DWELL_WAIT_S,
                                 .filter_s = CONFIG_DWELL_FILTER_S,

@@ -2,6 +2,7 @@
 
 /* Rs before the start. */
 #define CONFIG_RS_LOW_PU              0.625f
+#define CONFIG_RS_BEND_PU             0.4f
 #define CONFIG_RS_SMALL_PU            0.6f /* over the threshold: half of it in leg u */
 #define CONFIG_IDENTIFY_CURVE         2u
 #define CONFIG_RS_AVERAGE_PU          0.2f
@@ -36,9 +37,12 @@ static void config_resistance(drive_params_t *d, const params_t *p)
     const float small_A = minf(CONFIG_RS_SMALL_PU * p->dead_time_i_threshold_A, 0.5f * low_A);
     d->rs_measurement = (rs_measurement_params_t){
         .enable = p->rs_measure != 0u,
-        .high_A = p->rs_high_A,
-        .low_A = low_A,
-        .small_A = (p->dead_time_identify == CONFIG_IDENTIFY_CURVE) ? small_A : 0.0f,
+        .by_duty = p->voltage_source == ACTING_VOLTAGE_DUTY,
+        .level = {{[RS_LEVEL_BEND] = CONFIG_RS_BEND_PU * p->rs_high_A,
+                   [RS_LEVEL_HIGH] = p->rs_high_A,
+                   [RS_LEVEL_SMALL] =
+                       (p->dead_time_identify == CONFIG_IDENTIFY_CURVE) ? small_A : 0.0f,
+                   [RS_LEVEL_LOW] = low_A}},
         .level_s = p->rs_level_s,
         .average_s =
             minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),

@@ -511,8 +511,7 @@ static drive_params_t with_measurement(int n)
     p.monitor.i_trip_A = 40.0f;    /* 3 A from one sample to the next are no jump then */
     p.acting.filter_comp_s = 0.0f; /* these duties are none that the sensors show */
     p.rs_measurement = (rs_measurement_params_t){.enable = true,
-                                                 .high_A = 8.0f,
-                                                 .low_A = 5.0f,
+                                                 .level = {{5.0f, 0.0f, 3.0f, 8.0f}},
                                                  .level_s = 800e-6f,
                                                  .average_s = 400e-6f,
                                                  .bias = 1.25f,

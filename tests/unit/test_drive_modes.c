@@ -443,7 +443,7 @@ static void test_the_field_is_weakened_at_speed(void)
     plant.u_dc_V = 150.0;
     magnetised_run(420.0f);
     run(1.5);
-    const double share = sqrt((double)ab_norm2(st.acting.pending_V)) / (150.0 / sqrt(2.0));
+    const double share = sqrt((double)ab_norm2(st.acting.legs_V)) / (150.0 / sqrt(2.0));
     ASSERT_NEAR(0.04, 0.9, share);
     TEST_ASSERT_TRUE(cabs(plant.psi_r_Wb) < 0.3);
     ASSERT_NEAR(0.02, 0.0, flux_error());

@@ -189,6 +189,36 @@ static void test_a_current_that_is_no_number_gives_a_bounded_voltage(void)
     }
 }
 
+/* Loss of a leg with capacitance: u^2 C/(T i) is missing of the whole. */
+static double with_tail_V(double i_A)
+{
+    const double size_A = fabs(i_A);
+    const double share = (size_A > 0.5) ? (1.0 - 0.25 / size_A) : size_A;
+    return copysign(3.0 * share, i_A);
+}
+
+static void test_a_curve_with_a_tail_loses_less_than_the_whole_of_every_current(void)
+{
+    const leg_loss_t loss = {.whole_V = 3.0f, .threshold_A = 0.5f, .tail_A = 0.25f};
+    for (int k = 0; k < 360; k += 7) {
+        const double a = k * acos(-1.0) / 180.0;
+        const double i_A = 0.2 + 0.02 * k;
+        const double u_V = with_tail_V(sqrt(2.0 / 3.0) * i_A * cos(a));
+        const double v_V = with_tail_V(sqrt(2.0 / 3.0) * i_A * cos(a - 2.0 * acos(-0.5)));
+        const double w_V = with_tail_V(sqrt(2.0 / 3.0) * i_A * cos(a - acos(-0.5)));
+        const ab_t got_V =
+            inverter_error_voltage(loss, (ab_t){(float)(i_A * cos(a)), (float)(-i_A * sin(a))});
+        TEST_ASSERT_DOUBLE_WITHIN(3e-5, sqrt(2.0 / 3.0) * (u_V - 0.5 * (v_V + w_V)),
+                                  (double)got_V.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-5, sqrt(0.5) * (v_V - w_V), (double)got_V.beta);
+    }
+    const float bad[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX};
+    for (unsigned i = 0; i < 5u; i++) {
+        const ab_t got_V = inverter_error_voltage(loss, (ab_t){bad[i], 1.0f});
+        TEST_ASSERT_TRUE(hypotf(got_V.alpha, got_V.beta) <= 1.634f * 3.0f);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -205,5 +235,6 @@ int main(void)
     RUN_TEST(test_switched_off_it_adds_exactly_zero);
     RUN_TEST(test_a_dc_link_that_is_no_number_adds_nothing);
     RUN_TEST(test_a_current_that_is_no_number_gives_a_bounded_voltage);
+    RUN_TEST(test_a_curve_with_a_tail_loses_less_than_the_whole_of_every_current);
     return UNITY_END();
 }

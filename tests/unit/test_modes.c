@@ -154,8 +154,7 @@ static void test_premagnetisation_asks_for_current_along_u(void)
     TEST_ASSERT_FALSE(out.busy);
     TEST_ASSERT_EQUAL_HEX32(0u, faults);
     p.rs_measurement = (rs_measurement_params_t){.enable = true,
-                                                 .high_A = 7.0f,
-                                                 .low_A = 5.0f,
+                                                 .level = {{5.0f, 0.0f, 3.0f, 7.0f}},
                                                  .level_s = 400e-6f,
                                                  .average_s = 200e-6f,
                                                  .bias = 1.0f,

@@ -17,8 +17,7 @@ static float i_ref_A;
 static void configure(bool enable, bool identify)
 {
     const rs_measurement_params_t params = {.enable = enable,
-                                            .high_A = 8.0f,
-                                            .low_A = 5.0f,
+                                            .level = {{5.0f, 0.0f, 3.0f, 8.0f}},
                                             .level_s = 800e-6f,
                                             .average_s = 400e-6f,
                                             .bias = 1.25f,
@@ -88,19 +87,22 @@ static void test_resistance_and_loss_are_kept(void)
     TEST_ASSERT_EQUAL_MEMORY(&found, &st, sizeof found);
 }
 
-/* A third of the loss at .1 A. */
-static void test_the_threshold_is_kept_too(void)
+/* 6 V less 3 VA/i, and a third of the 6 V at .1 A: the line ends where it would touch the tail. */
+static void test_threshold_and_tail_are_kept_too(void)
 {
-    cfg.measurement.small_A = 0.1f;
-    const float level_A[3] = {8.0f, 0.1f, 5.0f};
-    for (uint32_t k = 0u; k < 3u * LEVEL_PERIODS; k++) {
+    const float level_A[RS_LEVELS] = {5.0f, 0.1f, 3.0f, 8.0f};
+    const double tail_A = 3.0 / (3.0 * 6.0 / (2.0 * sqrt(2.0 / 3.0)));
+    cfg.measurement.curve = true;
+    cfg.measurement.level.A[RS_LEVEL_SMALL] = 0.1f;
+    for (uint32_t k = 0u; k < RS_LEVELS * LEVEL_PERIODS; k++) {
         const float i_A = level_A[k / LEVEL_PERIODS];
-        TEST_ASSERT_TRUE(step(i_A, 1.2f, (i_A < 1.0f) ? 2.0f : 6.0f));
+        TEST_ASSERT_TRUE(step(i_A, 1.2f, (i_A < 1.0f) ? 2.0f : (6.0f - 3.0f / i_A)));
         ASSERT_SAME_FLOAT(i_A, i_ref_A);
     }
     TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
     TEST_ASSERT_TRUE(st.leg_loss_found);
-    ASSERT_NEAR(1e-6, 0.75 * 3.0 * 0.1 * sqrt(2.0 / 3.0), st.leg_threshold_A);
+    ASSERT_NEAR(1e-5, tail_A, st.leg_tail_A);
+    ASSERT_NEAR(2e-5, 2.0 * tail_A, st.leg_threshold_A);
 }
 
 static void test_the_loss_is_kept_only_where_it_is_asked_for(void)
@@ -144,7 +146,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_not_wanted_it_asks_for_nothing);
     RUN_TEST(test_resistance_and_loss_are_kept);
-    RUN_TEST(test_the_threshold_is_kept_too);
+    RUN_TEST(test_threshold_and_tail_are_kept_too);
     RUN_TEST(test_the_loss_is_kept_only_where_it_is_asked_for);
     RUN_TEST(test_a_refusal_is_a_fault_while_it_is_asked_for);
     RUN_TEST(test_what_is_no_number_is_refused);

@@ -14,16 +14,14 @@
 #define REF_LOST_V 2.74
 
 static const rs_measurement_params_t good = {.enable = true,
-                                             .high_A = 8.0f,
-                                             .low_A = 5.0f,
+                                             .level = {{5.0f, 0.0f, 3.0f, 8.0f}},
                                              .level_s = 1.5f,
                                              .average_s = 0.3f,
                                              .bias = 1.02f,
                                              .ratio_max = 2.0f};
 
 /* Levels of four periods, the last two averaged. */
-static const rs_measurement_config_t simple = {.high_A = 6.0f,
-                                               .low_A = 2.0f,
+static const rs_measurement_config_t simple = {.level = {{2.0f, 0.3f, 1.5f, 6.0f}},
                                                .level_periods = 4u,
                                                .average_periods = 2u,
                                                .bias = 1.25f,
@@ -64,13 +62,23 @@ static rs_measurement_out_t measured(rs_measurement_in_t high, rs_measurement_in
 static void test_init_derives_counts_and_limits(void)
 {
     TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &good, RS_ohm, PERIOD_S));
-    ASSERT_SAME_FLOAT(8.0f, cfg.high_A);
-    ASSERT_SAME_FLOAT(5.0f, cfg.low_A);
+    ASSERT_SAME_FLOAT(8.0f, cfg.level.A[RS_LEVEL_HIGH]);
+    ASSERT_SAME_FLOAT(5.0f, cfg.level.A[RS_LEVEL_LOW]);
+    ASSERT_SAME_FLOAT(3.0f, cfg.level.A[RS_LEVEL_BEND]);
+    TEST_ASSERT_FALSE(cfg.curve);
+    TEST_ASSERT_FALSE(cfg.by_duty);
     TEST_ASSERT_EQUAL_UINT32(7500u, cfg.level_periods);
     TEST_ASSERT_EQUAL_UINT32(1500u, cfg.average_periods);
     ASSERT_SAME_FLOAT(1.02f, cfg.bias);
     ASSERT_SAME_FLOAT(0.5f, cfg.Rs_min_ohm);
     ASSERT_SAME_FLOAT(2.0f, cfg.Rs_max_ohm);
+    rs_measurement_params_t p = good;
+    p.level.A[RS_LEVEL_SMALL] = 0.5f;
+    p.by_duty = true;
+    TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &p, RS_ohm, PERIOD_S));
+    ASSERT_SAME_FLOAT(0.5f, cfg.level.A[RS_LEVEL_SMALL]);
+    TEST_ASSERT_TRUE(cfg.curve);
+    TEST_ASSERT_TRUE(cfg.by_duty);
 }
 
 static void test_init_rounds_to_whole_periods(void)
@@ -102,8 +110,8 @@ static void test_init_refuses_every_bad_number(void)
 {
     for (int i = 0; i < NOT_POSITIVE_COUNT; i++) {
         const float x = not_positive(i);
-        ASSERT_REFUSED(high_A, x);
-        ASSERT_REFUSED(low_A, x);
+        ASSERT_REFUSED(level.A[RS_LEVEL_HIGH], x);
+        ASSERT_REFUSED(level.A[RS_LEVEL_LOW], x);
         ASSERT_REFUSED(level_s, x);
         ASSERT_REFUSED(average_s, x);
         ASSERT_REFUSED(bias, x);
@@ -111,9 +119,11 @@ static void test_init_refuses_every_bad_number(void)
         TEST_ASSERT_FALSE(rs_measurement_init(&cfg, &good, x, PERIOD_S));
         TEST_ASSERT_FALSE(rs_measurement_init(&cfg, &good, RS_ohm, x));
     }
-    ASSERT_REFUSED(low_A, 8.0f);
-    ASSERT_REFUSED(small_A, 5.0f);
-    ASSERT_REFUSED(small_A, NAN);
+    ASSERT_REFUSED(level.A[RS_LEVEL_LOW], 8.0f);
+    ASSERT_REFUSED(level.A[RS_LEVEL_BEND], 5.0f);
+    ASSERT_REFUSED(level.A[RS_LEVEL_BEND], NAN);
+    ASSERT_REFUSED(level.A[RS_LEVEL_SMALL], 3.0f);
+    ASSERT_REFUSED(level.A[RS_LEVEL_SMALL], NAN);
     ASSERT_REFUSED(ratio_max, 1.0f);
     ASSERT_REFUSED(average_s, 0.00019f);
     ASSERT_REFUSED(average_s, 1.51f);
@@ -148,7 +158,7 @@ static void test_init_accepts_the_ends_of_the_ranges(void)
 
 static void test_switched_off_nothing_is_looked_at_and_nothing_is_asked(void)
 {
-    const rs_measurement_params_t off = {.enable = false, .high_A = NAN, .level_s = -1.0f};
+    const rs_measurement_params_t off = {.enable = false, .bias = NAN, .level_s = -1.0f};
     cfg = simple;
     TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &off, NAN, 0.0f));
     TEST_ASSERT_EQUAL_MEMORY(&(rs_measurement_config_t){0}, &cfg, sizeof cfg);
@@ -156,7 +166,7 @@ static void test_switched_off_nothing_is_looked_at_and_nothing_is_asked(void)
         const rs_measurement_out_t out = step(8.0f, 8.0f, 8.0f);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_IDLE, out.status);
         ASSERT_SAME_FLOAT(0.0f, out.i_ref_A);
-        ASSERT_SAME_FLOAT(0.0f, st.high.i_A);
+        ASSERT_SAME_FLOAT(0.0f, st.level[RS_LEVEL_HIGH].i_A);
     }
 }
 
@@ -169,12 +179,12 @@ static void test_step_asks_for_both_levels_in_turn_and_averages_their_ends(void)
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
         ASSERT_SAME_FLOAT((k < 4) ? 6.0f : 2.0f, out.i_ref_A);
     }
-    ASSERT_SAME_FLOAT(4.0f + 8.0f, st.high.i_A);
-    ASSERT_SAME_FLOAT(4000.0f + 8000.0f, st.high.u_V);
-    ASSERT_SAME_FLOAT(2.0f + 4.0f, st.high.u_duty_V);
-    ASSERT_SAME_FLOAT(64.0f + 128.0f, st.low.i_A);
-    ASSERT_SAME_FLOAT(64000.0f + 128000.0f, st.low.u_V);
-    ASSERT_SAME_FLOAT(32.0f + 64.0f, st.low.u_duty_V);
+    ASSERT_SAME_FLOAT(4.0f + 8.0f, st.level[RS_LEVEL_HIGH].i_A);
+    ASSERT_SAME_FLOAT(4000.0f + 8000.0f, st.level[RS_LEVEL_HIGH].u_V);
+    ASSERT_SAME_FLOAT(2.0f + 4.0f, st.level[RS_LEVEL_HIGH].u_duty_V);
+    ASSERT_SAME_FLOAT(64.0f + 128.0f, st.level[RS_LEVEL_LOW].i_A);
+    ASSERT_SAME_FLOAT(64000.0f + 128000.0f, st.level[RS_LEVEL_LOW].u_V);
+    ASSERT_SAME_FLOAT(32.0f + 64.0f, st.level[RS_LEVEL_LOW].u_duty_V);
 }
 
 static void test_result_is_the_ratio_of_differences_with_bias_and_the_legs_loss(void)
@@ -201,27 +211,96 @@ static void test_result_comes_once(void)
     }
 }
 
-/* The small current is the second of three; leg u carries sqrt(2/3) of it. */
-static rs_measurement_out_t with_small(float small_A, float share)
+/* A drive of 1.5 ohm whose legs lose 2 V (1 - tail/i); of the small current's loss only a share. */
+#define CURVE_V 2.0f
+
+static rs_measurement_out_t with_curve(float small_A, float share, float tail_A)
 {
-    const float lost_V = 2.0f;
-    const float lost_alpha_V = (float)LEGS * lost_V;
-    cfg = simple;
-    cfg.small_A = small_A;
+    const float whole_V = (float)LEGS * CURVE_V;
+    const float level_A[RS_LEVELS] = {2.0f, small_A, 1.5f, 6.0f};
+    cfg.level.A[RS_LEVEL_SMALL] = small_A;
+    cfg.curve = true;
     st = (rs_measurement_state_t){0};
-    const float level_A[3] = {6.0f, small_A, 2.0f};
-    for (int k = 0; k < 12; k++) {
+    for (int k = 0; k < 16; k++) {
         const float i_A = level_A[k / 4];
-        const float here_V = ((k / 4) == 1) ? (share * lost_alpha_V) : lost_alpha_V;
-        const rs_measurement_out_t busy = step(i_A, 1.5f * i_A, 1.5f * i_A + here_V);
+        const float lost_V = ((k / 4) == RS_LEVEL_SMALL)
+                                 ? (share * whole_V)
+                                 : (whole_V - 3.0f * CURVE_V * tail_A / i_A);
+        const float duty_V = 1.5f * i_A + lost_V;
+        const rs_measurement_out_t busy = step(i_A, cfg.by_duty ? duty_V : (1.5f * i_A), duty_V);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, busy.status);
         ASSERT_SAME_FLOAT(i_A, busy.i_ref_A);
     }
-    const rs_measurement_out_t out = step(2.0f, 3.0f, 3.0f);
+    return step(2.0f, 3.0f, 3.0f);
+}
+
+/* Leg u carries sqrt(2/3) of the small current. */
+static rs_measurement_out_t with_small(float small_A, float share)
+{
+    cfg = simple;
+    const rs_measurement_out_t out = with_curve(small_A, share, 0.0f);
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
-    ASSERT_NEAR(1e-5, lost_V, out.lost_V);
+    ASSERT_NEAR(1e-5, CURVE_V, out.lost_V);
+    ASSERT_SAME_FLOAT(0.0f, out.tail_A);
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_IDLE, step(2.0f, 3.0f, 3.0f).status);
     return out;
+}
+
+/* Capacitance alone: a line of four times the tail, touched at twice the tail. */
+static rs_measurement_out_t with_capacitance(float tail_A, bool by_duty)
+{
+    const float x_A = 0.3f * sqrtf(2.0f / 3.0f);
+    cfg = simple;
+    cfg.by_duty = by_duty;
+    return with_curve(0.3f, 0.75f * x_A / (4.0f * tail_A), tail_A);
+}
+
+static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance(void)
+{
+    for (int k = 0; k < 2; k++) {
+        for (float tail_A = 0.08f; tail_A < 0.39f; tail_A += 0.05f) {
+            const rs_measurement_out_t out = with_capacitance(tail_A, k == 1);
+            TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+            ASSERT_NEAR(1e-4, 1.5 * 1.25, out.Rs_ohm);
+            ASSERT_NEAR(1e-4, CURVE_V, out.lost_V);
+            ASSERT_NEAR(1e-4, tail_A, out.tail_A);
+            ASSERT_NEAR(2e-4, 2.0 * (double)tail_A, out.threshold_A);
+        }
+    }
+}
+
+/* c/i is 6 V tail/(6 A) and has to be .5 % of 9 V and the whole loss. */
+static void test_a_tail_too_short_to_be_told_from_the_flux_is_none(void)
+{
+    const float least_A = 0.005f * (9.0f + (float)LEGS * CURVE_V) / 1.005f;
+    rs_measurement_out_t out = with_capacitance(1.02f * least_A, true);
+    ASSERT_NEAR(1e-4, 1.02 * (double)least_A, out.tail_A);
+    ASSERT_NEAR(1e-4, 1.5 * 1.25, out.Rs_ohm);
+    out = with_capacitance(0.98f * least_A, true);
+    ASSERT_SAME_FLOAT(0.0f, out.tail_A);
+    /* c over 6 A and 2 A stays in Rs. */
+    ASSERT_NEAR(1e-4, (1.5 + 6.0 * 0.98 * (double)least_A / 12.0) * 1.25, out.Rs_ohm);
+    /* Bent the other way. */
+    out = with_capacitance(-0.2f, true);
+    ASSERT_SAME_FLOAT(0.0f, out.tail_A);
+}
+
+/* A line that is longer ends before the whole of it, one that is shorter where the tail begins. */
+static void test_the_threshold_lies_where_line_and_tail_meet(void)
+{
+    const double x_A = 0.3 * sqrt(2.0 / 3.0);
+    cfg = simple;
+    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.7), 0.1f);
+    ASSERT_NEAR(1e-4, 0.7 - 2.0 * 0.1, out.threshold_A);
+    ASSERT_NEAR(1e-4, 0.1, out.tail_A);
+    cfg = simple;
+    out = with_curve(0.3f, (float)(0.75 * x_A / 0.25), 0.1f);
+    ASSERT_NEAR(1e-4, 2.0 * 0.1, out.threshold_A);
+    /* The lower level bounds both. */
+    cfg = simple;
+    out = with_curve(0.3f, (float)(0.75 * x_A / 0.3), 0.6f);
+    ASSERT_NEAR(1e-5, 0.5 * sqrt(2.0 / 3.0) * 2.0, out.threshold_A);
+    ASSERT_SAME_FLOAT(0.5f * out.threshold_A, out.tail_A);
 }
 
 static void test_the_small_current_tells_from_where_on_the_loss_is_whole(void)
@@ -255,10 +334,10 @@ static void test_without_a_small_current_or_a_loss_no_threshold_is_found(void)
         measured((rs_measurement_in_t){6.0f, 9.5f, 12.0f}, (rs_measurement_in_t){2.0f, 3.5f, 9.0f});
     ASSERT_SAME_FLOAT(0.0f, plain.threshold_A);
     cfg = simple;
-    cfg.small_A = 0.3f;
+    cfg.curve = true;
     st = (rs_measurement_state_t){0};
-    for (int k = 0; k < 12; k++) {
-        const float i_A = (k < 4) ? 6.0f : ((k < 8) ? 0.3f : 2.0f);
+    for (int k = 0; k < 16; k++) {
+        const float i_A = simple.level.A[k / 4];
         (void)step(i_A, 1.5f * i_A, i_A);
     }
     const rs_measurement_out_t out = step(2.0f, 3.0f, 3.0f);
@@ -418,6 +497,21 @@ static void test_two_measurements_share_a_config_and_nothing_else(void)
     TEST_ASSERT_EQUAL_MEMORY(&st, &other, sizeof other);
 }
 
+static void test_the_digest_sees_every_sum(void)
+{
+    st = (rs_measurement_state_t){0};
+    uint32_t before = rs_measurement_digest(&st);
+    for (int k = 0; k < RS_LEVELS; k++) {
+        float *const sum[] = {&st.level[k].i_A, &st.level[k].u_V, &st.level[k].u_duty_V};
+        for (int n = 0; n < 3; n++) {
+            *sum[n] = 1.0f;
+            const uint32_t now = rs_measurement_digest(&st);
+            TEST_ASSERT_NOT_EQUAL_UINT32(before, now);
+            before = now;
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -431,6 +525,9 @@ int main(void)
     RUN_TEST(test_result_is_the_ratio_of_differences_with_bias_and_the_legs_loss);
     RUN_TEST(test_result_comes_once);
     RUN_TEST(test_the_small_current_tells_from_where_on_the_loss_is_whole);
+    RUN_TEST(test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance);
+    RUN_TEST(test_a_tail_too_short_to_be_told_from_the_flux_is_none);
+    RUN_TEST(test_the_threshold_lies_where_line_and_tail_meet);
     RUN_TEST(test_a_threshold_is_at_most_the_lower_levels_leg_current);
     RUN_TEST(test_without_a_small_current_or_a_loss_no_threshold_is_found);
     RUN_TEST(test_offsets_of_current_and_voltage_do_not_matter);
@@ -442,5 +539,6 @@ int main(void)
     RUN_TEST(test_no_number_is_refused_or_harmless);
     RUN_TEST(test_the_resistance_of_both_machines_is_found_behind_dead_time_and_offsets);
     RUN_TEST(test_two_measurements_share_a_config_and_nothing_else);
+    RUN_TEST(test_the_digest_sees_every_sum);
     return UNITY_END();
 }

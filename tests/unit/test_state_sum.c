@@ -133,8 +133,8 @@ static void test_control_is_seen_once_in_sixteen(void)
 
 static void test_resistance_is_seen_once_in_sixteen(void)
 {
-    rs_measurement_sums_t *const high = &st.modes.premagnetise.measurement.high;
-    rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.low;
+    rs_measurement_sums_t *const high = &st.modes.premagnetise.measurement.level[RS_LEVEL_HIGH];
+    rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.level[RS_LEVEL_LOW];
     float *const value[] = {&high->i_A,
                             &high->u_V,
                             &high->u_duty_V,
@@ -161,7 +161,8 @@ static void test_resistance_is_seen_once_in_sixteen(void)
                             &st.omega_ref_before_rad_s,
                             &st.modes.premagnetise.Rs_delta_ohm,
                             &st.modes.premagnetise.leg_loss_pu,
-                            &st.modes.premagnetise.leg_threshold_A};
+                            &st.modes.premagnetise.leg_threshold_A,
+                            &st.modes.premagnetise.leg_tail_A};
     assert_each_is_seen(value, sizeof value / sizeof value[0], RESISTANCE);
 }
 

@@ -145,8 +145,8 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(speed_guard.unknown_s, params.speed_unknown_s);
     EXPECT(speed_guard.lambda_nominal_Wb, params.M_H * params.i_d_A);
     EXPECT(rs_measurement.enable, 1.0f);
-    EXPECT(rs_measurement.high_A, 9.02400017f);
-    EXPECT(rs_measurement.low_A, 5.64000034f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_HIGH], 9.02400017f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_LOW], 5.64000034f);
     EXPECT(rs_measurement.level_s, 1.69499993f);
     EXPECT(rs_measurement.average_s, 0.338999987f);
     EXPECT(rs_measurement.bias, 1.15463996f);
@@ -180,14 +180,20 @@ static void test_the_curve_needs_a_small_current(void)
     params.rs_high_A = 8.0f;
     params.dead_time_i_threshold_A = 0.25f;
     unit_config_drive(&drive, &params);
-    EXPECT(rs_measurement.small_A, 0.0f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_SMALL], 0.0f);
+    params.voltage_source = ACTING_VOLTAGE_BLEND;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_measurement.by_duty, 0.0f);
+    params.voltage_source = ACTING_VOLTAGE_DUTY;
     params.dead_time_identify = 2u;
     unit_config_drive(&drive, &params);
-    EXPECT(rs_measurement.small_A, 0.15f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_SMALL], 0.15f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_BEND], 3.2f);
     EXPECT(dead_time_identify, 1.0f);
+    EXPECT(rs_measurement.by_duty, 1.0f);
     params.dead_time_i_threshold_A = 10.0f;
     unit_config_drive(&drive, &params);
-    EXPECT(rs_measurement.small_A, 2.5f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_SMALL], 2.5f);
 }
 
 /* Nothing keeps the field away from zero frequency under load: Rs is tracked faster and further. */
@@ -307,6 +313,14 @@ static void test_dwelling_gets_its_numbers(void)
     EXPECT(dwell.slew_rad_s2, 0.628318531f);
     EXPECT(dwell.load_A, 0.3f);
     EXPECT(rs_tracking.dwell_gain_ohm_per_s, 1.0f);
+    /* .01 of the largest torque, 1.67 times: J k tau^2/p. */
+    params.speed_J_kg_m2 = 0.5f;
+    params.Rr_ohm = 0.5f;
+    params.Lr_H = 0.1f;
+    params.M_H = 0.08f;
+    params.i_q_max_A = 10.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(dwell.amplitude_pu, 0.01f * (4.0f * 0.8f * 0.4f * 10.0f) * 4.0f / (0.5f * 25.0f));
 }
 
 static void test_the_heat_gets_its_numbers(void)

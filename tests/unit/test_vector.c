@@ -298,7 +298,7 @@ static void test_less_flux_takes_more_current_for_the_torque(void)
 static void test_the_voltage_limit_lowers_the_flux_in_its_slot(void)
 {
     weaken();
-    acting.pending_V = (ab_t){300.0f, 330.0f};
+    acting.legs_V = (ab_t){300.0f, 330.0f};
     for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
         st.reference = (flux_reference_state_t){0};
         vector_slow(cfg, &drive.limits, &st, &in);

@@ -114,6 +114,7 @@ static void test_the_duties_give_what_the_legs_lose_on_top(void)
         lost_V += sqrt(2.0 / 3.0) * 10.0 * share * cexp(I * THIRD_TURN * n);
     }
     ASSERT_NEAR(1e-3, 0.0, cabs(of_duties(out.duty) - of(out.u_V) - lost_V));
+    ASSERT_NEAR(1e-3, 0.0, cabs(of_duties(out.duty) - of(out.u_legs_V)));
 }
 
 /* The loss is that of the current when the duties act. */
@@ -166,6 +167,7 @@ static void test_integrators_do_not_wind_up_where_the_voltage_ends(void)
     }
     const double most_V = 100.0 * sqrt(2.0 / 3.0);
     TEST_ASSERT_TRUE(cabs(of(out.u_V)) <= most_V + 1e-3);
+    ASSERT_NEAR(1e-3, 0.0, cabs(of_duties(out.duty) - of(out.u_legs_V)));
     TEST_ASSERT_TRUE(cabs(of(out.u_V)) >= 100.0 / sqrt(2.0) - 1e-3);
     const current_control_state_t wound = st.current;
     TEST_ASSERT_TRUE(fabs((double)wound.d.x) < 2.0 * most_V);

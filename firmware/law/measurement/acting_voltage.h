@@ -51,6 +51,7 @@ typedef struct {
     ab_t ended_V;     /* of the interval that ended at this sample */
     ab_t acting_V;    /* from now to the next sample */
     ab_t pending_V;   /* after that: of the duties of the last step */
+    ab_t legs_V;      /* of those duties, with what the inverter will lose */
     ab_t lagging_V;   /* ended_V as the sensors show it: late */
     ab_t lag_step_V;  /* its change in the last period */
     float duty_share; /* of the blend, 0 to 1 */

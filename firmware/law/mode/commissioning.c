@@ -51,21 +51,21 @@ bool commissioning_init(commissioning_config_t *cfg, const params_t *params)
     const uint32_t level = (uint32_t)periods;
     const uint32_t share = (uint32_t)(AVERAGE_SHARE * periods);
     const uint32_t half = (share < AVERAGE_MAX_PERIODS ? share : AVERAGE_MAX_PERIODS) / 2u;
-    *cfg =
-        (commissioning_config_t){.level_step_A = params->com_rated_A / (float)COMMISSIONING_LEVELS,
-                                 .bias_A = BIAS_PU * params->com_rated_A,
-                                 .swing_A = SWING_PU * params->com_rated_A,
-                                 .lowest_A = LOWEST_PU * params->com_rated_A,
-                                 .period_s = params->period_s,
-                                 .level_periods = level,
-                                 .average_periods = 2u * half,
-                                 .rs = {.high_A = RS_HIGH_PU * params->com_rated_A,
-                                        .low_A = RS_LOW_PU * params->com_rated_A,
-                                        .level_periods = level,
-                                        .average_periods = 2u * half,
-                                        .bias = 1.0f,
-                                        .Rs_min_ohm = params->Rs_ohm / RS_RATIO,
-                                        .Rs_max_ohm = params->Rs_ohm * RS_RATIO}};
+    *cfg = (commissioning_config_t){
+        .level_step_A = params->com_rated_A / (float)COMMISSIONING_LEVELS,
+        .bias_A = BIAS_PU * params->com_rated_A,
+        .swing_A = SWING_PU * params->com_rated_A,
+        .lowest_A = LOWEST_PU * params->com_rated_A,
+        .period_s = params->period_s,
+        .level_periods = level,
+        .average_periods = 2u * half,
+        .rs = {.level = {{[RS_LEVEL_HIGH] = RS_HIGH_PU * params->com_rated_A,
+                          [RS_LEVEL_LOW] = RS_LOW_PU * params->com_rated_A}},
+               .level_periods = level,
+               .average_periods = 2u * half,
+               .bias = 1.0f,
+               .Rs_min_ohm = params->Rs_ohm / RS_RATIO,
+               .Rs_max_ohm = params->Rs_ohm * RS_RATIO}};
     const float fast_Hz = 1.0f / (FAST_TURN_PERIODS * params->period_s);
     return tone_init(&cfg->fast, fast_Hz, FAST_QUIET_TURNS, FAST_TURNS, params->period_s) &&
            tone_init(&cfg->slow, SLOW_PER_SLIP * params->com_slip_Hz, SLOW_QUIET_TURNS, SLOW_TURNS,
@@ -120,7 +120,7 @@ static void step_rs(const commissioning_config_t *cfg, commissioning_state_t *st
     }
     st->periods++;
     if ((rs.status == RS_MEASUREMENT_BUSY) ||
-        !follows(st, st->rs.high.i_A / n, cfg->rs.high_A, n)) {
+        !follows(st, st->rs.level[RS_LEVEL_HIGH].i_A / n, cfg->rs.level.A[RS_LEVEL_HIGH], n)) {
         return;
     }
     if (rs.status == RS_MEASUREMENT_REFUSED) {

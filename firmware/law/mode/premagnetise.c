@@ -16,6 +16,7 @@ bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t
             st->leg_loss_found = true;
             st->leg_loss_pu = rs.lost_V / in->meas->u_dc_V;
             st->leg_threshold_A = rs.threshold_A;
+            st->leg_tail_A = rs.tail_A;
         }
     } else if (rs.status == RS_MEASUREMENT_REFUSED) {
         *faults |= FAULT_STATOR_RESISTANCE;

@@ -10,6 +10,10 @@
 #define RS_SHARE_MIN 0.05f
 #define RS_TINY_V    1e-6f
 
+/* Least c/i of the high level over its voltage: less is a flux that still moves, or a coarse ADC.
+ */
+#define RS_TAIL_MIN_PU 0.005f
+
 #define RS_MAX_PERIODS 1000000.0f
 
 /* Float sums: the difference of 8192 samples of some 8 V is right to .1 % (100 000: to 1 %, half
@@ -18,11 +22,16 @@
 
 static bool params_valid(const rs_measurement_params_t *p, float Rs_nameplate_ohm, float period_s)
 {
+    const float *level_A = p->level.A;
+    const bool levels = (level_A[RS_LEVEL_LOW] < level_A[RS_LEVEL_HIGH]) &&
+                        (level_A[RS_LEVEL_BEND] < level_A[RS_LEVEL_LOW]) &&
+                        (level_A[RS_LEVEL_SMALL] < level_A[RS_LEVEL_BEND]);
     const bool times = (p->average_s >= period_s) && (p->average_s <= p->level_s) &&
                        (p->level_s <= RS_MAX_PERIODS * period_s) &&
                        (p->average_s <= RS_AVERAGE_MAX_PERIODS * period_s);
-    return times && (p->low_A < p->high_A) && (p->small_A < p->low_A) && (p->ratio_max > 1.0f) &&
-           ALL_POSITIVE(p->low_A, p->high_A, p->bias, p->ratio_max, Rs_nameplate_ohm, period_s);
+    return levels && times && (p->ratio_max > 1.0f) &&
+           ALL_POSITIVE(level_A[RS_LEVEL_HIGH], level_A[RS_LEVEL_LOW], p->bias, p->ratio_max,
+                        Rs_nameplate_ohm, period_s);
 }
 
 bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_params_t *params,
@@ -36,9 +45,9 @@ bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_para
         return false;
     }
     *cfg = (rs_measurement_config_t){
-        .high_A = params->high_A,
-        .low_A = params->low_A,
-        .small_A = params->small_A,
+        .level = params->level,
+        .curve = params->level.A[RS_LEVEL_SMALL] > 0.0f,
+        .by_duty = params->by_duty,
         .level_periods = (uint32_t)(params->level_s / period_s + 0.5f),
         .average_periods = (uint32_t)(params->average_s / period_s + 0.5f),
         .bias = params->bias,
@@ -55,37 +64,62 @@ static void add(rs_measurement_sums_t *sums, const rs_measurement_in_t *in)
     sums->u_duty_V += in->u_duty_V;
 }
 
-/* The leg current from which on the loss is whole. Leg u carries x, the others half of it: of the
- * whole loss there is .75 x/threshold. A threshold below x comes out as .75 x at least. */
-COLD static float threshold_A(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
-                              float Rs_ohm, float lost_V)
+/* Slope of the duties' voltage between two levels. */
+static float slope_ohm(const rs_measurement_sums_t *high, const rs_measurement_sums_t *low)
 {
-    const float whole_V = RS_LEGS_TO_ALPHA * (float)cfg->average_periods * lost_V;
-    const float here_V = st->small.u_duty_V - Rs_ohm * st->small.i_A;
-    const float x_A = NUM_SQRT_2_3 * st->small.i_A / (float)cfg->average_periods;
-    const float found_A = 0.75f * x_A * whole_V / maxf(here_V, RS_SHARE_MIN * whole_V + RS_TINY_V);
+    return (high->u_duty_V - low->u_duty_V) / (high->i_A - low->i_A);
+}
+
+/* The leg current at which the line through the small current ends. Leg u carries x there, the
+ * others half of it: of the whole loss there is .75 x/line. A line below x comes out as .75 x at
+ * least. With a capacitance alone the line is four times the tail, and touches it at half that. */
+COLD static float threshold_A(const rs_measurement_config_t *cfg,
+                              const rs_measurement_sums_t *small, const rs_measurement_out_t *out)
+{
+    const float whole_V = RS_LEGS_TO_ALPHA * (float)cfg->average_periods * out->lost_V;
+    const float here_V = small->u_duty_V - out->Rs_ohm * small->i_A;
+    const float x_A = NUM_SQRT_2_3 * small->i_A / (float)cfg->average_periods;
+    const float line_A = 0.75f * x_A * whole_V / maxf(here_V, RS_SHARE_MIN * whole_V + RS_TINY_V);
     /* At the lower level it is whole in every leg. */
-    return minf(found_A, 0.5f * NUM_SQRT_2_3 * cfg->low_A);
+    return minf(maxf(line_A - 2.0f * out->tail_A, 2.0f * out->tail_A),
+                0.5f * NUM_SQRT_2_3 * cfg->level.A[RS_LEVEL_LOW]);
 }
 
 /* All levels are averaged over the same time, so that sums stand for averages. */
 COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
                                         const rs_measurement_state_t *st)
 {
+    const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
+    const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float n = (float)cfg->average_periods;
-    const float di_A = st->high.i_A - st->low.i_A;
+    const float di_A = high->i_A - low->i_A;
     rs_measurement_out_t out = {.status = RS_MEASUREMENT_REFUSED};
-    if (!(di_A >= RS_CURRENT_SHARE * n * (cfg->high_A - cfg->low_A))) {
+    if (!(di_A >=
+          RS_CURRENT_SHARE * n * (cfg->level.A[RS_LEVEL_HIGH] - cfg->level.A[RS_LEVEL_LOW]))) {
         return out;
     }
-    out.Rs_ohm = (st->high.u_V - st->low.u_V) / di_A;
+    /* With u = Rs i + u_0 - c/i the slope between i and j is Rs + c/(i j). */
+    float c_per_cube = (slope_ohm(low, bend) - slope_ohm(high, low)) / (high->i_A - bend->i_A);
+    float bent_V = c_per_cube * low->i_A * bend->i_A; /* c/i of the high level */
+    if (!cfg->curve || !(bent_V > RS_TAIL_MIN_PU * high->u_duty_V)) {
+        c_per_cube = 0.0f;
+        bent_V = 0.0f;
+    }
+    out.Rs_ohm = (high->u_V - low->u_V) / di_A;
+    if (cfg->by_duty) {
+        out.Rs_ohm -= c_per_cube * bend->i_A;
+    }
     if (!(out.Rs_ohm >= cfg->Rs_min_ohm) || !(out.Rs_ohm <= cfg->Rs_max_ohm)) {
         return out;
     }
     /* At the higher level, where the error curve is flat. */
-    const float lost_alpha_V = (st->high.u_duty_V - out.Rs_ohm * st->high.i_A) / n;
+    const float lost_alpha_V = (high->u_duty_V + bent_V - out.Rs_ohm * high->i_A) / n;
     out.lost_V = maxf(lost_alpha_V / RS_LEGS_TO_ALPHA, 0.0f);
-    out.threshold_A = threshold_A(cfg, st, out.Rs_ohm, out.lost_V);
+    /* Leg u has i, the others half of it: their tails add up to three times that of leg u. */
+    out.tail_A = bent_V * high->i_A / (n * n * (3.0f * out.lost_V + RS_TINY_V));
+    out.threshold_A = threshold_A(cfg, &st->level[RS_LEVEL_SMALL], &out);
+    out.tail_A = minf(out.tail_A, 0.5f * out.threshold_A);
     out.Rs_ohm *= cfg->bias;
     out.status = RS_MEASUREMENT_DONE;
     return out;
@@ -95,7 +129,7 @@ rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
                                          rs_measurement_state_t *st, const rs_measurement_in_t *in)
 {
     const uint32_t level = cfg->level_periods;
-    const uint32_t end = ((cfg->small_A > 0.0f) ? 3u : 2u) * level;
+    const uint32_t end = (cfg->curve ? 4u : 2u) * level;
     const uint32_t k = st->periods;
     if ((level == 0u) || (k > end)) {
         return (rs_measurement_out_t){.status = RS_MEASUREMENT_IDLE};
@@ -107,20 +141,23 @@ rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
         }
         return out;
     }
-    rs_measurement_sums_t *sums = &st->small;
-    float i_ref_A = cfg->small_A;
-    if (k < level) {
-        sums = &st->high;
-        i_ref_A = cfg->high_A;
-    } else if (k >= (end - level)) {
-        sums = &st->low;
-        i_ref_A = cfg->low_A;
-    } else {
-        /* The small one. */
-    }
+    const uint32_t nth = k / level;
+    const uint32_t here =
+        cfg->curve ? nth : ((nth == 0u) ? (uint32_t)RS_LEVEL_HIGH : (uint32_t)RS_LEVEL_LOW);
     if ((k % level) >= (level - cfg->average_periods)) {
-        add(sums, in);
+        add(&st->level[here], in);
     }
     st->periods++;
-    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY, .i_ref_A = i_ref_A};
+    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY, .i_ref_A = cfg->level.A[here]};
+}
+
+uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
+{
+    uint32_t digest = 0u;
+    for (uint32_t k = 0u; k < (uint32_t)RS_LEVELS; k++) {
+        const rs_measurement_sums_t *sums = &st->level[k];
+        digest = 31u * (31u * (31u * digest + float_bits(sums->i_A)) + float_bits(sums->u_V)) +
+                 float_bits(sums->u_duty_V);
+    }
+    return digest;
 }

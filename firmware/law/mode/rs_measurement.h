@@ -3,9 +3,15 @@
  * u = Rs i + u_0 along a fixed axis once the flux is constant. The difference of two levels gives
  * Rs, free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage of
  * the duties minus the one that arrives is the loss in dead time and devices (identified, per leg).
- * A small current between the two, where it is wanted, finds only a share of the loss. The share
- * tells from which current on the loss is whole. It does not come first: while the current is about
- * zero the legs' loss takes the whole voltage, and a coarse ADC that reads zero looks frozen.
+ * Where the curve of the loss is wanted, two more levels show how it bends. A leg with capacitance
+ * loses whole (1 - tail/i) of a current i, so that u = Rs i + u_0 - c/i: three levels give c.
+ * Behind the voltage of the duties c also makes Rs too large, and is taken off. A small current
+ * finds the line on which the loss begins: it ends where the loss is whole, or at the tail.
+ *
+ * The flux still moves by some share of each step while a level is averaged. In the order low,
+ * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
+ * the current is about zero the legs' loss takes the whole voltage, and a coarse ADC that reads
+ * zero looks frozen (with bend first it did, in one of 790 runs of the envelope).
  *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
@@ -18,11 +24,25 @@
 
 #include "motor.h"
 
+/* In the order of time; without the curve high, then low. */
+enum {
+    RS_LEVEL_LOW,
+    RS_LEVEL_SMALL,
+    RS_LEVEL_BEND,
+    RS_LEVEL_HIGH,
+    RS_LEVELS
+};
+
+/* Currents, power invariant: low < high, bend < low for the tail of the curve, and small < bend,
+ * where the loss is not whole; not above 0: the curve is not looked at. */
+typedef struct {
+    float A[RS_LEVELS];
+} rs_levels_t;
+
 typedef struct {
     bool enable;
-    float high_A; /* first level, power invariant */
-    float low_A;
-    float small_A;   /* between them, where the loss is not whole; not above 0: not looked at */
+    bool by_duty; /* the observer's voltage is that of the duties */
+    rs_levels_t level;
     float level_s;   /* length of each level; several rotor time constants */
     float average_s; /* its last part, which is averaged */
     float bias;      /* Rs in use over measured */
@@ -30,9 +50,9 @@ typedef struct {
 } rs_measurement_params_t;
 
 typedef struct {
-    float high_A;
-    float low_A;
-    float small_A;
+    rs_levels_t level;
+    bool curve;
+    bool by_duty;
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
     float bias;
@@ -49,9 +69,7 @@ typedef struct {
 
 typedef struct {
     uint32_t periods;
-    rs_measurement_sums_t small;
-    rs_measurement_sums_t high;
-    rs_measurement_sums_t low;
+    rs_measurement_sums_t level[RS_LEVELS];
 } rs_measurement_state_t;
 
 typedef struct {
@@ -72,17 +90,21 @@ typedef struct {
     float i_ref_A;     /* while BUSY */
     float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
     float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
-    float threshold_A; /* DONE: a leg's current from which on that is lost; 0: not found */
+    float tail_A;      /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
+    float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
 } rs_measurement_out_t;
 
-/* False for a number that is not finite or of the wrong sign, small >= low, low >= high, average >
- * level, ratio_max <= 1, or an average shorter than a period or longer than 8192 of them (the
- * precision of a float sum). With enable false nothing is checked. */
+/* False for a number that is not finite or of the wrong sign, small >= bend, bend >= low, low >=
+ * high, average > level, ratio_max <= 1, or an average shorter than a period or longer than 8192 of
+ * them (the precision of a float sum). With enable false nothing is checked. */
 CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
                                  const rs_measurement_params_t *params, float Rs_nameplate_ohm,
                                  float period_s);
 
 rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
                                          rs_measurement_state_t *st, const rs_measurement_in_t *in);
+
+/* A number that differs where any of the sums does. */
+uint32_t rs_measurement_digest(const rs_measurement_state_t *st);
 
 #endif

@@ -36,7 +36,7 @@ static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     if (!flux_reference_on(&cfg->reference) && !(st->reference.reduction_Wb > 0.0f)) {
         return;
     }
-    const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->pending_V)),
+    const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->legs_V)),
                                               .u_dc_V = in->meas->u_dc_V,
                                               .omega_s_rad_s = in->estimate->omega_s_rad_s,
                                               .torque_Nm = torque_Nm(cfg, in, axis)};

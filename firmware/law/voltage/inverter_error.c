@@ -28,13 +28,18 @@ static const ab_t of_signs[8] = {LEGS(1.0f, 1.0f, 1.0f),   LEGS(-1.0f, 1.0f, 1.0
                                  LEGS(1.0f, 1.0f, -1.0f),  LEGS(-1.0f, 1.0f, -1.0f),
                                  LEGS(1.0f, -1.0f, -1.0f), LEGS(-1.0f, -1.0f, -1.0f)};
 
-/* Some phase is near its zero, where the loss is proportional to the current. */
-COLD static ab_t near_zero(float threshold_A, uvw_t i_A)
+/* Share of the whole: a line up to the threshold, then all but the tail. */
+COLD static float leg_share(const leg_loss_t *loss, float i_A)
 {
-    const float per_A = 1.0f / threshold_A;
-    return ab_from_uvw((uvw_t){clampf(i_A.u * per_A, -1.0f, 1.0f),
-                               clampf(i_A.v * per_A, -1.0f, 1.0f),
-                               clampf(i_A.w * per_A, -1.0f, 1.0f)});
+    const float per_A = 1.0f / maxf(absf(i_A), loss->threshold_A);
+    return clampf(i_A * per_A, -1.0f, 1.0f) * (1.0f - loss->tail_A * per_A);
+}
+
+/* The curve has a tail, or some phase is near its zero. */
+COLD static ab_t by_leg(const leg_loss_t *loss, uvw_t i_A)
+{
+    return ab_from_uvw(
+        (uvw_t){leg_share(loss, i_A.u), leg_share(loss, i_A.v), leg_share(loss, i_A.w)});
 }
 
 ab_t inverter_error_voltage(leg_loss_t loss, ab_t i_predicted_A)
@@ -48,8 +53,9 @@ ab_t inverter_error_voltage(leg_loss_t loss, ab_t i_predicted_A)
     const uint32_t v = float_bits(i_A.v);
     const uint32_t w = float_bits(i_A.w);
     const uint32_t threshold = float_bits(loss.threshold_A) << 1; /* without the sign */
-    if (((u << 1) < threshold) || ((v << 1) < threshold) || ((w << 1) < threshold)) {
-        return ab_scale(near_zero(loss.threshold_A, i_A), loss.whole_V);
+    if ((loss.tail_A > 0.0f) || ((u << 1) < threshold) || ((v << 1) < threshold) ||
+        ((w << 1) < threshold)) {
+        return ab_scale(by_leg(&loss, i_A), loss.whole_V);
     }
     /* The usual case: a sector of the current. */
     return ab_scale(of_signs[(u >> 31) | ((v >> 31) << 1) | ((w >> 31) << 2)], loss.whole_V);

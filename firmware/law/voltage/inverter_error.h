@@ -28,6 +28,7 @@ typedef struct {
 typedef struct {
     float whole_V;     /* at currents above the threshold */
     float threshold_A; /* below: proportional; > 0 */
+    float tail_A;      /* above: 1 - tail_A/i of whole_V is lost; below threshold_A */
 } leg_loss_t;
 
 /* False unless 0 <= fraction <= 1, 0 <= dead_time < period, drop >= 0, i_threshold > 0. */
@@ -38,7 +39,8 @@ CHECKED bool inverter_error_init(inverter_error_config_t *cfg,
 static inline leg_loss_t inverter_error_loss(const inverter_error_config_t *cfg, float u_dc_V)
 {
     return (leg_loss_t){.whole_V = cfg->k * u_dc_V + cfg->drop_V,
-                        .threshold_A = cfg->i_threshold_A};
+                        .threshold_A = cfg->i_threshold_A,
+                        .tail_A = 0.0f};
 }
 
 /* Stationary-frame voltage to add to the reference for the predicted current. Exactly zero for a

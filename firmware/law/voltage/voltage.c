@@ -26,5 +26,5 @@ voltage_out_t voltage_step(const voltage_config_t *cfg, voltage_state_t *st, con
         const dq_t added_V = {realised_V.d - asked_V.d, realised_V.q - asked_V.q};
         current_control_update(&cfg->current, &st->current, &current_in, &added_V);
     }
-    return (voltage_out_t){.duty = pwm.duty, .u_V = u_V};
+    return (voltage_out_t){.duty = pwm.duty, .u_V = u_V, .u_legs_V = pwm.u_realised_V};
 }

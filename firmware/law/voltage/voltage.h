@@ -40,7 +40,8 @@ typedef struct {
 
 typedef struct {
     uvw_t duty;
-    ab_t u_V; /* at the motor, by these duties */
+    ab_t u_V;      /* at the motor, by these duties */
+    ab_t u_legs_V; /* of the duties themselves: u_V and what the inverter loses */
 } voltage_out_t;
 
 /* Angle of the delay at this speed of the frame; need not be called every period. */

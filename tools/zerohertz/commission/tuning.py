@@ -30,7 +30,7 @@ ACCEL_SHARE, ACCEL = 0.7, 0.25
 # Sensed voltage up to this share of rated frequency, the duty from twice that on.
 BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
-WEAKEN = 0.92
+WEAKEN = 0.95
 # Rs tracking: an error dRs leaves a residual of about dRs i_q/(w_s M); the same rate for all.
 RS_BIAS, TRACK_PER_H = 1.015, 2.94
 # Steering: least stator frequency over that at which rated current drops the rotor's EMF at Rs.
@@ -56,6 +56,8 @@ PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
 # legs' capacitance C, their loss still grows with the current, by u^2 C/(T i^2) per ampere: at a
 # share of .7 and 62.5 us that was as much as the Rs of a motor of 15 kW.
 RS_LEVEL = 1.0
+# Four levels in the time of three steps of the flux: what is left of each step cancels in Rs.
+RS_SETTLE = 0.75
 RANGE = 1.2  # of rated frequency
 MARGIN = 0.7  # share of rated torque that the ramp takes
 DUTY = 1  # voltage_source
@@ -209,6 +211,6 @@ def _start(circuit: Circuit, plate: Plate, i_trip_max_A: float) -> dict[str, flo
         "rs_measure": 1,
         "dead_time_identify": 2,
         "rs_high_A": RS_LEVEL * min(plate.current_vector_A, limit_A(plate, i_trip_max_A)),
-        "rs_level_s": settle_s,
+        "rs_level_s": RS_SETTLE * settle_s,
         "premagnetise_s": settle_s,
     }
