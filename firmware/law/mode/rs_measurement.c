@@ -70,6 +70,18 @@ static float slope_ohm(const rs_measurement_sums_t *high, const rs_measurement_s
     return (high->u_duty_V - low->u_duty_V) / (high->i_A - low->i_A);
 }
 
+/* c/i of the high level in u = Rs i + u_0 - c/i: between i and j the slope is Rs + c/(i j). Without
+ * the bend, whose sums are zero then, there is none. */
+static float bent_V(const rs_measurement_state_t *st)
+{
+    const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
+    const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
+    const float c_V = (slope_ohm(low, bend) - slope_ohm(high, low)) * low->i_A * bend->i_A /
+                      (high->i_A - bend->i_A);
+    return (c_V > RS_TAIL_MIN_PU * high->u_duty_V) ? c_V : 0.0f;
+}
+
 /* The leg current at which the line through the small current ends. Leg u carries x there, the
  * others half of it: of the whole loss there is .75 x/line. A line below x comes out as .75 x at
  * least. With a capacitance alone the line is four times the tail, and touches it at half that. */
@@ -89,7 +101,6 @@ COLD static float threshold_A(const rs_measurement_config_t *cfg,
 COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
                                         const rs_measurement_state_t *st)
 {
-    const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
     const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float n = (float)cfg->average_periods;
@@ -99,25 +110,19 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
           RS_CURRENT_SHARE * n * (cfg->level.A[RS_LEVEL_HIGH] - cfg->level.A[RS_LEVEL_LOW]))) {
         return out;
     }
-    /* With u = Rs i + u_0 - c/i the slope between i and j is Rs + c/(i j). */
-    float c_per_cube = (slope_ohm(low, bend) - slope_ohm(high, low)) / (high->i_A - bend->i_A);
-    float bent_V = c_per_cube * low->i_A * bend->i_A; /* c/i of the high level */
-    if (!cfg->curve || !(bent_V > RS_TAIL_MIN_PU * high->u_duty_V)) {
-        c_per_cube = 0.0f;
-        bent_V = 0.0f;
-    }
+    const float c_V = bent_V(st);
     out.Rs_ohm = (high->u_V - low->u_V) / di_A;
     if (cfg->by_duty) {
-        out.Rs_ohm -= c_per_cube * bend->i_A;
+        out.Rs_ohm -= c_V / low->i_A;
     }
     if (!(out.Rs_ohm >= cfg->Rs_min_ohm) || !(out.Rs_ohm <= cfg->Rs_max_ohm)) {
         return out;
     }
     /* At the higher level, where the error curve is flat. */
-    const float lost_alpha_V = (high->u_duty_V + bent_V - out.Rs_ohm * high->i_A) / n;
+    const float lost_alpha_V = (high->u_duty_V + c_V - out.Rs_ohm * high->i_A) / n;
     out.lost_V = maxf(lost_alpha_V / RS_LEGS_TO_ALPHA, 0.0f);
     /* Leg u has i, the others half of it: their tails add up to three times that of leg u. */
-    out.tail_A = bent_V * high->i_A / (n * n * (3.0f * out.lost_V + RS_TINY_V));
+    out.tail_A = c_V * high->i_A / (n * n * (3.0f * out.lost_V + RS_TINY_V));
     out.threshold_A = threshold_A(cfg, &st->level[RS_LEVEL_SMALL], &out);
     out.tail_A = minf(out.tail_A, 0.5f * out.threshold_A);
     out.Rs_ohm *= cfg->bias;
@@ -156,8 +161,8 @@ uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
     uint32_t digest = 0u;
     for (uint32_t k = 0u; k < (uint32_t)RS_LEVELS; k++) {
         const rs_measurement_sums_t *sums = &st->level[k];
-        digest = 31u * (31u * (31u * digest + float_bits(sums->i_A)) + float_bits(sums->u_V)) +
-                 float_bits(sums->u_duty_V);
+        digest = 31u * digest + float_bits(sums->i_A) + 3u * float_bits(sums->u_V) +
+                 5u * float_bits(sums->u_duty_V);
     }
     return digest;
 }

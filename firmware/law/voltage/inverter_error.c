@@ -31,8 +31,8 @@ static const ab_t of_signs[8] = {LEGS(1.0f, 1.0f, 1.0f),   LEGS(-1.0f, 1.0f, 1.0
 /* Share of the whole: a line up to the threshold, then all but the tail. */
 COLD static float leg_share(const leg_loss_t *loss, float i_A)
 {
-    const float per_A = 1.0f / maxf(absf(i_A), loss->threshold_A);
-    return clampf(i_A * per_A, -1.0f, 1.0f) * (1.0f - loss->tail_A * per_A);
+    const float line = clampf(i_A * (1.0f / loss->threshold_A), -1.0f, 1.0f);
+    return line * (1.0f - loss->tail_A / maxf(absf(i_A), loss->threshold_A));
 }
 
 /* The curve has a tail, or some phase is near its zero. */

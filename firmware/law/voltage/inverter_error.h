@@ -3,6 +3,10 @@
  * Per phase dU = (k u_dc + drop) sat(i/i_th), k = fraction dead_time/T. It saturates because
  * parasitic capacitances soften the step near zero current. The sign comes from the current
  * predicted for the middle of the interval in which the duty acts.
+ *
+ * A curve that was found at the start may have a tail: 1 - tail/i of dU is lost at a current i
+ * above the threshold. While a leg's capacitance C is charged by i, u^2 C/(2 T i) of k u_dc is not
+ * lost.
  */
 #ifndef INVERTER_ERROR_H
 #define INVERTER_ERROR_H

@@ -30,7 +30,7 @@ ACCEL_SHARE, ACCEL = 0.7, 0.25
 # Sensed voltage up to this share of rated frequency, the duty from twice that on.
 BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
-WEAKEN = 0.95
+WEAKEN = 0.93
 # Rs tracking: an error dRs leaves a residual of about dRs i_q/(w_s M); the same rate for all.
 RS_BIAS, TRACK_PER_H = 1.015, 2.94
 # Steering: least stator frequency over that at which rated current drops the rotor's EMF at Rs.

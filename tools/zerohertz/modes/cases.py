@@ -32,7 +32,7 @@ RIGS: Mapping[str, Mapping[str, float]] = {"ideal": {}, "atlas": {"inverter.dead
 INERTIA = {"ideal": 0.015, "atlas": 0.035}
 # What range asks of the limits: they follow the largest speed.
 WIDE = {
-    "weaken_share": 0.95,
+    "weaken_share": 0.93,
     "speed_max_rad_s": 750.0,
     "over_speed_rad_s": 830.0,
     "omega_max_rad_s": 860.0,
