@@ -5,6 +5,7 @@
 #define CONFIG_RS_BEND_PU             0.4f
 #define CONFIG_RS_SMALL_PU            0.6f /* over the threshold: half of it in leg u */
 #define CONFIG_IDENTIFY_CURVE         2u
+#define CONFIG_RS_CURVE_PU            0.75f /* four levels: Rs bears a flux that moves still */
 #define CONFIG_RS_AVERAGE_PU          0.2f
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
 #define CONFIG_RS_RATIO               1.6f /* of a hot winding: 1.5 */
@@ -35,17 +36,18 @@ static void config_resistance(drive_params_t *d, const params_t *p)
 {
     const float low_A = CONFIG_RS_LOW_PU * p->rs_high_A;
     const float small_A = minf(CONFIG_RS_SMALL_PU * p->dead_time_i_threshold_A, 0.5f * low_A);
+    const bool curve = p->dead_time_identify == CONFIG_IDENTIFY_CURVE;
+    const float level_s = curve ? (CONFIG_RS_CURVE_PU * p->rs_level_s) : p->rs_level_s;
     d->rs_measurement = (rs_measurement_params_t){
         .enable = p->rs_measure != 0u,
         .by_duty = p->voltage_source == ACTING_VOLTAGE_DUTY,
         .level = {{[RS_LEVEL_BEND] = CONFIG_RS_BEND_PU * p->rs_high_A,
                    [RS_LEVEL_HIGH] = p->rs_high_A,
-                   [RS_LEVEL_SMALL] =
-                       (p->dead_time_identify == CONFIG_IDENTIFY_CURVE) ? small_A : 0.0f,
+                   [RS_LEVEL_SMALL] = curve ? small_A : 0.0f,
                    [RS_LEVEL_LOW] = low_A}},
-        .level_s = p->rs_level_s,
+        .level_s = level_s,
         .average_s =
-            minf(CONFIG_RS_AVERAGE_PU * p->rs_level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
+            minf(CONFIG_RS_AVERAGE_PU * level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
         .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,

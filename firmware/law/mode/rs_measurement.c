@@ -161,8 +161,8 @@ uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
     uint32_t digest = 0u;
     for (uint32_t k = 0u; k < (uint32_t)RS_LEVELS; k++) {
         const rs_measurement_sums_t *sums = &st->level[k];
-        digest = 31u * digest + float_bits(sums->i_A) + 3u * float_bits(sums->u_V) +
-                 5u * float_bits(sums->u_duty_V);
+        digest = 3u * (digest + float_bits(sums->i_A)) + 5u * float_bits(sums->u_V) +
+                 float_bits(sums->u_duty_V);
     }
     return digest;
 }

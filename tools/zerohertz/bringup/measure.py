@@ -234,7 +234,7 @@ def closed_loop(bench: Bench, meter: Meter) -> Numbers:
 
 def _until_run(bench: Bench) -> None:
     """Past the measurement of Rs and the build-up of the flux; or tripped."""
-    most_s = bench.parameter("premagnetise_s") + 4.0 * bench.parameter("rs_level_s") + 5.0
+    most_s = bench.parameter("premagnetise_s") + 3.0 * bench.parameter("rs_level_s") + 5.0
     while bench.drive.status().state != State.RUN and not bench.faults and most_s > 0.0:
         bench.wait(0.2)
         most_s -= 0.2

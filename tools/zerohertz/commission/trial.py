@@ -54,7 +54,7 @@ def times(motor: Motor, parameters: dict[str, float]) -> Times:
     plate = motor.nameplate
     slew_rpm_s = parameters["speed_slew_rad_s2"] / plate.pole_pairs * 30.0 / math.pi
     ramp_s = plate.speed_rpm / slew_rpm_s
-    start = 4.0 * parameters["rs_level_s"] + parameters["premagnetise_s"] + 0.6
+    start = 3.0 * parameters["rs_level_s"] + parameters["premagnetise_s"] + 0.6
     low = start + LOW * ramp_s + 1.5
     high = low + (HIGH - LOW) * ramp_s + 2.0
     return Times(start, (low, high, high + 2.0, high + 4.0))

@@ -56,8 +56,6 @@ PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
 # legs' capacitance C, their loss still grows with the current, by u^2 C/(T i^2) per ampere: at a
 # share of .7 and 62.5 us that was as much as the Rs of a motor of 15 kW.
 RS_LEVEL = 1.0
-# Four levels in the time of three steps of the flux: what is left of each step cancels in Rs.
-RS_SETTLE = 0.75
 RANGE = 1.2  # of rated frequency
 MARGIN = 0.7  # share of rated torque that the ramp takes
 DUTY = 1  # voltage_source
@@ -211,6 +209,6 @@ def _start(circuit: Circuit, plate: Plate, i_trip_max_A: float) -> dict[str, flo
         "rs_measure": 1,
         "dead_time_identify": 2,
         "rs_high_A": RS_LEVEL * min(plate.current_vector_A, limit_A(plate, i_trip_max_A)),
-        "rs_level_s": RS_SETTLE * settle_s,
+        "rs_level_s": settle_s,
         "premagnetise_s": settle_s,
     }
