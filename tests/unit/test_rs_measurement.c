@@ -258,7 +258,7 @@ static rs_measurement_out_t with_capacitance(float tail_A, bool by_duty)
 static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance(void)
 {
     for (int k = 0; k < 2; k++) {
-        for (float tail_A = 0.08f; tail_A < 0.39f; tail_A += 0.05f) {
+        for (float tail_A = 0.2f; tail_A < 0.39f; tail_A += 0.05f) {
             const rs_measurement_out_t out = with_capacitance(tail_A, k == 1);
             TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
             ASSERT_NEAR(1e-4, 1.5 * 1.25, out.Rs_ohm);
@@ -269,10 +269,10 @@ static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance
     }
 }
 
-/* c/i is 6 V tail/(6 A) and has to be .5 % of 9 V and the whole loss. */
+/* c/i is 6 V tail/(6 A) and has to be 1.5 % of 9 V and the whole loss. */
 static void test_a_tail_too_short_to_be_told_from_the_flux_is_none(void)
 {
-    const float least_A = 0.005f * (9.0f + (float)LEGS * CURVE_V) / 1.005f;
+    const float least_A = 0.015f * (9.0f + (float)LEGS * CURVE_V) / 1.015f;
     rs_measurement_out_t out = with_capacitance(1.02f * least_A, true);
     ASSERT_NEAR(1e-4, 1.02 * (double)least_A, out.tail_A);
     ASSERT_NEAR(1e-4, 1.5 * 1.25, out.Rs_ohm);
@@ -290,12 +290,12 @@ static void test_the_threshold_lies_where_line_and_tail_meet(void)
 {
     const double x_A = 0.3 * sqrt(2.0 / 3.0);
     cfg = simple;
-    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.7), 0.1f);
-    ASSERT_NEAR(1e-4, 0.7 - 2.0 * 0.1, out.threshold_A);
-    ASSERT_NEAR(1e-4, 0.1, out.tail_A);
+    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.8), 0.19f);
+    ASSERT_NEAR(1e-4, 0.8 - 2.0 * 0.19, out.threshold_A);
+    ASSERT_NEAR(1e-4, 0.19, out.tail_A);
     cfg = simple;
-    out = with_curve(0.3f, (float)(0.75 * x_A / 0.25), 0.1f);
-    ASSERT_NEAR(1e-4, 2.0 * 0.1, out.threshold_A);
+    out = with_curve(0.3f, (float)(0.75 * x_A / 0.25), 0.2f);
+    ASSERT_NEAR(1e-4, 2.0 * 0.2, out.threshold_A);
     /* The lower level bounds both. */
     cfg = simple;
     out = with_curve(0.3f, (float)(0.75 * x_A / 0.3), 0.6f);

@@ -12,7 +12,7 @@
 
 /* Least c/i of the high level over its voltage: less is a flux that still moves, or a coarse ADC.
  */
-#define RS_TAIL_MIN_PU 0.005f
+#define RS_TAIL_MIN_PU 0.015f
 
 #define RS_MAX_PERIODS 1000000.0f
 

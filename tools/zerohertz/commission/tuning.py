@@ -32,7 +32,7 @@ BLEND = 1.0 / 30.0
 # Field weakening begins below the largest voltage by as much.
 WEAKEN = 0.93
 # Rs tracking: an error dRs leaves a residual of about dRs i_q/(w_s M); the same rate for all.
-RS_BIAS, TRACK_PER_H = 1.015, 2.94
+RS_BIAS, TRACK_PER_H = 1.02, 2.94
 # Steering: least stator frequency over that at which rated current drops the rotor's EMF at Rs.
 STEER, STEER_FLUX = 0.196, 0.39
 # Dwell where steering cannot act: share of the speed, or of 1/Tr below that, that it swings by.
