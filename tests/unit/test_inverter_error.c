@@ -189,7 +189,7 @@ static void test_a_current_that_is_no_number_gives_a_bounded_voltage(void)
     }
 }
 
-/* Loss of a leg with capacitance: u^2 C/(T i) is missing of the whole. */
+/* Loss of a leg with capacitance: u^2 C/(2 T i) is missing of the whole. */
 static double with_tail_V(double i_A)
 {
     const double size_A = fabs(i_A);

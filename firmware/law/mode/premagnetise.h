@@ -18,8 +18,8 @@ typedef struct {
     float Rs_delta_ohm;    /* found minus the parameter; 0: none found */
     float leg_loss_pu;     /* leg voltage lost over dc link, as found */
     float leg_threshold_A; /* leg current from which on it is lost, as found; 0: the parameter */
-    float leg_tail_A;
-    bool leg_loss_found; /* false: use the parameters */
+    float leg_tail_A;      /* of that a current i loses 1 - tail/i, as found; 0: all */
+    bool leg_loss_found;   /* false: use the parameters */
 } premagnetise_state_t;
 
 /* One period of the measurement. True: *i_ref_A is its current reference, and the legs must not be
