@@ -40,7 +40,7 @@ static void config_resistance(drive_params_t *d, const params_t *p)
     const float level_s = curve ? (CONFIG_RS_CURVE_PU * p->rs_level_s) : p->rs_level_s;
     d->rs_measurement = (rs_measurement_params_t){
         .enable = p->rs_measure != 0u,
-        .by_duty = p->voltage_source == ACTING_VOLTAGE_DUTY,
+        .by_duty = (acting_voltage_source_t)p->voltage_source == ACTING_VOLTAGE_DUTY,
         .level = {{[RS_LEVEL_BEND] = CONFIG_RS_BEND_PU * p->rs_high_A,
                    [RS_LEVEL_HIGH] = p->rs_high_A,
                    [RS_LEVEL_SMALL] = curve ? small_A : 0.0f,

@@ -16,7 +16,7 @@ from zerohertz.image.loop import End
 
 FLASH, CORE_COUPLED, RAM = 0x08000000, 0x10000000, 0x20000000
 IMAGE_MAX = 96 * 1024
-PERIOD = ("drive_step", "estimate", "observe", "trig_unit", "vector_modulate")  # of each period
+PERIOD = ("drive_step", "estimate", "observe", "trig_unit_small", "current_jump_look")  # fast.ld
 
 
 @pytest.fixture(scope="module", params=BOARDS)

@@ -36,6 +36,7 @@ PLAIN = {
     "dead_time_identify": 0,
     "rs_measure": 0,
     "rs_level_s": 1.5,  # two levels; recommended has four shorter ones
+    "rs_bias": 1.015,
     "rs_track_gain": 0.0,
     "steer_min_Hz": 0.0,
     "heat_rise": 0.0,  # heat, M at speed and offsets are slower than what is linearised

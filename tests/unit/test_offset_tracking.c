@@ -8,7 +8,7 @@
 
 static const offset_tracking_config_t simple = {.gain_s = 0.5f, .max_A = 8.0f, .tau_per_s = 3.0f};
 static const offset_tracking_in_t turning = {
-    .e1_A = {1.0f, 2.0f}, .omega_e_hat_rad_s = 4.0f, .omega_s_hat_rad_s = 13.0f};
+    .e1_A = {1.0f, 2.0f}, .omega_e_hat_rad_s = 4.0f, .omega_s_hat_rad_s = 26.0f};
 static const ab_t moved = {1.0f, 1.0f};
 
 static motor_model_t motor;
@@ -58,13 +58,24 @@ static void test_near_zero_frequency_what_was_found_holds(void)
 {
     offset_tracking_in_t in = turning;
     in.omega_s_hat_rad_s = -12.566371f;
-    expect(3.5f, -4.0f, &in);
+    expect(1.0f, 1.0f, &in);
     in.omega_s_hat_rad_s = -12.56f;
     expect(1.0f, 1.0f, &in);
     in.omega_s_hat_rad_s = 12.56f;
     expect(1.0f, 1.0f, &in);
     in.omega_s_hat_rad_s = NAN;
     expect(1.0f, 1.0f, &in);
+}
+
+static void test_between_two_and_four_hertz_it_is_followed_in_part(void)
+{
+    offset_tracking_in_t in = turning;
+    in.omega_s_hat_rad_s = -18.849556f; /* 3 Hz: half of it */
+    const ab_t half = offset_tracking_step(&cfg, moved, &in);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 2.25f, half.alpha);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, -1.5f, half.beta);
+    in.omega_s_hat_rad_s = 25.132742f;
+    expect(3.5f, -4.0f, &in);
 }
 
 static void test_no_coordinate_moves_further_than_a_sensor_drifts(void)
@@ -101,6 +112,7 @@ int main(void)
     RUN_TEST(test_off_it_is_off);
     RUN_TEST(test_the_residual_is_turned_back_and_added_up);
     RUN_TEST(test_near_zero_frequency_what_was_found_holds);
+    RUN_TEST(test_between_two_and_four_hertz_it_is_followed_in_part);
     RUN_TEST(test_no_coordinate_moves_further_than_a_sensor_drifts);
     RUN_TEST(test_an_offset_is_found_in_both_directions_of_rotation);
     return UNITY_END();

@@ -4,8 +4,11 @@
  * the offset by 3 % of its own amplitude. */
 #define OFFSET_TRACKING_GAIN 0.03f
 
-/* Least |w_s|, 2 Hz. From 1 Hz on the offset followed a field that swings about zero frequency and
- * passes 1 Hz again and again. */
+/* |w_s| in which the gain rises from 0 to all of it: 2 to 4 Hz. From 1 Hz on the offset followed a
+ * field that swings about zero frequency and passes 1 Hz again and again. It rises slowly because
+ * an offset makes w_s swing in time with the field: a step at 2 Hz let a drive that turns there
+ * find, in the upper halves of the swing alone, an offset that it did not have (1.9 of 60 min^-1).
+ */
 #define OFFSET_TRACKING_MIN_RAD_S 12.566371f
 
 /* No sensor that works drifts further, over its full scale. */
@@ -22,10 +25,12 @@ void offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_p
 ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,
                           const offset_tracking_in_t *in)
 {
-    if (!(absf(in->omega_s_hat_rad_s) >= OFFSET_TRACKING_MIN_RAD_S)) {
+    const float share = absf(in->omega_s_hat_rad_s) * (1.0f / OFFSET_TRACKING_MIN_RAD_S) - 1.0f;
+    if (!(share > 0.0f)) {
         return moved_A;
     }
+    const float gain_s = minf(share, 1.0f) * cfg->gain_s;
     const ab_t back_per_s = {cfg->tau_per_s, in->omega_e_hat_rad_s};
-    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), cfg->gain_s));
+    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), gain_s));
     return (ab_t){limitf(sum_A.alpha, cfg->max_A), limitf(sum_A.beta, cfg->max_A)};
 }
