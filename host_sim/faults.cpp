@@ -39,13 +39,6 @@ double severity(TomlReader &in, std::string_view key, SensorFaultKind kind)
     return in.number_or(key, 0.0, within(0.0, 0.0));
 }
 
-std::uint16_t &word(Words &words, std::size_t signal)
-{
-    const std::array<std::uint16_t *, 6> all{&words.i_u,  &words.i_v,  &words.i_w,
-                                             &words.u_uv, &words.u_vw, &words.u_dc};
-    return *all[signal];
-}
-
 // With whom a sensor changes places; the dc link's stays where it is.
 std::size_t next_of_its_kind(std::size_t signal)
 {
@@ -163,7 +156,7 @@ Faults read_faults(TomlReader &in)
 
 FaultySensor::FaultySensor(const SensorFault &fault, int adc_bits, std::uint64_t seed)
     : fault_(fault), zero_code_(fault.signal == dc_link_word ? 0.0 : std::exp2(adc_bits - 1)),
-      top_code_(std::exp2(adc_bits) - 1.0), noise_(~seed), distortion_(distortion_of(fault))
+      top_code_((1 << adc_bits) - 1), noise_(~seed), distortion_(distortion_of(fault))
 {
 }
 
@@ -195,30 +188,34 @@ double FaultySensor::faulty_code(double code, double since_s)
     return zero_code_ + d.gain * (code - zero_code_) + share * (top_code_ + 1.0 - zero_code_);
 }
 
-Words FaultySensor::disturbed(const Words &words, double t_s)
+Codes FaultySensor::disturbed(const Codes &codes, double t_s)
 {
-    Words out = words;
-    std::uint16_t &code = word(out, fault_.signal);
+    Codes out = codes;
+    std::int32_t &code = out[fault_.signal];
+    if (fault_.kind != SensorFaultKind::gain) {
+        code = clipped(code, top_code_);
+    }
     now_ = (now_ + 1) % longest_delay;
     history_[now_] = code;
     if (t_s < fault_.start_s || t_s >= fault_.end_s) {
         return out;
     }
     if (fault_.kind == SensorFaultKind::exchanged) {
-        std::swap(code, word(out, next_of_its_kind(fault_.signal)));
+        std::swap(code, out[next_of_its_kind(fault_.signal)]);
         return out;
     }
     if (!stuck_) {
         stuck_ = true;
         stuck_code_ = code;
     }
-    code = static_cast<std::uint16_t>(
-        std::clamp(faulty_code(code, t_s - fault_.start_s), 0.0, top_code_));
+    code = static_cast<std::int32_t>(
+        std::clamp(faulty_code(code, t_s - fault_.start_s), 0.0, static_cast<double>(top_code_)));
     return out;
 }
 
 FaultySensors::FaultySensors(const std::vector<SensorFault> &faults, int adc_bits,
                              std::uint64_t seed)
+    : top_code_((1 << adc_bits) - 1)
 {
     constexpr std::uint64_t apart = 0x9E3779B97F4A7C15U; // each word draws its own numbers
     for (const SensorFault &fault : faults) {

@@ -34,7 +34,7 @@ enum class SensorFaultKind {
     off,          // reads zero
     stuck,        // keeps the word of the moment
     garbage,      // any word, another one every sample
-    gain,         // severity: factor
+    gain,         // severity: factor, of what comes to the converter
     offset,       // severity: share of full scale
     delayed,      // severity: periods
     intermittent, // severity: share of the samples that read zero
@@ -89,30 +89,30 @@ struct Distortion {
     double gain = 1.0, offset = 0.0, drift_per_s = 0.0, deviation = 0.0;
 };
 
-// The fault of one sensor, behind the ADC: words in, words out.
+// The fault of one sensor, behind the ADC but for its range: a wrong gain acts before that clips.
 class FaultySensor {
 public:
     FaultySensor(const SensorFault &fault, int adc_bits, std::uint64_t seed);
 
-    Words apply(const Words &words, double t_s)
+    Codes apply(const Codes &codes, double t_s)
     {
-        return fault_.start_s < never_s ? disturbed(words, t_s) : words;
+        return fault_.start_s < never_s ? disturbed(codes, t_s) : codes;
     }
 
     static constexpr int longest_delay = 64;
 
 private:
-    Words disturbed(const Words &words, double t_s);
+    Codes disturbed(const Codes &codes, double t_s);
     double faulty_code(double code, double since_s);
 
     SensorFault fault_;
     double zero_code_;
-    double top_code_;
+    std::int32_t top_code_;
     NoiseSource noise_;
     Distortion distortion_;
-    std::array<std::uint16_t, longest_delay> history_{};
+    std::array<std::int32_t, longest_delay> history_{};
     std::size_t now_ = 0;
-    std::uint16_t stuck_code_ = 0;
+    std::int32_t stuck_code_ = 0;
     bool stuck_ = false;
 };
 
@@ -121,15 +121,16 @@ class FaultySensors {
 public:
     FaultySensors(const std::vector<SensorFault> &faults, int adc_bits, std::uint64_t seed);
 
-    Words apply(Words words, double t_s)
+    Words apply(Codes codes, double t_s)
     {
         for (FaultySensor &sensor : sensors_) {
-            words = sensor.apply(words, t_s);
+            codes = sensor.apply(codes, t_s);
         }
-        return words;
+        return clipped(codes, top_code_);
     }
 
 private:
+    std::int32_t top_code_;
     std::vector<FaultySensor> sensors_;
 };
 

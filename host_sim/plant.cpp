@@ -130,8 +130,8 @@ void Plant::disturb(const Disturbances &disturbances)
 Words Plant::sample()
 {
     const auto [uv_V, vw_V] = lines_at_legs();
-    const Words words = sensors_.sample(currents_at_legs(), uv_V, vw_V, u_dc_V_);
-    return faulty_sensors_.apply(words, time_s());
+    const Codes codes = sensors_.sample(currents_at_legs(), uv_V, vw_V, u_dc_V_);
+    return faulty_sensors_.apply(codes, time_s());
 }
 
 // Profiles are read in the middle of the interval, which is the mean of a straight line over it.

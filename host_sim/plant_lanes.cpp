@@ -61,7 +61,6 @@ void PlantLanes::attach_sensors(std::size_t k, const Plant &plant)
         c.offset[n][k] = channels[n].offset;
         c.noise[n][k] = channels[n].noise;
     }
-    c.top_code[k] = plant.sensors_.top_code();
     for (std::size_t n = 0; n < noise_.size(); ++n) {
         noise_[n][k] = plant.sensors_.noise().state()[n];
     }
@@ -137,11 +136,9 @@ void PlantLanes::sample(PerLane<Words> &words)
     convert();
     for (std::size_t k = 0; k < width; ++k) {
         if (fits_[k]) {
-            const auto code = [&](std::size_t n) {
-                return static_cast<std::uint16_t>(codes_[n][k]);
-            };
-            words[k] = plants_[k]->faulty_sensors_.apply(
-                {code(0), code(1), code(2), code(3), code(4), code(5)}, plants_[k]->time_s());
+            const Codes codes{codes_[0][k], codes_[1][k], codes_[2][k],
+                              codes_[3][k], codes_[4][k], codes_[5][k]};
+            words[k] = plants_[k]->faulty_sensors_.apply(codes, plants_[k]->time_s());
         }
     }
 }

@@ -44,7 +44,6 @@ private:
         std::array<Numbers, 9> series_p, series_q;
         Numbers twice_damping;
         std::array<Numbers, 6> gain, offset, noise;
-        Numbers top_code;
     };
     // Of one period: what it starts from and what it leaves.
     struct alignas(64) State {

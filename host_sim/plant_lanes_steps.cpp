@@ -228,8 +228,8 @@ ZH_VECTOR_CODE void PlantLanes::convert()
     const Constants &c = constants_;
     const State &s = state_;
     const auto code = [&c](std::size_t channel, std::size_t k, double value, double draw) {
-        return adc_code({c.gain[channel][k], c.offset[channel][k], c.noise[channel][k]},
-                        c.top_code[k], value, draw);
+        return wide_code({c.gain[channel][k], c.offset[channel][k], c.noise[channel][k]}, value,
+                         draw);
     };
     for (std::size_t k = 0; k < width; ++k) {
         NoiseSource source({noise_[0][k], noise_[1][k], noise_[2][k], noise_[3][k]});

@@ -84,11 +84,10 @@ Sensors::Sensors(const SensorParameters &p, const Board &board, std::uint64_t se
             channel(per_V, p.voltage_gain[x], p.voltage_offset_V[x], p.voltage_noise_V, middle);
     }
     channels_[5] = channel(per_dc_V, p.dc_gain, p.dc_offset_V, p.dc_noise_V, 0.0);
-    top_code_ = codes - 1.0;
     noisy_ = p.current_noise_A > 0.0 || p.voltage_noise_V > 0.0 || p.dc_noise_V > 0.0;
 }
 
-Words Sensors::sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V)
+Codes Sensors::sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V)
 {
     // One draw per channel and sample, whatever its size, so that channels do not shift each other.
     std::array<double, 6> draw{};
@@ -98,8 +97,9 @@ Words Sensors::sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_
         }
     }
     const std::array<Channel, 6> &c = channels_;
-    return {code(c[0], i_A[0], draw[0]), code(c[1], i_A[1], draw[1]), code(c[2], i_A[2], draw[2]),
-            code(c[3], u_uv_V, draw[3]), code(c[4], u_vw_V, draw[4]), code(c[5], u_dc_V, draw[5])};
+    return {wide_code(c[0], i_A[0], draw[0]), wide_code(c[1], i_A[1], draw[1]),
+            wide_code(c[2], i_A[2], draw[2]), wide_code(c[3], u_uv_V, draw[3]),
+            wide_code(c[4], u_vw_V, draw[4]), wide_code(c[5], u_dc_V, draw[5])};
 }
 
 } // namespace zh

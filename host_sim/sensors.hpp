@@ -137,35 +137,50 @@ private:
     LineVoltages y_;
 };
 
-// One channel, in units of one code: measured = gain x true + offset + noise x draw, rounded and
-// clipped.
+// The words before the converter's range clips them, in the same order.
+using Codes = std::array<std::int32_t, 6>;
+
+// Far beyond every converter, so that the gain of a broken sensor finds what its amplifier saw.
+inline constexpr double widest_code = 1 << 24;
+
+// One channel, in units of one code: measured = gain x true + offset + noise x draw, rounded.
 struct Channel {
     double gain;
     double offset; // includes the code of zero and the half that turns truncation into rounding
     double noise;
 };
-constexpr int adc_code(const Channel &channel, double top_code, double value, double draw)
+constexpr std::int32_t wide_code(const Channel &channel, double value, double draw)
 {
     const double measured = (channel.gain * value + channel.offset) + channel.noise * draw;
-    // NaN reads 0, like a broken wire.
-    const double raised = measured > 0.0 ? measured : 0.0;
-    return static_cast<int>(raised < top_code ? raised : top_code);
+    // NaN reads the least, like a broken wire.
+    const double raised = measured > -widest_code ? measured : -widest_code;
+    const double bounded = raised < widest_code ? raised : widest_code;
+    const auto whole = static_cast<std::int32_t>(bounded);
+    return whole - (bounded < static_cast<double>(whole) ? 1 : 0);
+}
+
+constexpr std::uint16_t clipped(std::int32_t code, std::int32_t top_code)
+{
+    const std::int32_t raised = code > 0 ? code : 0;
+    return static_cast<std::uint16_t>(raised < top_code ? raised : top_code);
+}
+
+constexpr Words clipped(const Codes &codes, std::int32_t top_code)
+{
+    return {clipped(codes[0], top_code), clipped(codes[1], top_code), clipped(codes[2], top_code),
+            clipped(codes[3], top_code), clipped(codes[4], top_code), clipped(codes[5], top_code)};
 }
 
 class Sensors {
 public:
     Sensors(const SensorParameters &parameters, const Board &board, std::uint64_t seed);
 
-    Words sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V);
+    Codes sample(const Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V);
 
     // In the order of the words.
     const std::array<Channel, 6> &channels() const
     {
         return channels_;
-    }
-    double top_code() const
-    {
-        return top_code_;
     }
     const NoiseSource &noise() const
     {
@@ -178,13 +193,7 @@ public:
     }
 
 private:
-    std::uint16_t code(const Channel &channel, double value, double draw) const
-    {
-        return static_cast<std::uint16_t>(adc_code(channel, top_code_, value, draw));
-    }
-
     std::array<Channel, 6> channels_{};
-    double top_code_;
     bool noisy_;
     NoiseSource noise_;
 };

@@ -8,9 +8,9 @@
 
 using namespace machines;
 using zh::Board;
+using zh::Codes;
 using zh::Disturbances;
 using zh::Duty;
-using zh::FaultySensor;
 using zh::FaultySensors;
 using zh::Plant;
 using zh::Profile;
@@ -41,10 +41,10 @@ Board with_comparator()
 // i_u counts up, the rest stands still; what i_u reads from the start of the fault on.
 std::vector<int> faulty_words(SensorFault fault, int count)
 {
-    FaultySensor sensor(fault, 14, 7);
+    FaultySensors sensor({fault}, 14, 7);
     std::vector<int> read;
     for (int k = 0; k < count; ++k) {
-        const Words true_words{static_cast<std::uint16_t>(9000 + k), 8000, 7000, 6000, 5000, 4000};
+        const Codes true_words{9000 + k, 8000, 7000, 6000, 5000, 4000};
         const Words w = sensor.apply(true_words, k * period_s);
         CHECK(w.i_v == 8000 && w.i_w == 7000 && w.u_uv == 6000 && w.u_vw == 5000 && w.u_dc == 4000);
         read.push_back(w.i_u);
@@ -112,7 +112,7 @@ void several_words_break_at_once()
     SensorFault other = noise;
     other.signal = 1;
     FaultySensors both({noise, other}, 14, 7);
-    const Words w{8192, 8192, 8192, 8192, 8192, 11592};
+    const Codes w{8192, 8192, 8192, 8192, 8192, 11592};
     int same = 0;
     for (int k = 0; k < 100; ++k) {
         const Words r = both.apply(w, k * period_s);
@@ -130,21 +130,32 @@ void several_words_break_at_once()
 
 void a_fault_ends_and_the_dc_word_has_its_zero_at_zero()
 {
-    FaultySensor sensor({5, SensorFaultKind::off, 0.0, 2 * period_s, 4 * period_s}, 14, 1);
-    const Words w{8192, 8192, 8192, 8192, 8192, 11592};
+    FaultySensors sensor({{5, SensorFaultKind::off, 0.0, 2 * period_s, 4 * period_s}}, 14, 1);
+    const Codes w{8192, 8192, 8192, 8192, 8192, 11592};
     const int expected[] = {11592, 11592, 0, 0, 11592};
     for (int k = 0; k < 5; ++k) {
         CHECK(sensor.apply(w, k * period_s + 1e-9).u_dc == expected[k]);
     }
-    FaultySensor high({5, SensorFaultKind::offset, 0.9, 0.0, zh::never_s}, 14, 1);
+    FaultySensors high({{5, SensorFaultKind::offset, 0.9, 0.0, zh::never_s}}, 14, 1);
     CHECK(high.apply(w, 1.0).u_dc == 16383); // beyond the ADC's range it ends
+}
+
+// An amplifier that lost weak its gain reaches the converter's end at twice the quantity.
+void a_gain_acts_before_the_range_ends()
+{
+    const SensorFault weak{0, SensorFaultKind::gain, 0.5, 0.0, zh::never_s};
+    FaultySensors sensor({weak, {5, SensorFaultKind::gain, 0.5, 0.0, zh::never_s}}, 14, 1);
+    const Words within = sensor.apply({8192 + 12000, 0, 0, 0, 0, 30000}, 0.0);
+    CHECK(within.i_u == 8192 + 6000 && within.u_dc == 15000);
+    const Words beyond = sensor.apply({8192 - 20000, -1, 20000, 0, 0, 40000}, 0.0);
+    CHECK(beyond.i_u == 0 && beyond.i_v == 0 && beyond.i_w == 16383 && beyond.u_dc == 16383);
 }
 
 void exchanged_sensors_change_places_with_the_next_of_their_kind()
 {
-    const Words w{1, 2, 3, 4, 5, 6};
+    const Codes w{1, 2, 3, 4, 5, 6};
     const auto seen = [&w](std::size_t signal, double t_s) {
-        FaultySensor sensor({signal, SensorFaultKind::exchanged, 0.0, 1.0, 2.0}, 14, 1);
+        FaultySensors sensor({{signal, SensorFaultKind::exchanged, 0.0, 1.0, 2.0}}, 14, 1);
         const Words r = sensor.apply(w, t_s);
         return std::vector<int>{r.i_u, r.i_v, r.i_w, r.u_uv, r.u_vw, r.u_dc};
     };
@@ -480,6 +491,7 @@ int main()
          garbage_takes_any_word_and_a_loose_contact_its_share},
         {"noise spreads about the right word", noise_spreads_about_the_right_word},
         {"several words break at once", several_words_break_at_once},
+        {"a gain acts before the range ends", a_gain_acts_before_the_range_ends},
         {"exchanged sensors change places with the next of their kind",
          exchanged_sensors_change_places_with_the_next_of_their_kind},
         {"a fault ends and the dc word has its zero at zero",

@@ -19,22 +19,28 @@ namespace {
 
 constexpr double wc = 2.0 * std::numbers::pi * 800.0;
 
+Words sampled(Sensors &sensors, const zh::Phases &i_A, double u_uv_V, double u_vw_V, double u_dc_V,
+              int bits = 14)
+{
+    return zh::clipped(sensors.sample(i_A, u_uv_V, u_vw_V, u_dc_V), (1 << bits) - 1);
+}
+
 // i = (code - 2^(n-1)) I_fs / 2^(n-1); u_dc = code U_fs / 2^n.
 void codes_are_those_of_the_board_formula()
 {
     const Board paper;
     Sensors sensors({}, paper, 1);
-    const Words zero = sensors.sample({0.0, 0.0, 0.0}, 0.0, 0.0, 0.0);
+    const Words zero = sampled(sensors, {0.0, 0.0, 0.0}, 0.0, 0.0, 0.0);
     CHECK(zero.i_u == 8192 && zero.i_v == 8192 && zero.i_w == 8192);
     CHECK(zero.u_uv == 8192 && zero.u_vw == 8192 && zero.u_dc == 0);
-    const Words some = sensors.sample({12.5, -12.5, 25.0 / 8192}, 200.0, -100.0, 283.0);
+    const Words some = sampled(sensors, {12.5, -12.5, 25.0 / 8192}, 200.0, -100.0, 283.0);
     CHECK(some.i_u == 8192 + 4096 && some.i_v == 8192 - 4096 && some.i_w == 8193);
     CHECK(some.u_uv == 8192 + 4096 && some.u_vw == 8192 - 2048);
     CHECK(some.u_dc == 11592); // 283/400 * 16384 = 11591.68
-    const Words ends = sensors.sample({25.0, -25.0, 24.997}, 400.0, -400.0, 400.0);
+    const Words ends = sampled(sensors, {25.0, -25.0, 24.997}, 400.0, -400.0, 400.0);
     CHECK(ends.i_u == 16383 && ends.i_v == 0 && ends.i_w == 16383);
     CHECK(ends.u_uv == 16383 && ends.u_vw == 0 && ends.u_dc == 16383);
-    const Words beyond = sensors.sample({1e9, -1e9, std::nan("")}, INFINITY, -INFINITY, -5.0);
+    const Words beyond = sampled(sensors, {1e9, -1e9, std::nan("")}, INFINITY, -INFINITY, -5.0);
     CHECK(beyond.i_u == 16383 && beyond.i_v == 0 && beyond.i_w == 0);
     CHECK(beyond.u_uv == 16383 && beyond.u_vw == 0 && beyond.u_dc == 0);
 }
@@ -43,10 +49,10 @@ void codes_round_to_the_nearest()
 {
     Sensors sensors({}, Board{}, 1);
     constexpr double lsb = 25.0 / 8192;
-    CHECK(sensors.sample({0.49 * lsb, 0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_u == 8192);
-    CHECK(sensors.sample({0.49 * lsb, 0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_v == 8193);
-    CHECK(sensors.sample({0.49 * lsb, -0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_w == 8192);
-    CHECK(sensors.sample({0.49 * lsb, -0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_v == 8191);
+    CHECK(sampled(sensors, {0.49 * lsb, 0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_u == 8192);
+    CHECK(sampled(sensors, {0.49 * lsb, 0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_v == 8193);
+    CHECK(sampled(sensors, {0.49 * lsb, -0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_w == 8192);
+    CHECK(sampled(sensors, {0.49 * lsb, -0.51 * lsb, -0.49 * lsb}, 0, 0, 0).i_v == 8191);
 }
 
 void another_board_scales_otherwise()
@@ -56,7 +62,7 @@ void another_board_scales_otherwise()
     board.current_full_scale_A = 50.0;
     board.dc_link_full_scale_V = 800.0;
     Sensors sensors({}, board, 1);
-    const Words w = sensors.sample({25.0, -50.0, 50.0}, 0.0, 0.0, 400.0);
+    const Words w = sampled(sensors, {25.0, -50.0, 50.0}, 0.0, 0.0, 400.0, 12);
     CHECK(w.i_u == 3072 && w.i_v == 0 && w.i_w == 4095 && w.u_uv == 2048 && w.u_dc == 2048);
 }
 
@@ -70,7 +76,7 @@ void gain_and_offset_act_per_channel()
     p.dc_gain = 1.01;
     p.dc_offset_V = -3.0;
     Sensors sensors(p, Board{}, 1);
-    const Words w = sensors.sample({10.0, 5.0, -8.0}, 100.0, -50.0, 300.0);
+    const Words w = sampled(sensors, {10.0, 5.0, -8.0}, 100.0, -50.0, 300.0);
     const auto amps = [](int code) { return (code - 8192) * 25.0 / 8192; };
     const auto volts = [](int code) { return (code - 8192) * 400.0 / 8192; };
     CHECK_NEAR(amps(w.i_u), 12.0, 0.0016);
@@ -222,10 +228,10 @@ void channels_carry_their_own_noise()
     bool same = true;
     int different = 0;
     for (int k = 0; k < count; ++k) {
-        const Words w = sensors.sample({1.0, 2.0, -3.0}, 50.0, 60.0, 200.0);
-        const Words a = again.sample({1.0, 2.0, -3.0}, 50.0, 60.0, 200.0);
+        const Words w = sampled(sensors, {1.0, 2.0, -3.0}, 50.0, 60.0, 200.0);
+        const Words a = sampled(again, {1.0, 2.0, -3.0}, 50.0, 60.0, 200.0);
         same = same && w.i_u == a.i_u && w.i_w == a.i_w && w.u_dc == a.u_dc;
-        different += w.i_u != other.sample({1.0, 2.0, -3.0}, 50.0, 60.0, 200.0).i_u;
+        different += w.i_u != sampled(other, {1.0, 2.0, -3.0}, 50.0, 60.0, 200.0).i_u;
         const double x[6] = {
             (w.i_u - 8192) * 25.0 / 8192 - 1.0,    (w.i_v - 8192) * 25.0 / 8192 - 2.0,
             (w.i_w - 8192) * 25.0 / 8192 + 3.0,    (w.u_uv - 8192) * 400.0 / 8192 - 50.0,
