@@ -140,7 +140,7 @@ void a_fault_ends_and_the_dc_word_has_its_zero_at_zero()
     CHECK(high.apply(w, 1.0).u_dc == 16383); // beyond the ADC's range it ends
 }
 
-// An amplifier that lost weak its gain reaches the converter's end at twice the quantity.
+// An amplifier that lost half its gain reaches the converter's end at twice the quantity.
 void a_gain_acts_before_the_range_ends()
 {
     const SensorFault weak{0, SensorFaultKind::gain, 0.5, 0.0, zh::never_s};
