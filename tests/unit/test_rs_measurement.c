@@ -67,6 +67,8 @@ static void test_init_derives_counts_and_limits(void)
     ASSERT_SAME_FLOAT(3.0f, cfg.level.A[RS_LEVEL_BEND]);
     TEST_ASSERT_FALSE(cfg.curve);
     TEST_ASSERT_FALSE(cfg.by_duty);
+    ASSERT_SAME_FLOAT(0.0f, cfg.dither_A);
+    ASSERT_SAME_FLOAT(2.0f / 1500.0f, cfg.dither_turns);
     TEST_ASSERT_EQUAL_UINT32(7500u, cfg.level_periods);
     TEST_ASSERT_EQUAL_UINT32(1500u, cfg.average_periods);
     ASSERT_SAME_FLOAT(1.02f, cfg.bias);
@@ -142,6 +144,17 @@ static void test_init_refuses_an_average_that_a_float_cannot_sum(void)
     TEST_ASSERT_FALSE(rs_measurement_init(&cfg, &p, RS_ohm, 1.0f / 4096.0f));
 }
 
+static void test_init_refuses_a_dither_that_is_no_amplitude(void)
+{
+    rs_measurement_params_t p = good;
+    p.dither_A = 0.5f;
+    TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &p, RS_ohm, PERIOD_S));
+    ASSERT_SAME_FLOAT(0.5f, cfg.dither_A);
+    ASSERT_REFUSED(dither_A, -0.5f);
+    ASSERT_REFUSED(dither_A, NAN);
+    ASSERT_REFUSED(dither_A, INFINITY);
+}
+
 static void test_init_accepts_the_ends_of_the_ranges(void)
 {
     rs_measurement_params_t p = good;
@@ -209,6 +222,46 @@ static void test_result_comes_once(void)
         ASSERT_SAME_FLOAT(0.0f, out.Rs_ohm);
         TEST_ASSERT_EQUAL_MEMORY(&before, &st, sizeof st);
     }
+}
+
+/* Teeth of four periods on every level but the small one. */
+static void test_a_tooth_runs_from_minus_to_plus_the_dither(void)
+{
+    const float level_A[RS_LEVELS] = {2.0f, 0.3f, 1.5f, 6.0f};
+    const float tooth_A[] = {-0.5f, -0.25f, 0.0f, 0.25f};
+    cfg = simple;
+    cfg.curve = true;
+    cfg.dither_A = 0.5f;
+    cfg.dither_turns = 0.25f;
+    for (int k = 0; k < 16; k++) {
+        const float dither_A = ((k / 4) == RS_LEVEL_SMALL) ? 0.0f : tooth_A[k % 4];
+        ASSERT_SAME_FLOAT(level_A[k / 4] + dither_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
+    }
+}
+
+/* A sensor whose steps are .6 V, the current where its words stand still: 1 ohm comes out .81. Two teeth over four steps find it. */
+static void test_a_coarse_voltage_sensor_is_averaged_over_its_steps(void)
+{
+    const float step_V = 0.6f;
+    float found_ohm[2];
+    for (int dithered = 0; dithered < 2; dithered++) {
+        rs_measurement_params_t p = good;
+        p.level.A[RS_LEVEL_HIGH] = 8.08f;
+        p.level.A[RS_LEVEL_LOW] = 5.12f;
+        p.dither_A = (dithered != 0) ? 1.2f : 0.0f;
+        p.bias = 1.0f;
+        TEST_ASSERT_TRUE(rs_measurement_init(&cfg, &p, RS_ohm, PERIOD_S));
+        st = (rs_measurement_state_t){0};
+        rs_measurement_out_t out = step(0.0f, 0.0f, 0.0f);
+        while (out.status == RS_MEASUREMENT_BUSY) {
+            const float u_V = step_V * roundf(out.i_ref_A / step_V);
+            out = step(out.i_ref_A, u_V, u_V);
+        }
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+        found_ohm[dithered] = out.Rs_ohm;
+    }
+    TEST_ASSERT_TRUE(found_ohm[0] < 0.85f);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.0f, found_ohm[1]);
 }
 
 /* A drive of 1.5 ohm whose legs lose 2 V (1 - tail/i); of the small current's loss only a share. */
@@ -519,7 +572,10 @@ int main(void)
     RUN_TEST(test_init_rounds_to_whole_periods);
     RUN_TEST(test_init_refuses_every_bad_number);
     RUN_TEST(test_init_refuses_an_average_that_a_float_cannot_sum);
+    RUN_TEST(test_init_refuses_a_dither_that_is_no_amplitude);
     RUN_TEST(test_init_accepts_the_ends_of_the_ranges);
+    RUN_TEST(test_a_tooth_runs_from_minus_to_plus_the_dither);
+    RUN_TEST(test_a_coarse_voltage_sensor_is_averaged_over_its_steps);
     RUN_TEST(test_switched_off_nothing_is_looked_at_and_nothing_is_asked);
     RUN_TEST(test_step_asks_for_both_levels_in_turn_and_averages_their_ends);
     RUN_TEST(test_result_is_the_ratio_of_differences_with_bias_and_the_legs_loss);

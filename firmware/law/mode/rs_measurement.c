@@ -16,6 +16,8 @@
 
 #define RS_MAX_PERIODS 1000000.0f
 
+#define RS_DITHER_TEETH 2.0f /* in an average */
+
 /* Float sums: the difference of 8192 samples of some 8 V is right to .1 % (100 000: to 1 %, half
  * the bias). */
 #define RS_AVERAGE_MAX_PERIODS 8192.0f
@@ -29,7 +31,7 @@ static bool params_valid(const rs_measurement_params_t *p, float Rs_nameplate_oh
     const bool times = (p->average_s >= period_s) && (p->average_s <= p->level_s) &&
                        (p->level_s <= RS_MAX_PERIODS * period_s) &&
                        (p->average_s <= RS_AVERAGE_MAX_PERIODS * period_s);
-    return levels && times && (p->ratio_max > 1.0f) &&
+    return levels && times && (p->ratio_max > 1.0f) && nonnegativef(p->dither_A) &&
            ALL_POSITIVE(level_A[RS_LEVEL_HIGH], level_A[RS_LEVEL_LOW], p->bias, p->ratio_max,
                         Rs_nameplate_ohm, period_s);
 }
@@ -50,10 +52,12 @@ bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_para
         .by_duty = params->by_duty,
         .level_periods = (uint32_t)(params->level_s / period_s + 0.5f),
         .average_periods = (uint32_t)(params->average_s / period_s + 0.5f),
+        .dither_A = params->dither_A,
         .bias = params->bias,
         .Rs_min_ohm = Rs_nameplate_ohm / params->ratio_max,
         .Rs_max_ohm = Rs_nameplate_ohm * params->ratio_max,
     };
+    cfg->dither_turns = RS_DITHER_TEETH / (float)cfg->average_periods;
     return true;
 }
 
@@ -130,6 +134,16 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
     return out;
 }
 
+/* A tooth of several steps of the ADC: averaged over it the steps do not show. */
+static float dither_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t k)
+{
+    if (here == (uint32_t)RS_LEVEL_SMALL) {
+        return 0.0f;
+    }
+    const float turns = (float)k * cfg->dither_turns;
+    return (2.0f * (turns - (float)(uint32_t)turns) - 1.0f) * cfg->dither_A;
+}
+
 rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
                                          rs_measurement_state_t *st, const rs_measurement_in_t *in)
 {
@@ -153,7 +167,8 @@ rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
         add(&st->level[here], in);
     }
     st->periods++;
-    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY, .i_ref_A = cfg->level.A[here]};
+    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY,
+                                  .i_ref_A = cfg->level.A[here] + dither_A(cfg, here, k)};
 }
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)

@@ -47,6 +47,7 @@ typedef struct {
     float average_s; /* its last part, which is averaged */
     float bias;      /* Rs in use over measured */
     float ratio_max; /* refused outside nameplate / ratio .. nameplate * ratio */
+    float dither_A;  /* amplitude of a sawtooth on the high and the low level; 0: none */
 } rs_measurement_params_t;
 
 typedef struct {
@@ -55,6 +56,8 @@ typedef struct {
     bool by_duty;
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
+    float dither_A;
+    float dither_turns; /* teeth a period: two in an average */
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
@@ -94,9 +97,9 @@ typedef struct {
     float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
 } rs_measurement_out_t;
 
-/* False for a number that is not finite or of the wrong sign, small >= bend, bend >= low, low >=
- * high, average > level, ratio_max <= 1, or an average shorter than a period or longer than 8192 of
- * them (the precision of a float sum). With enable false nothing is checked. */
+/* False for a number that is not finite or of the wrong sign (a dither may be 0), small >= bend,
+ * bend >= low, low >= high, average > level, ratio_max <= 1, or an average shorter than a period or
+ * longer than 8192 of them (the precision of a float sum). With enable false nothing is checked. */
 CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
                                  const rs_measurement_params_t *params, float Rs_nameplate_ohm,
                                  float period_s);
