@@ -11,12 +11,6 @@
 #define CONFIG_RS_RATIO               1.6f /* of a hot winding: 1.5 */
 #define CONFIG_RS_LOSS_V              1.0f /* of the inverter, more at one level than the other */
 
-/* Rs by coarse sensors: a tooth covers four steps of the line voltage's and, in the legs that have
- * half the current, of the currents'. Power invariant, of full scale, times the number of steps. */
-#define CONFIG_RS_DITHER_U  3.3f
-#define CONFIG_RS_DITHER_I  9.8f
-#define CONFIG_RS_DITHER_PU 0.15f /* of the high level at most */
-
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds over
  * the start's Rs; frozen so long after a disturbance, a speed error or a reference that moves. */
 #define CONFIG_TRACK_I_0_PU          0.7f
@@ -37,28 +31,16 @@
 #define CONFIG_TRACK_UNSTEERED_LOW_PU  0.75f
 #define CONFIG_TRACK_UNSTEERED_QUIET_S 0.2f
 
-/* The steps of the sensors as a current, so fast that the rotor is a resistance. */
-static float dither_A(const params_t *p, bool by_duty)
-{
-    const float steps = (float)(1u << p->adc_bits);
-    const float by_current_A = CONFIG_RS_DITHER_I / steps * p->current_full_scale_A;
-    const float by_voltage_A =
-        CONFIG_RS_DITHER_U / steps * p->line_voltage_full_scale_V / (p->Rs_ohm + p->Rr_ohm);
-    return minf(by_duty ? by_current_A : maxf(by_current_A, by_voltage_A),
-                CONFIG_RS_DITHER_PU * p->rs_high_A);
-}
-
 /* Rs at the start and while running. */
 static void config_resistance(drive_params_t *d, const params_t *p)
 {
     const float low_A = CONFIG_RS_LOW_PU * p->rs_high_A;
     const float small_A = minf(CONFIG_RS_SMALL_PU * p->dead_time_i_threshold_A, 0.5f * low_A);
-    const bool by_duty = (acting_voltage_source_t)p->voltage_source == ACTING_VOLTAGE_DUTY;
     const bool curve = p->dead_time_identify == CONFIG_IDENTIFY_CURVE;
     const float level_s = curve ? (CONFIG_RS_CURVE_PU * p->rs_level_s) : p->rs_level_s;
     d->rs_measurement = (rs_measurement_params_t){
         .enable = p->rs_measure != 0u,
-        .by_duty = by_duty,
+        .by_duty = (acting_voltage_source_t)p->voltage_source == ACTING_VOLTAGE_DUTY,
         .level = {{[RS_LEVEL_BEND] = CONFIG_RS_BEND_PU * p->rs_high_A,
                    [RS_LEVEL_HIGH] = p->rs_high_A,
                    [RS_LEVEL_SMALL] = curve ? small_A : 0.0f,
@@ -67,7 +49,6 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .average_s =
             minf(CONFIG_RS_AVERAGE_PU * level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
-        .dither_A = dither_A(p, by_duty),
         .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
                                             .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,

@@ -198,33 +198,6 @@ static void test_the_curve_needs_a_small_current(void)
     EXPECT(rs_measurement.level.A[RS_LEVEL_SMALL], 2.5f);
 }
 
-/* Four steps in a tooth: of a line voltage with 1/512 of full scale, of half a leg's current. */
-static void test_the_dither_covers_the_steps_of_the_sensors(void)
-{
-    params.voltage_source = ACTING_VOLTAGE_SENSORS;
-    params.adc_bits = 10u;
-    params.rs_high_A = 8.0f;
-    params.current_full_scale_A = 25.0f;
-    params.line_voltage_full_scale_V = 400.0f;
-    params.Rs_ohm = 1.0f;
-    params.Rr_ohm = 0.5f;
-    unit_config_drive(&drive, &params);
-    const float by_voltage_A = 4.0f * (400.0f / 512.0f) / (2.0f * sqrtf(1.5f) * 1.5f);
-    TEST_ASSERT_FLOAT_WITHIN(0.02f * by_voltage_A, by_voltage_A, drive.rs_measurement.dither_A);
-    params.adc_bits = 8u;
-    unit_config_drive(&drive, &params);
-    EXPECT(rs_measurement.dither_A, 1.2f); /* .15 of the high level */
-    params.line_voltage_full_scale_V = 1.0f;
-    params.adc_bits = 10u;
-    unit_config_drive(&drive, &params);
-    const float by_current_A = 4.0f * (25.0f / 512.0f) * sqrtf(6.0f) / 2.0f;
-    TEST_ASSERT_FLOAT_WITHIN(0.01f * by_current_A, by_current_A, drive.rs_measurement.dither_A);
-    params.line_voltage_full_scale_V = 400.0f;
-    params.voltage_source = ACTING_VOLTAGE_DUTY;
-    unit_config_drive(&drive, &params);
-    TEST_ASSERT_FLOAT_WITHIN(0.01f * by_current_A, by_current_A, drive.rs_measurement.dither_A);
-}
-
 /* Nothing keeps the field away from zero frequency under load: Rs is tracked faster and further. */
 static void test_without_steering_rs_is_tracked_faster_and_further(void)
 {
@@ -390,7 +363,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_board_inverter_and_loops_get_their_numbers);
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
-    RUN_TEST(test_the_dither_covers_the_steps_of_the_sensors);
     RUN_TEST(test_the_curve_needs_a_small_current);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
     RUN_TEST(test_offsets_that_move_get_their_sensors_range);

@@ -47,7 +47,6 @@ typedef struct {
     float average_s; /* its last part, which is averaged */
     float bias;      /* Rs in use over measured */
     float ratio_max; /* refused outside nameplate / ratio .. nameplate * ratio */
-    float dither_A;  /* amplitude of a sawtooth on the high and the low level; 0: none */
 } rs_measurement_params_t;
 
 typedef struct {
@@ -56,8 +55,8 @@ typedef struct {
     bool by_duty;
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
-    float dither_A;
-    float dither_turns; /* teeth a period: two in an average */
+    float dither_A;     /* amplitude of a sawtooth on every level but the small one */
+    float dither_turns; /* teeth a period */
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
@@ -97,7 +96,7 @@ typedef struct {
     float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
 } rs_measurement_out_t;
 
-/* False for a number that is not finite or of the wrong sign (a dither may be 0), small >= bend,
+/* False for a number that is not finite or of the wrong sign, small >= bend,
  * bend >= low, low >= high, average > level, ratio_max <= 1, or an average shorter than a period or
  * longer than 8192 of them (the precision of a float sum). With enable false nothing is checked. */
 CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
