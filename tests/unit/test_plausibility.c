@@ -198,6 +198,19 @@ static void test_a_flux_far_below_its_reference_is_wrong(void)
     TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
 }
 
+/* At speed half of it. */
+static void test_at_speed_half_the_flux_is_wrong(void)
+{
+    plausibility_estimate_t in = fine;
+    in.lambda_Wb = 0.249f;
+    in.omega_rad_s = -59.9f;
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong(&in));
+    in.omega_rad_s = -60.1f;
+    TEST_ASSERT_EQUAL_INT(60, times_until_wrong(&in));
+    in.lambda_Wb = 0.251f;
+    TEST_ASSERT_EQUAL_INT(1000, times_until_wrong(&in));
+}
+
 /* 200 W either way. */
 static void test_a_power_that_does_not_fit_torque_and_speed_is_wrong(void)
 {
@@ -382,6 +395,7 @@ int main(void)
     RUN_TEST(test_a_phase_that_often_passes_zero_is_not_open);
     RUN_TEST(test_an_estimate_that_stays_away_from_the_current_is_wrong);
     RUN_TEST(test_a_flux_far_below_its_reference_is_wrong);
+    RUN_TEST(test_at_speed_half_the_flux_is_wrong);
     RUN_TEST(test_a_power_that_does_not_fit_torque_and_speed_is_wrong);
     RUN_TEST(test_a_speed_that_changes_as_none_can_is_wrong);
     RUN_TEST(test_all_torque_and_no_speed_is_a_stall);
