@@ -261,7 +261,9 @@ def test_an_exception_is_not_wider_than_its_proof(name: str, changed: dict[str, 
     assert excepted.verdict(cases.case_of(name), row, 22.5) == row["verdict"]
 
 
-@pytest.mark.parametrize("other", ["motor_0.4", "J_10", "load_reversal", "locked_rotor", "u_uv.frozen"])
+@pytest.mark.parametrize(
+    "other", ["motor_0.4", "J_10", "load_reversal", "locked_rotor", "u_uv.frozen"]
+)
 def test_what_tells_nothing_of_a_current_may_be_wrong_as_well(other: str) -> None:
     case = cases.case_of(EXACT.replace("@", f"+{other}@"))
     assert excepted.verdict(case, harmful(), 22.5) == judge.EXCEPTED
