@@ -19,8 +19,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto patience = 20s;
-constexpr int patience_ms = 20000;
+constexpr auto patience = 120s; // an update over the line comes first, on a slow machine
+constexpr int patience_ms = 120000;
 
 // The counter of the schedule.
 constexpr auto slot_signal = PIL_SIGNAL_slot;

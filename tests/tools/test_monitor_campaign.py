@@ -176,7 +176,7 @@ def test_a_motor_that_turns_at_its_start_has_no_exchanged_sensors(
         largest_A = max(largest_A, float(record["i_abs_A"][restarted].max()))
         said = int(np.bitwise_or.reduce(record["faults"].astype(np.int64)))
         assert Fault.CURRENT_SENSOR not in Fault(said)
-    assert largest_A > 15.5
+    assert largest_A > 15.0  # 1.4 times overload_motor_A: a hard start
 
 
 @pytest.mark.parametrize("seed", [162, 781])
