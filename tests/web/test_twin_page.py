@@ -111,8 +111,8 @@ def test_a_dwell_is_held_with_modulation_and_lost_without(open_page: Callable[..
     lost = newest_run(page, 2)
     assert "modulation off" in lost["title"]
     status = page.inner_text("#status")
-    # Lost: the flux is elsewhere, and the load takes the shaft. Without the modulation chance decides
-    # whether a fault says so before or after that.
+    # Lost: the flux is elsewhere, and the load takes the shaft. Without the modulation it is
+    # chance whether a fault says so before or after that.
     assert int(re.search(r"flux angle by (\d+)°", status)[1]) > 45
     away_rpm = int(re.search(r"off by at most (\d+) min", status)[1])
     assert away_rpm > 300 or "fault" in status
