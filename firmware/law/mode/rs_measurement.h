@@ -29,13 +29,11 @@
 #include "motor.h"
 
 /* In the order of time; without the curve high, then low. */
-enum {
-    RS_LEVEL_LOW,
-    RS_LEVEL_SMALL,
-    RS_LEVEL_BEND,
-    RS_LEVEL_HIGH,
-    RS_LEVELS
-};
+#define RS_LEVEL_LOW   0
+#define RS_LEVEL_SMALL 1
+#define RS_LEVEL_BEND  2
+#define RS_LEVEL_HIGH  3
+#define RS_LEVELS      4
 
 /* Currents, power invariant: low < high, bend < low for the tail of the curve, and small < bend,
  * where the loss is not whole; not above 0: the curve is not looked at. */
