@@ -223,6 +223,17 @@ def test_a_link_that_freezes_with_the_brake_resistor_off_is_found(bench: Bench) 
     assert 51.0 < row["word_ms"] < 100.0
 
 
+def test_a_link_that_froze_before_the_start_is_found_by_the_flux(bench: Bench) -> None:
+    row = run.run_case(bench, cases.case_of("u_dc.frozen@starting,900,-1,la0,switched,duty"))
+    assert (row["verdict"], row["bits"]) == (judge.BEFORE, int(Fault.OBSERVER))
+
+
+def test_words_that_all_read_low_still_reach_the_brake_resistor(bench: Bench) -> None:
+    """The gain acts before the converter clips: .8 of a link that rises passes regen_start_V."""
+    row = run.run_case(bench, cases.case_of("all.gain_0.8@starting,900,-1,la0,switched,duty"))
+    assert row["verdict"] == judge.HARMLESS
+
+
 @pytest.mark.parametrize("kind", ["u_dc.frozen", "nothing"])  # the resistor stays on
 def test_a_link_that_the_brake_resistor_holds_is_left_alone(bench: Bench, kind: str) -> None:
     row = run.run_case(bench, cases.case_of(f"{kind}@running,1710,-1,la0,averaged,sensors"))
