@@ -4,11 +4,10 @@
  * the offset by 3 % of its own amplitude. */
 #define OFFSET_TRACKING_GAIN 0.03f
 
-/* |w_s| in which the gain rises from 0 to all of it: 2 to 4 Hz. From 1 Hz on the offset followed a
- * field that swings about zero frequency and passes 1 Hz again and again. It rises slowly because
- * an offset makes w_s swing in time with the field: a step at 2 Hz let a drive that turns there
- * find, in the upper halves of the swing alone, an offset that it did not have (1.9 of 60 min^-1).
- */
+/* 2 Hz. The gain rises from 0 there to all of it at twice that. From 1 Hz on the offset followed a
+ * field that swings about zero frequency and passes 1 Hz again and again. With all of the gain from
+ * 2 Hz on, a drive that turned just there found an offset that it did not have: an offset makes w_s
+ * swing in time with the field, and the gain acted in the upper halves of that swing alone. */
 #define OFFSET_TRACKING_MIN_RAD_S 12.566371f
 
 /* No sensor that works drifts further, over its full scale. */

@@ -16,8 +16,8 @@
 
 #define RS_MAX_PERIODS 1000000.0f
 
-/* Of the high level: to and fro over four steps of a voltage sensor of 10 bit, and that so fast
- * that the rotor is a resistance. Without, the steps make Rs wrong by up to 18 %. */
+/* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor: it is
+ * so fast that the rotor acts as a resistance beside Rs. */
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 2.0f /* in an average */
 

@@ -14,8 +14,8 @@
  * zero looks frozen (with bend first it did, in one of 790 runs of the envelope).
  *
  * A sawtooth of current runs along every level but the small one. It takes the voltage over several
- * steps of its sensor, so that their mean tells more than one step. A direct voltage would lie
- * within one step: with 10 bit Rs came out wrong by 17 % where that step was unlucky.
+ * steps of its sensor, so that their mean is finer than one step. Without it the voltage stays
+ * within one step: with 10 bit Rs was wrong by up to 23 %.
  *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
