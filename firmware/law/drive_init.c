@@ -47,7 +47,9 @@ static bool control_known(modes_control_t control)
 
 static bool init_premagnetise(premagnetise_config_t *cfg, const drive_params_t *p, float Rs_ohm)
 {
+    const float kr = p->motor.M_H / p->motor.Lr_H;
     cfg->Rs_ohm = Rs_ohm;
+    cfg->Rr_ohm = kr * kr * p->motor.Rr_ohm;
     cfg->identify_leg_loss = p->dead_time_identify;
     return rs_measurement_init(&cfg->measurement, &p->rs_measurement, p->motor.Rs_ohm, p->period_s);
 }

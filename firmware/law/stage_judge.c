@@ -10,6 +10,7 @@ static void warm(const drive_config_t *cfg, drive_state_t *st, const drive_out_t
     const bool vector = st->mode == MODE_VECTOR;
     const heating_in_t in = {.i2_A2 = ab_norm2(out->meas.i_s_A),
                              .i_q_A = out->i_A.q,
+                             .Rr_extra_pu = st->modes.premagnetise.Rr_extra_pu,
                              .Rs_ohm = vector ? drive_rs_ohm(cfg, st) : 0.0f,
                              .slip_rad_s =
                                  e->omega_s_rad_s - e->omega_e_rad_s - st->heating.slip_rad_s};
@@ -25,7 +26,7 @@ void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked
         (asked != DRIVE_OFF)) {
         out->faults |= FAULT_OVERLOAD;
     }
-    if (heating_on(&cfg->heating)) {
+    if (heating_on(&cfg->heating) || (absf(st->modes.premagnetise.Rr_extra_pu) > 0.0f)) {
         warm(cfg, st, out);
     }
 }

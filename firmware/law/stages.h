@@ -17,7 +17,7 @@ static inline mode_in_t stage_view(const drive_config_t *cfg, const drive_state_
                        .u_s_V = out->u_s_V,
                        .Rs_ohm = drive_rs_ohm(cfg, st),
                        .M_pu = 1.0f + st->m_tracking.extra_pu,
-                       .Rr_pu = 1.0f + st->heating.rotor_pu,
+                       .Rr_pu = 1.0f + st->heating.rotor_pu + st->modes.premagnetise.Rr_extra_pu,
                        .slot = st->slot};
 }
 

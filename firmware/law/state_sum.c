@@ -1,71 +1,139 @@
 #include "state_sum.h"
 
-static float of_control(const vector_state_t *v)
-{
-    return v->speed.omega_filtered_rad_s + v->speed.omega_ref_rad_s + v->speed.i_q_A +
-           v->speed.slow_A + v->ramp.steps + v->flux.pi.x + v->flux_reduction_Wb +
-           v->i_d_reduction_A + v->torque_gain_extra_pu + v->steering.torque_Nm +
-           v->steering.reduction_Wb + v->steer.reduction_Wb + v->steer.rate_Wb_per_s +
-           v->reference.weakened_Wb + v->reference.economy_Wb + v->reference.reduction_Wb +
-           v->reference.rate_Wb_per_s + v->reference.i_q_reduction_A + v->mains.i_q_A +
-           v->speed.low_A + v->speed.high_A + v->plan.omega_ref_rad_s + v->plan.i_d_ref_A +
-           v->plan.flux_pu + v->plan.inv_flux_pu + v->plan.torque_ref_Nm +
-           v->modulation.speed_rad_s + v->modulation.flux_pu + v->modulation.rate_pu_per_s;
-}
+#include <stddef.h>
+#include <string.h>
 
-static float of_dwell(const dwell_state_t *d)
-{
-    return d->omega_s_rad_s + d->i_q_A + d->reference_rad_s + d->share + d->gain + d->turns +
-           d->speed_rad_s + d->reduction_pu + d->rate_pu_per_s + d->swing_rad_s;
-}
+/* Offsets: two bytes for each float, where the code of a sum takes eight. */
+_Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
+#define AT(member)    (uint16_t) offsetof(drive_state_t, member)
+#define AT_AB(member) AT(member.alpha), AT(member.beta)
+#define VECTOR(name)  AT(modes.vector.name)
+#define SUMS(level)   AT(level.i_A), AT(level.u_V), AT(level.u_duty_V)
+#define FOUND(name)   AT(modes.premagnetise.name)
 
-static float of_resistance(const drive_state_t *st)
-{
-    const premagnetise_state_t *found = &st->modes.premagnetise;
-    const rs_measurement_sums_t *high = &found->measurement.level[RS_LEVEL_HIGH];
-    const rs_measurement_sums_t *low = &found->measurement.level[RS_LEVEL_LOW];
-    return high->i_A + high->u_V + high->u_duty_V + low->i_A + low->u_V + low->u_duty_V +
-           st->rs_tracking.delta_ohm + st->omega_ref_before_rad_s + found->Rs_delta_ohm +
-           found->leg_loss_pu + found->leg_threshold_A + found->leg_tail_A +
-           st->heating.Rs_cold_ohm + st->heating.winding_pu + st->m_tracking.extra_pu +
-           st->m_tracking.tau_extra_per_s + st->heating.rotor_pu + st->heating.slip_rad_s +
-           of_dwell(&st->dwell);
-}
+static const uint16_t of_control[] = {
+    VECTOR(speed.omega_filtered_rad_s),
+    VECTOR(speed.omega_ref_rad_s),
+    VECTOR(speed.i_q_A),
+    VECTOR(speed.slow_A),
+    VECTOR(speed.low_A),
+    VECTOR(speed.high_A),
+    VECTOR(ramp.steps),
+    VECTOR(flux.pi.x),
+    VECTOR(flux_reduction_Wb),
+    VECTOR(i_d_reduction_A),
+    VECTOR(torque_gain_extra_pu),
+    VECTOR(steering.torque_Nm),
+    VECTOR(steering.reduction_Wb),
+    VECTOR(steer.reduction_Wb),
+    VECTOR(steer.rate_Wb_per_s),
+    VECTOR(reference.weakened_Wb),
+    VECTOR(reference.economy_Wb),
+    VECTOR(reference.reduction_Wb),
+    VECTOR(reference.rate_Wb_per_s),
+    VECTOR(reference.i_q_reduction_A),
+    VECTOR(mains.i_q_A),
+    VECTOR(plan.omega_ref_rad_s),
+    VECTOR(plan.i_d_ref_A),
+    VECTOR(plan.flux_pu),
+    VECTOR(plan.inv_flux_pu),
+    VECTOR(plan.torque_ref_Nm),
+    VECTOR(modulation.speed_rad_s),
+    VECTOR(modulation.flux_pu),
+    VECTOR(modulation.rate_pu_per_s),
+};
 
-static float of_protection(const drive_state_t *st)
-{
-    const supervisor_state_t *s = &st->supervisor;
-    const torque_limits_state_t *l = &st->limits;
-    return l->link.braking_pu + l->overload.heat_pu[OVERLOAD_MOTOR] +
-           l->overload.heat_pu[OVERLOAD_INVERTER] + l->overload.i_max_A + ab_sum(s->s_Wb) +
-           s->found.residual_pu + s->found.lambda_Wb + s->found.i_s_A + s->found.excess_pu +
-           s->omega_s_rad_s + ab_sum(s->emf_sum_V) + ab_sum(s->d_Wb) + s->flux_error_bound_pu +
-           s->omega_bound_rad_s + st->guard.plausibility.omega_before_rad_s +
-           ab_sum(st->guard.current_fit.psi_Wb) + st->guard.current_fit.b_Wb +
-           ab_sum(st->guard.current_fit.emf_V);
-}
+static const uint16_t of_resistance[] = {
+    SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
+    SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
+    FOUND(Rs_delta_ohm),
+    FOUND(Rr_extra_pu),
+    FOUND(leg_loss_pu),
+    FOUND(leg_threshold_A),
+    FOUND(leg_tail_A),
+    AT(rs_tracking.delta_ohm),
+    AT(omega_ref_before_rad_s),
+    AT(heating.Rs_cold_ohm),
+    AT(heating.winding_pu),
+    AT(heating.rotor_pu),
+    AT(heating.slip_rad_s),
+    AT(m_tracking.extra_pu),
+    AT(m_tracking.tau_extra_per_s),
+    AT(dwell.omega_s_rad_s),
+    AT(dwell.i_q_A),
+    AT(dwell.reference_rad_s),
+    AT(dwell.share),
+    AT(dwell.gain),
+    AT(dwell.turns),
+    AT(dwell.speed_rad_s),
+    AT(dwell.reduction_pu),
+    AT(dwell.rate_pu_per_s),
+    AT(dwell.swing_rad_s),
+};
+
+static const uint16_t of_protection[] = {
+    AT(limits.link.braking_pu),
+    AT(limits.overload.heat_pu[OVERLOAD_MOTOR]),
+    AT(limits.overload.heat_pu[OVERLOAD_INVERTER]),
+    AT(limits.overload.i_max_A),
+    AT_AB(supervisor.s_Wb),
+    AT(supervisor.found.residual_pu),
+    AT(supervisor.found.lambda_Wb),
+    AT(supervisor.found.i_s_A),
+    AT(supervisor.found.excess_pu),
+    AT(supervisor.omega_s_rad_s),
+    AT_AB(supervisor.emf_sum_V),
+    AT_AB(supervisor.d_Wb),
+    AT(supervisor.flux_error_bound_pu),
+    AT(supervisor.omega_bound_rad_s),
+    AT(guard.plausibility.omega_before_rad_s),
+    AT_AB(guard.current_fit.psi_Wb),
+    AT(guard.current_fit.b_Wb),
+    AT_AB(guard.current_fit.emf_V),
+};
 
 /* What the search for a turning motor gathers is not here: its result goes into the estimate. */
-static float of_modes(const modes_state_t *m)
+static const uint16_t of_modes[] = {
+    AT_AB(modes.i_f.axis),
+    AT(modes.i_f.current_A),
+    AT(modes.i_f.omega_rad_s),
+    AT_AB(modes.i_f.flux_Wb),
+    AT_AB(modes.flying_current.i_before_A),
+    AT_AB(modes.flying_current.e_V),
+    AT_AB(modes.brake.current.i_before_A),
+    AT_AB(modes.brake.current.e_V),
+    AT_AB(modes.brake.i_ref_A),
+    AT(modes.brake.omega_rad_s),
+    AT_AB(modes.volts.off_axis),
+    AT(modes.volts.omega_rad_s),
+    AT(modes.volts.boost_V),
+};
+
+static float sum_of(const drive_state_t *st, const uint16_t *at, uint32_t count)
 {
-    return ab_sum(m->i_f.axis) + m->i_f.current_A + m->i_f.omega_rad_s + ab_sum(m->i_f.flux_Wb) +
-           ab_sum(m->flying_current.i_before_A) + ab_sum(m->flying_current.e_V) +
-           ab_sum(m->brake.current.i_before_A) + ab_sum(m->brake.current.e_V) +
-           ab_sum(m->brake.i_ref_A) + m->brake.omega_rad_s + ab_sum(m->volts.off_axis) +
-           m->volts.omega_rad_s + m->volts.boost_V;
+    const uint8_t *bytes = (const uint8_t *)st;
+    float sum = 0.0f;
+    for (uint32_t k = 0u; k < count; k++) {
+        float x;
+        memcpy(&x, &bytes[at[k]], sizeof x);
+        sum += x;
+    }
+    return sum;
 }
+
+#define SUM_OF(st, floats) sum_of((st), (floats), (uint32_t)(sizeof(floats) / sizeof((floats)[0])))
 
 float state_sum_slow(const drive_state_t *st)
 {
     switch (st->slot) {
     case SLOT_STATE_RESISTANCE:
-        return of_resistance(st);
+        return SUM_OF(st, of_resistance);
     case SLOT_STATE_MODES:
-        return of_modes(&st->modes);
+        return SUM_OF(st, of_modes);
     case SLOT_STATE_PROTECTION:
-        return of_protection(st);
+        return SUM_OF(st, of_protection);
     case SLOT_STATE_CONTROL:
-        return of_control(&st->modes.vector);
+        return SUM_OF(st, of_control);
     default:
         return 0.0f;
     }

@@ -32,6 +32,26 @@ static void test_without_a_rise_nothing_is_looked_at(void)
     const heating_params_t off = {.tau_s = -1.0f};
     TEST_ASSERT_TRUE(heating_init(&cfg, &off, 0.5f));
     TEST_ASSERT_FALSE(heating_on(&cfg));
+    ASSERT_NEAR(1e-7, 0.5 / 0.8, cfg.slip_gain);
+}
+
+/* Off, but the start found a rotor of 1.25 of the parameter: only the slip follows. */
+static void test_without_a_rise_what_the_start_found_makes_the_slip(void)
+{
+    const heating_params_t off = {0};
+    TEST_ASSERT_TRUE(heating_init(&cfg, &off, 0.1f));
+    const heating_in_t in = {.i2_A2 = 16.0f,
+                             .i_q_A = 3.0f,
+                             .Rs_ohm = 1.0f,
+                             .slip_rad_s = 8.0f,
+                             .Rr_extra_pu = 0.25f};
+    ASSERT_SAME_FLOAT(0.0f, heating_step(&cfg, &st, &in));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f, st.slip_rad_s); /* a quarter of .25 * 8 */
+    for (int k = 0; k < 100; k++) {
+        ASSERT_SAME_FLOAT(0.0f, heating_step(&cfg, &st, &in));
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 2.0f, st.slip_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.rotor_pu);
 }
 
 static void test_init_derives_its_coefficients(void)
@@ -146,6 +166,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_without_a_rise_nothing_is_looked_at);
+    RUN_TEST(test_without_a_rise_what_the_start_found_makes_the_slip);
     RUN_TEST(test_init_derives_its_coefficients);
     RUN_TEST(test_init_refuses_what_is_no_motor);
     RUN_TEST(test_a_step_is_the_two_equations);

@@ -162,9 +162,9 @@ static void test_premagnetisation_asks_for_current_along_u(void)
     configure();
     for (int k = 0; k < 4; k++) {
         const request_t measuring = step(MODE_PREMAGNETISE);
-        /* A tooth of half a period begins .1 of the high level below. */
+        /* A tooth begins .1 of the high level above. */
         const float level_A = (k < 2) ? 7.0f : 5.0f;
-        assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){level_A - 0.7f, 0.0f},
+        assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){level_A + 0.7f, 0.0f},
                        &measuring);
         TEST_ASSERT_TRUE(measuring.busy);
     }

@@ -68,7 +68,7 @@ static void test_init_derives_counts_and_limits(void)
     TEST_ASSERT_FALSE(cfg.curve);
     TEST_ASSERT_FALSE(cfg.by_duty);
     ASSERT_SAME_FLOAT(0.8f, cfg.dither_A);
-    ASSERT_SAME_FLOAT(2.0f / 1500.0f, cfg.dither_turns);
+    ASSERT_SAME_FLOAT(4.0f / 1500.0f, cfg.dither_turns);
     TEST_ASSERT_EQUAL_UINT32(7500u, cfg.level_periods);
     TEST_ASSERT_EQUAL_UINT32(1500u, cfg.average_periods);
     ASSERT_SAME_FLOAT(1.02f, cfg.bias);
@@ -214,10 +214,10 @@ static void test_result_comes_once(void)
 }
 
 /* Teeth of four periods on every level but the small one. */
-static void test_a_tooth_runs_from_minus_to_plus_the_dither(void)
+static void test_a_tooth_runs_to_and_fro_by_the_dither(void)
 {
     const float level_A[RS_LEVELS] = {2.0f, 0.3f, 1.5f, 6.0f};
-    const float tooth_A[] = {-0.5f, -0.25f, 0.0f, 0.25f};
+    const float tooth_A[] = {0.5f, 0.0f, -0.5f, 0.0f};
     cfg = simple;
     cfg.curve = true;
     cfg.dither_A = 0.5f;
@@ -563,7 +563,7 @@ int main(void)
     RUN_TEST(test_init_refuses_every_bad_number);
     RUN_TEST(test_init_refuses_an_average_that_a_float_cannot_sum);
     RUN_TEST(test_init_accepts_the_ends_of_the_ranges);
-    RUN_TEST(test_a_tooth_runs_from_minus_to_plus_the_dither);
+    RUN_TEST(test_a_tooth_runs_to_and_fro_by_the_dither);
     RUN_TEST(test_a_coarse_voltage_sensor_is_averaged_over_its_steps);
     RUN_TEST(test_switched_off_nothing_is_looked_at_and_nothing_is_asked);
     RUN_TEST(test_step_asks_for_both_levels_in_turn_and_averages_their_ends);

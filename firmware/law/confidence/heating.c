@@ -13,6 +13,7 @@ bool heating_init(heating_config_t *cfg, const heating_params_t *p, float step_s
 {
     *cfg = (heating_config_t){0};
     if (!(p->winding_pu > 0.0f) && nonnegativef(p->winding_pu)) {
+        cfg->slip_gain = step_s / (step_s + HEATING_SLIP_S);
         return true; /* off */
     }
     const float rated_A2 = p->rated_A * p->rated_A;
@@ -42,6 +43,7 @@ float heating_step(const heating_config_t *cfg, heating_state_t *st, const heati
     const float rotor_pu = st->winding_pu + cfg->rotor_per_A2 * (in->i_q_A * in->i_q_A);
     st->winding_pu += rise_pu;
     st->rotor_pu += HEATING_ROTOR_QUICK * cfg->fade * (rotor_pu - st->rotor_pu);
-    st->slip_rad_s += cfg->slip_gain * (st->rotor_pu * in->slip_rad_s - st->slip_rad_s);
+    st->slip_rad_s +=
+        cfg->slip_gain * ((st->rotor_pu + in->Rr_extra_pu) * in->slip_rad_s - st->slip_rad_s);
     return rise_pu * st->Rs_cold_ohm;
 }

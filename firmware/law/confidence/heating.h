@@ -40,12 +40,14 @@ typedef struct {
 typedef struct {
     float i2_A2;
     float i_q_A;
-    float Rs_ohm;     /* in use; 0: nothing says what it is */
-    float slip_rad_s; /* by the observer's Rr */
+    float Rs_ohm;      /* in use; 0: nothing says what it is */
+    float slip_rad_s;  /* by the observer's Rr */
+    float Rr_extra_pu; /* what the start found, beyond r */
 } heating_in_t;
 
 /* False for a number that is not finite or of the wrong sign, a rated current of no more than i_d,
- * or a time constant that the step is too long for; nothing is looked at with winding_pu 0. */
+ * or a time constant that the step is too long for; nothing but the step is looked at with
+ * winding_pu 0: then a step takes what the start found of Rr into the slip, and no more. */
 CHECKED bool heating_init(heating_config_t *cfg, const heating_params_t *params, float step_s);
 
 static inline bool heating_on(const heating_config_t *cfg)

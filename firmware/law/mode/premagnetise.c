@@ -2,6 +2,10 @@
 
 #include "fault.h"
 
+/* Of the parameter: what is found outside is none. */
+#define PREMAGNETISE_RR_LOW  0.5f
+#define PREMAGNETISE_RR_HIGH 1.8f
+
 bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t *st,
                           const mode_in_t *in, float *i_ref_A, uint32_t *faults)
 {
@@ -12,6 +16,10 @@ bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t
         rs_measurement_step(&cfg->measurement, &st->measurement, &measured);
     if (rs.status == RS_MEASUREMENT_DONE) {
         st->Rs_delta_ohm = rs.Rs_ohm - cfg->Rs_ohm;
+        const float Rr_pu = rs.Rr_ohm / cfg->Rr_ohm;
+        if ((Rr_pu > PREMAGNETISE_RR_LOW) && (Rr_pu < PREMAGNETISE_RR_HIGH)) {
+            st->Rr_extra_pu += Rr_pu - in->Rr_pu;
+        }
         if (cfg->identify_leg_loss) {
             st->leg_loss_found = true;
             st->leg_loss_pu = rs.lost_V / in->meas->u_dc_V;

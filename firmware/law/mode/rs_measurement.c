@@ -19,7 +19,7 @@
 /* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor: it is
  * so fast that the rotor acts as a resistance beside Rs. */
 #define RS_DITHER_PU    0.1f
-#define RS_DITHER_TEETH 2.0f /* in an average */
+#define RS_DITHER_TEETH 4.0f /* in an average */
 
 /* Float sums: the difference of 8192 samples of some 8 V is right to .1 % (100 000: to 1 %, half
  * the bias). */
@@ -71,6 +71,15 @@ static void add(rs_measurement_sums_t *sums, const rs_measurement_in_t *in)
     sums->u_duty_V += in->u_duty_V;
 }
 
+static void add_tooth(const rs_measurement_config_t *cfg, rs_measurement_state_t *st,
+                      const rs_measurement_in_t *in)
+{
+    const float x_A = 0.5f * (in->i_A + st->i_before_A) - cfg->level.A[RS_LEVEL_LOW];
+    st->x_A += x_A;
+    st->xx_A2 += x_A * x_A;
+    st->xu_VA += x_A * in->u_duty_V;
+}
+
 /* Slope of the duties' voltage between two levels. */
 static float slope_ohm(const rs_measurement_sums_t *high, const rs_measurement_sums_t *low)
 {
@@ -104,6 +113,18 @@ COLD static float threshold_A(const rs_measurement_config_t *cfg,
                 0.5f * NUM_SQRT_2_3 * cfg->level.A[RS_LEVEL_LOW]);
 }
 
+/* The teeth are so fast that the rotor is a resistance beside Rs: the slope of voltage over current
+ * within them, less that between two levels. The tail bends both: c/i^2 here, c/(i j) there. */
+static float rotor_ohm(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
+                       float c_V)
+{
+    const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
+    const float x_A = st->x_A / (float)cfg->average_periods;
+    const float both_ohm = (st->xu_VA - x_A * low->u_duty_V) / (st->xx_A2 - x_A * st->x_A);
+    return both_ohm - slope_ohm(high, low) - (high->i_A / low->i_A - 1.0f) * c_V / low->i_A;
+}
+
 /* All levels are averaged over the same time, so that sums stand for averages. */
 COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
                                         const rs_measurement_state_t *st)
@@ -132,6 +153,7 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
     out.tail_A = c_V * high->i_A / (n * n * (3.0f * out.lost_V + RS_TINY_V));
     out.threshold_A = threshold_A(cfg, &st->level[RS_LEVEL_SMALL], &out);
     out.tail_A = minf(out.tail_A, 0.5f * out.threshold_A);
+    out.Rr_ohm = rotor_ohm(cfg, st, c_V);
     out.Rs_ohm *= cfg->bias;
     out.status = RS_MEASUREMENT_DONE;
     return out;
@@ -144,11 +166,12 @@ static float dither_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
         return 0.0f;
     }
     const float turns = (float)k * cfg->dither_turns;
-    return (2.0f * (turns - (float)(uint32_t)turns) - 1.0f) * cfg->dither_A;
+    return (4.0f * absf(turns - (float)(uint32_t)turns - 0.5f) - 1.0f) * cfg->dither_A;
 }
 
-rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
-                                         rs_measurement_state_t *st, const rs_measurement_in_t *in)
+COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
+                                              rs_measurement_state_t *st,
+                                              const rs_measurement_in_t *in)
 {
     const uint32_t level = cfg->level_periods;
     const uint32_t end = (cfg->curve ? 4u : 2u) * level;
@@ -168,7 +191,11 @@ rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
         cfg->curve ? nth : ((nth == 0u) ? (uint32_t)RS_LEVEL_HIGH : (uint32_t)RS_LEVEL_LOW);
     if ((k % level) >= (level - cfg->average_periods)) {
         add(&st->level[here], in);
+        if (here == (uint32_t)RS_LEVEL_LOW) {
+            add_tooth(cfg, st, in);
+        }
     }
+    st->i_before_A = in->i_A;
     st->periods++;
     return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY,
                                   .i_ref_A = cfg->level.A[here] + dither_A(cfg, here, k)};

@@ -74,6 +74,11 @@ typedef struct {
 typedef struct {
     uint32_t periods;
     rs_measurement_sums_t level[RS_LEVELS];
+    float i_before_A;
+    /* Of the teeth of the low level, x: the current's mean in a period, off the level. */
+    float x_A;
+    float xx_A2;
+    float xu_VA; /* u: of the duties */
 } rs_measurement_state_t;
 
 typedef struct {
@@ -93,6 +98,7 @@ typedef struct {
     rs_measurement_status_t status;
     float i_ref_A;     /* while BUSY */
     float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
+    float Rr_ohm;      /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
     float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
     float tail_A;      /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
     float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
