@@ -18,11 +18,17 @@ static const uint16_t of_control[] = {
     VECTOR(speed.slow_A),
     VECTOR(speed.low_A),
     VECTOR(speed.high_A),
-    VECTOR(ramp.steps),
     VECTOR(flux.pi.x),
     VECTOR(flux_reduction_Wb),
     VECTOR(i_d_reduction_A),
     VECTOR(torque_gain_extra_pu),
+    VECTOR(modulation.speed_rad_s),
+    VECTOR(modulation.flux_pu),
+    VECTOR(modulation.rate_pu_per_s),
+};
+
+static const uint16_t of_references[] = {
+    VECTOR(ramp.steps),
     VECTOR(steering.torque_Nm),
     VECTOR(steering.reduction_Wb),
     VECTOR(steer.reduction_Wb),
@@ -38,36 +44,28 @@ static const uint16_t of_control[] = {
     VECTOR(plan.flux_pu),
     VECTOR(plan.inv_flux_pu),
     VECTOR(plan.torque_ref_Nm),
-    VECTOR(modulation.speed_rad_s),
-    VECTOR(modulation.flux_pu),
-    VECTOR(modulation.rate_pu_per_s),
 };
 
 static const uint16_t of_resistance[] = {
+    FOUND(Rs_delta_ohm),       FOUND(Rr_extra_pu),
+    AT(rs_tracking.delta_ohm), AT(omega_ref_before_rad_s),
+    AT(heating.Rs_cold_ohm),   AT(heating.winding_pu),
+    AT(heating.rotor_pu),      AT(heating.slip_rad_s),
+    AT(m_tracking.extra_pu),   AT(m_tracking.tau_extra_per_s),
+};
+
+static const uint16_t of_start[] = {
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
-    FOUND(Rs_delta_ohm),
-    FOUND(Rr_extra_pu),
     FOUND(leg_loss_pu),
     FOUND(leg_threshold_A),
     FOUND(leg_tail_A),
-    AT(rs_tracking.delta_ohm),
-    AT(omega_ref_before_rad_s),
-    AT(heating.Rs_cold_ohm),
-    AT(heating.winding_pu),
-    AT(heating.rotor_pu),
-    AT(heating.slip_rad_s),
-    AT(m_tracking.extra_pu),
-    AT(m_tracking.tau_extra_per_s),
-    AT(dwell.omega_s_rad_s),
-    AT(dwell.i_q_A),
-    AT(dwell.reference_rad_s),
-    AT(dwell.share),
-    AT(dwell.gain),
-    AT(dwell.turns),
-    AT(dwell.speed_rad_s),
-    AT(dwell.reduction_pu),
-    AT(dwell.rate_pu_per_s),
+};
+
+static const uint16_t of_dwell[] = {
+    AT(dwell.omega_s_rad_s), AT(dwell.i_q_A),        AT(dwell.reference_rad_s),
+    AT(dwell.share),         AT(dwell.gain),         AT(dwell.turns),
+    AT(dwell.speed_rad_s),   AT(dwell.reduction_pu), AT(dwell.rate_pu_per_s),
     AT(dwell.swing_rad_s),
 };
 
@@ -109,38 +107,39 @@ static const uint16_t of_modes[] = {
     AT(modes.volts.boost_V),
 };
 
-static float sum_of(const drive_state_t *st, const uint16_t *at, uint32_t count)
+static float sum_of(const drive_state_t *st, const uint16_t *at, const uint16_t *end)
 {
     const uint8_t *bytes = (const uint8_t *)st;
     float sum = 0.0f;
-    for (uint32_t k = 0u; k < count; k++) {
+    while (at != end) {
         float x;
-        memcpy(&x, &bytes[at[k]], sizeof x);
+        memcpy(&x, &bytes[*at], sizeof x);
         sum += x;
+        at++;
     }
     return sum;
 }
 
-#define SUM_OF(st, floats) sum_of((st), (floats), (uint32_t)(sizeof(floats) / sizeof((floats)[0])))
+#define SUM_OF(st, floats) sum_of((st), (floats), &(floats)[sizeof(floats) / sizeof((floats)[0])])
 
-float state_sum_slow(const drive_state_t *st)
+float state_sum_of_slot(const drive_state_t *st)
 {
     switch (st->slot) {
     case SLOT_STATE_RESISTANCE:
         return SUM_OF(st, of_resistance);
-    case SLOT_STATE_MODES:
-        return SUM_OF(st, of_modes);
     case SLOT_STATE_PROTECTION:
         return SUM_OF(st, of_protection);
+    case SLOT_STATE_START:
+        return SUM_OF(st, of_start);
+    case SLOT_STATE_MODES:
+        return SUM_OF(st, of_modes);
+    case SLOT_STATE_DWELL:
+        return SUM_OF(st, of_dwell);
     case SLOT_STATE_CONTROL:
         return SUM_OF(st, of_control);
+    case SLOT_STATE_REFERENCES:
+        return SUM_OF(st, of_references);
     default:
-        return 0.0f;
+        return state_sum_fast(st);
     }
-}
-
-float state_sum_of_slot(const drive_state_t *st)
-{
-    const float slow = state_sum_slow(st);
-    return slot_is_quarter(st->slot, SLOT_QUARTER_STATE) ? (slow + state_sum_fast(st)) : slow;
 }

@@ -3,8 +3,8 @@
  *
  * The sums are taken before a period uses the state. `passing`, in every period: states where a
  * limit would turn NaN into a wrong number in the same period. `fast`, in every fourth: the other
- * states behind the voltage, and the sensor offsets. `slow`, in four parts once in sixteen: states
- * that change slowly or are used later.
+ * states behind the voltage, and the sensor offsets. The rest, in seven parts once in sixteen:
+ * states that change slowly or are used later.
  */
 #ifndef STATE_SUM_H
 #define STATE_SUM_H
@@ -27,13 +27,12 @@ static inline float state_sum_fast(const drive_state_t *st)
     return acting + offsets + st->modes.vector.speed.gain_change;
 }
 
-/* The part of this slot, if it is one of SLOT_STATE; else 0. */
-float state_sum_slow(const drive_state_t *st);
-
-/* Both, as far as they are due in this slot. */
 #define STATE_SUM_SLOTS                                                                            \
     (SLOTS_OF_QUARTER(SLOT_QUARTER_STATE) | (1u << SLOT_STATE_RESISTANCE) |                        \
-     (1u << SLOT_STATE_MODES) | (1u << SLOT_STATE_PROTECTION) | (1u << SLOT_STATE_CONTROL))
+     (1u << SLOT_STATE_PROTECTION) | (1u << SLOT_STATE_START) | (1u << SLOT_STATE_MODES) |         \
+     (1u << SLOT_STATE_DWELL) | (1u << SLOT_STATE_CONTROL) | (1u << SLOT_STATE_REFERENCES))
+
+/* In one of STATE_SUM_SLOTS: the part of this slot, in a slot of the quarter `fast`. */
 HOT float state_sum_of_slot(const drive_state_t *st);
 
 /* due: in one of STATE_SUM_SLOTS. */

@@ -91,9 +91,10 @@ static void test_the_supervisor_judges_in_the_order_of_its_parts(void)
  * and tracking do; no part of the rest comes in a slot of another or of the heat. */
 static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
 {
-    const uint32_t part[] = {SLOT_STATE_RESISTANCE, SLOT_STATE_MODES, SLOT_STATE_PROTECTION,
-                             SLOT_STATE_CONTROL};
-    uint32_t taken = 1u << SLOT_HEAT;
+    const uint32_t part[] = {SLOT_STATE_RESISTANCE, SLOT_STATE_PROTECTION, SLOT_STATE_START,
+                             SLOT_STATE_MODES,      SLOT_STATE_DWELL,      SLOT_STATE_CONTROL,
+                             SLOT_STATE_REFERENCES};
+    uint32_t taken = SLOTS_OF_QUARTER(SLOT_QUARTER_STATE) | (1u << SLOT_HEAT);
     for (size_t n = 0u; n < sizeof part / sizeof part[0]; n++) {
         TEST_ASSERT_BITS_LOW(1u << part[n], taken);
         taken |= 1u << part[n];
@@ -101,6 +102,7 @@ static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
     TEST_ASSERT_EQUAL_UINT32(SLOT_QUARTER_ANGLES, SLOT_QUARTER_STATE);
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_HEAT, SLOT_STATE_RESISTANCE);
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_M_TRACKING, SLOT_STATE_RESISTANCE);
+    TEST_ASSERT_LESS_THAN_UINT32(SLOT_DWELL, SLOT_STATE_DWELL);
 }
 
 int main(void)

@@ -19,24 +19,27 @@ enum {
     PASSING,
     FAST,
     RESISTANCE,
-    MODES,
     PROTECTION,
+    START,
+    MODES,
+    DWELL,
     CONTROL,
+    REFERENCES,
     SUMS
 };
 
-static float part(uint32_t slot)
-{
-    st.slot = slot;
-    return state_sum_slow(&st);
-}
-
 static float sum_of(int which)
 {
-    const float sums[SUMS] = {state_sum_passing(&st),      state_sum_fast(&st),
-                              part(SLOT_STATE_RESISTANCE), part(SLOT_STATE_MODES),
-                              part(SLOT_STATE_PROTECTION), part(SLOT_STATE_CONTROL)};
-    return sums[which];
+    const uint32_t slot[SUMS] = {
+        [FAST] = SLOT_QUARTER_STATE,          [RESISTANCE] = SLOT_STATE_RESISTANCE,
+        [PROTECTION] = SLOT_STATE_PROTECTION, [START] = SLOT_STATE_START,
+        [MODES] = SLOT_STATE_MODES,           [DWELL] = SLOT_STATE_DWELL,
+        [CONTROL] = SLOT_STATE_CONTROL,       [REFERENCES] = SLOT_STATE_REFERENCES};
+    if (which == PASSING) {
+        return state_sum_passing(&st);
+    }
+    st.slot = slot[which];
+    return state_sum_of_slot(&st);
 }
 
 /* By one of the sums, and by no other. */
@@ -105,19 +108,25 @@ static void test_control_is_seen_once_in_sixteen(void)
                             &v->speed.slow_A,
                             &v->speed.low_A,
                             &v->speed.high_A,
-                            &v->plan.omega_ref_rad_s,
-                            &v->plan.i_d_ref_A,
-                            &v->plan.flux_pu,
-                            &v->plan.inv_flux_pu,
-                            &v->plan.torque_ref_Nm,
-                            &v->ramp.steps,
                             &v->modulation.speed_rad_s,
                             &v->modulation.flux_pu,
                             &v->modulation.rate_pu_per_s,
                             &v->flux.pi.x,
                             &v->flux_reduction_Wb,
                             &v->i_d_reduction_A,
-                            &v->torque_gain_extra_pu,
+                            &v->torque_gain_extra_pu};
+    assert_each_is_seen(value, sizeof value / sizeof value[0], CONTROL);
+}
+
+static void test_references_are_seen_once_in_sixteen(void)
+{
+    vector_state_t *const v = &st.modes.vector;
+    float *const value[] = {&v->plan.omega_ref_rad_s,
+                            &v->plan.i_d_ref_A,
+                            &v->plan.flux_pu,
+                            &v->plan.inv_flux_pu,
+                            &v->plan.torque_ref_Nm,
+                            &v->ramp.steps,
                             &v->steering.torque_Nm,
                             &v->steering.reduction_Wb,
                             &v->steer.reduction_Wb,
@@ -128,10 +137,25 @@ static void test_control_is_seen_once_in_sixteen(void)
                             &v->reference.rate_Wb_per_s,
                             &v->reference.i_q_reduction_A,
                             &v->mains.i_q_A};
-    assert_each_is_seen(value, sizeof value / sizeof value[0], CONTROL);
+    assert_each_is_seen(value, sizeof value / sizeof value[0], REFERENCES);
 }
 
 static void test_resistance_is_seen_once_in_sixteen(void)
+{
+    float *const value[] = {&st.rs_tracking.delta_ohm,
+                            &st.m_tracking.extra_pu,
+                            &st.m_tracking.tau_extra_per_s,
+                            &st.heating.Rs_cold_ohm,
+                            &st.heating.winding_pu,
+                            &st.heating.rotor_pu,
+                            &st.heating.slip_rad_s,
+                            &st.omega_ref_before_rad_s,
+                            &st.modes.premagnetise.Rs_delta_ohm,
+                            &st.modes.premagnetise.Rr_extra_pu};
+    assert_each_is_seen(value, sizeof value / sizeof value[0], RESISTANCE);
+}
+
+static void test_what_a_start_found_is_seen_once_in_sixteen(void)
 {
     rs_measurement_sums_t *const high = &st.modes.premagnetise.measurement.level[RS_LEVEL_HIGH];
     rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.level[RS_LEVEL_LOW];
@@ -141,29 +165,20 @@ static void test_resistance_is_seen_once_in_sixteen(void)
                             &low->i_A,
                             &low->u_V,
                             &low->u_duty_V,
-                            &st.rs_tracking.delta_ohm,
-                            &st.m_tracking.extra_pu,
-                            &st.m_tracking.tau_extra_per_s,
-                            &st.heating.Rs_cold_ohm,
-                            &st.heating.winding_pu,
-                            &st.heating.rotor_pu,
-                            &st.heating.slip_rad_s,
-                            &st.dwell.omega_s_rad_s,
-                            &st.dwell.i_q_A,
-                            &st.dwell.reference_rad_s,
-                            &st.dwell.share,
-                            &st.dwell.gain,
-                            &st.dwell.turns,
-                            &st.dwell.speed_rad_s,
-                            &st.dwell.reduction_pu,
-                            &st.dwell.rate_pu_per_s,
-                            &st.dwell.swing_rad_s,
-                            &st.omega_ref_before_rad_s,
-                            &st.modes.premagnetise.Rs_delta_ohm,
                             &st.modes.premagnetise.leg_loss_pu,
                             &st.modes.premagnetise.leg_threshold_A,
                             &st.modes.premagnetise.leg_tail_A};
-    assert_each_is_seen(value, sizeof value / sizeof value[0], RESISTANCE);
+    assert_each_is_seen(value, sizeof value / sizeof value[0], START);
+}
+
+static void test_dwelling_is_seen_once_in_sixteen(void)
+{
+    float *const value[] = {
+        &st.dwell.omega_s_rad_s, &st.dwell.i_q_A,        &st.dwell.reference_rad_s,
+        &st.dwell.share,         &st.dwell.gain,         &st.dwell.turns,
+        &st.dwell.speed_rad_s,   &st.dwell.reduction_pu, &st.dwell.rate_pu_per_s,
+        &st.dwell.swing_rad_s};
+    assert_each_is_seen(value, sizeof value / sizeof value[0], DWELL);
 }
 
 static void test_protection_is_seen_once_in_sixteen(void)
@@ -186,7 +201,12 @@ static void test_protection_is_seen_once_in_sixteen(void)
                             &s->emf_sum_V.beta,
                             &s->d_Wb.alpha,
                             &s->d_Wb.beta,
-                            &st.guard.plausibility.omega_before_rad_s};
+                            &st.guard.plausibility.omega_before_rad_s,
+                            &st.guard.current_fit.psi_Wb.alpha,
+                            &st.guard.current_fit.psi_Wb.beta,
+                            &st.guard.current_fit.b_Wb,
+                            &st.guard.current_fit.emf_V.alpha,
+                            &st.guard.current_fit.emf_V.beta};
     assert_each_is_seen(value, sizeof value / sizeof value[0], PROTECTION);
 }
 
@@ -197,6 +217,8 @@ static void test_what_modes_keep_is_seen_once_in_sixteen(void)
                             &m->i_f.axis.beta,
                             &m->i_f.current_A,
                             &m->i_f.omega_rad_s,
+                            &m->i_f.flux_Wb.alpha,
+                            &m->i_f.flux_Wb.beta,
                             &m->flying_current.i_before_A.alpha,
                             &m->flying_current.i_before_A.beta,
                             &m->flying_current.e_V.alpha,
@@ -221,7 +243,10 @@ int main(void)
     RUN_TEST(test_what_a_limit_would_heal_is_seen_at_once);
     RUN_TEST(test_what_else_the_voltage_rests_on_is_seen_in_a_quarter);
     RUN_TEST(test_control_is_seen_once_in_sixteen);
+    RUN_TEST(test_references_are_seen_once_in_sixteen);
     RUN_TEST(test_resistance_is_seen_once_in_sixteen);
+    RUN_TEST(test_what_a_start_found_is_seen_once_in_sixteen);
+    RUN_TEST(test_dwelling_is_seen_once_in_sixteen);
     RUN_TEST(test_protection_is_seen_once_in_sixteen);
     RUN_TEST(test_what_modes_keep_is_seen_once_in_sixteen);
     return UNITY_END();

@@ -20,9 +20,9 @@
 #define SLOT_QUARTER_REFERENCES 1u /* ramp, flux reference, limits of the torque current */
 #define SLOT_QUARTER_SUPERVISOR 2u /* its flux is tied to the estimate */
 
-/* Once in sixteen periods; SLOT_STATE: NaN check of the rest, one part each. */
+/* Once in sixteen periods; SLOT_STATE: NaN check of the rest, one part each, where there
+ * is little else: never in the quarters that are longest with every option, 0 and 1. */
 #define SLOT_SUPERVISOR_DECIDE  0u
-#define SLOT_STATE_CONTROL      0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */
 #define SLOT_GUARD_SPEED        2u /* gates on */
@@ -32,18 +32,22 @@
 #define SLOT_HEAT               4u
 #define SLOT_M_TRACKING         5u
 #define SLOT_FLUX_REFERENCE     6u
+#define SLOT_STATE_REFERENCES   6u
 #define SLOT_GUARD_PHASES       7u
+#define SLOT_STATE_START        7u
 #define SLOT_SPEED_SCHEDULE     8u
-#define SLOT_STATE_MODES        8u
 #define SLOT_OFFSET_TRACKING    9u
 #define SLOT_FLUX_STEERING      10u
+#define SLOT_STATE_DWELL        10u /* before it is used */
 #define SLOT_GUARD_ESTIMATE     11u
+#define SLOT_STATE_MODES        11u
 #define SLOT_DWELL              12u
-#define SLOT_STATE_PROTECTION   12u
 #define SLOT_RS_TRACKING        13u
 #define SLOT_SUPERVISOR_MEASURE 14u
 #define SLOT_GUARD_CURRENT      14u
+#define SLOT_STATE_CONTROL      14u
 #define SLOT_SUPERVISOR_WEIGH   15u
+#define SLOT_STATE_PROTECTION   15u
 
 static inline uint32_t slot_next(uint32_t slot)
 {
