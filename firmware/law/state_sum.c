@@ -107,7 +107,7 @@ static const uint16_t of_modes[] = {
     AT(modes.volts.boost_V),
 };
 
-static float sum_of(const drive_state_t *st, const uint16_t *at, const uint16_t *end)
+HOT static float sum_of(const drive_state_t *st, const uint16_t *at, const uint16_t *end)
 {
     const uint8_t *bytes = (const uint8_t *)st;
     float sum = 0.0f;

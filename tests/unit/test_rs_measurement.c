@@ -509,6 +509,14 @@ static double unsettled_ohm(int machine)
     return kr * tau * M_H * mean * (8.0 + 3.0) / 3.0;
 }
 
+/* Rr (M/Lr)^2 */
+static double seen_rotor_ohm(int machine)
+{
+    const motor_t *m = &reference_machine[machine];
+    const double kr = (double)m->M_H / (double)m->Lr_H;
+    return kr * kr * (double)m->Rr_ohm;
+}
+
 static void test_the_resistance_of_both_machines_is_found_behind_dead_time_and_offsets(void)
 {
     const double ratio[] = {0.67, 0.8, 1.0, 1.25, 1.5};
@@ -523,6 +531,8 @@ static void test_the_resistance_of_both_machines_is_found_behind_dead_time_and_o
                 TEST_ASSERT_TRUE(unsettled_ohm(m) < 0.005 * Rs_ohm);
                 /* 30 mA and .1 % of Rs at 8 A. */
                 ASSERT_NEAR(0.04, REF_LOST_V, out.lost_V);
+                const double Rr_ohm = seen_rotor_ohm(m);
+                ASSERT_NEAR(0.02 * Rr_ohm, Rr_ohm, out.Rr_ohm);
             }
         }
     }
@@ -545,8 +555,10 @@ static void test_the_digest_sees_every_sum(void)
     st = (rs_measurement_state_t){0};
     uint32_t before = rs_measurement_digest(&st);
     for (int k = 0; k < RS_LEVELS; k++) {
-        float *const sum[] = {&st.level[k].i_A, &st.level[k].u_V, &st.level[k].u_duty_V};
-        for (int n = 0; n < 3; n++) {
+        rs_measurement_sums_t *const sums = &st.level[k];
+        float *const sum[] = {&sums->i_A, &sums->u_V,   &sums->u_duty_V,
+                              &sums->x_A, &sums->xx_A2, &sums->xu_VA};
+        for (size_t n = 0; n < sizeof sum / sizeof sum[0]; n++) {
             *sum[n] = 1.0f;
             const uint32_t now = rs_measurement_digest(&st);
             TEST_ASSERT_NOT_EQUAL_UINT32(before, now);
@@ -583,7 +595,7 @@ int main(void)
     RUN_TEST(test_less_than_half_the_current_step_is_an_open_phase);
     RUN_TEST(test_no_number_is_refused_or_harmless);
     RUN_TEST(test_the_resistance_of_both_machines_is_found_behind_dead_time_and_offsets);
-    RUN_TEST(test_two_measurements_share_a_config_and_nothing_else);
     RUN_TEST(test_the_digest_sees_every_sum);
+    RUN_TEST(test_two_measurements_share_a_config_and_nothing_else);
     return UNITY_END();
 }

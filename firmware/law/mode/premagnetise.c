@@ -6,6 +6,18 @@
 #define PREMAGNETISE_RR_LOW  0.5f
 #define PREMAGNETISE_RR_HIGH 1.8f
 
+/* As precise as a start finds it: a parameter that is off by less stands. */
+#define PREMAGNETISE_RR_PU 0.1f
+
+/* Rr_pu: of the parameter. */
+static void take_rotor(premagnetise_state_t *st, float Rr_pu, float warm_pu)
+{
+    if ((Rr_pu > PREMAGNETISE_RR_LOW) && (Rr_pu < PREMAGNETISE_RR_HIGH)) {
+        const float extra_pu = Rr_pu - warm_pu;
+        st->Rr_extra_pu = (absf(extra_pu) > PREMAGNETISE_RR_PU) ? extra_pu : 0.0f;
+    }
+}
+
 bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t *st,
                           const mode_in_t *in, float *i_ref_A, uint32_t *faults)
 {
@@ -16,10 +28,7 @@ bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t
         rs_measurement_step(&cfg->measurement, &st->measurement, &measured);
     if (rs.status == RS_MEASUREMENT_DONE) {
         st->Rs_delta_ohm = rs.Rs_ohm - cfg->Rs_ohm;
-        const float Rr_pu = rs.Rr_ohm / cfg->Rr_ohm;
-        if ((Rr_pu > PREMAGNETISE_RR_LOW) && (Rr_pu < PREMAGNETISE_RR_HIGH)) {
-            st->Rr_extra_pu += Rr_pu - in->Rr_pu;
-        }
+        take_rotor(st, rs.Rr_ohm / cfg->Rr_ohm, in->Rr_pu - st->Rr_extra_pu);
         if (cfg->identify_leg_loss) {
             st->leg_loss_found = true;
             st->leg_loss_pu = rs.lost_V / in->meas->u_dc_V;

@@ -1,5 +1,7 @@
 #include "rs_measurement.h"
 
+#include <string.h>
+
 /* Sum of the three legs' signs as a vector along u: Clarke of (1, -1, -1). */
 #define RS_LEGS_TO_ALPHA (2.0f * NUM_SQRT_2_3)
 
@@ -16,10 +18,12 @@
 
 #define RS_MAX_PERIODS 1000000.0f
 
-/* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor: it is
- * so fast that the rotor acts as a resistance beside Rs. */
+/* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor. */
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
+
+/* Of the fall of Rr from the low level to the high one, back to what Rr is without saturation. */
+#define RS_BENT 0.6f
 
 /* Float sums: the difference of 8192 samples of some 8 V is right to .1 % (100 000: to 1 %, half
  * the bias). */
@@ -64,20 +68,17 @@ bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_para
     return true;
 }
 
-static void add(rs_measurement_sums_t *sums, const rs_measurement_in_t *in)
+static void add(const rs_measurement_config_t *cfg, rs_measurement_state_t *st, uint32_t here,
+                const rs_measurement_in_t *in)
 {
+    rs_measurement_sums_t *sums = &st->level[here];
+    const float x_A = 0.5f * (in->i_A + st->i_before_A) - cfg->level.A[here];
     sums->i_A += in->i_A;
     sums->u_V += in->u_V;
     sums->u_duty_V += in->u_duty_V;
-}
-
-static void add_tooth(const rs_measurement_config_t *cfg, rs_measurement_state_t *st,
-                      const rs_measurement_in_t *in)
-{
-    const float x_A = 0.5f * (in->i_A + st->i_before_A) - cfg->level.A[RS_LEVEL_LOW];
-    st->x_A += x_A;
-    st->xx_A2 += x_A * x_A;
-    st->xu_VA += x_A * in->u_duty_V;
+    sums->x_A += x_A;
+    sums->xx_A2 += x_A * x_A;
+    sums->xu_VA += x_A * in->u_duty_V;
 }
 
 /* Slope of the duties' voltage between two levels. */
@@ -113,16 +114,26 @@ COLD static float threshold_A(const rs_measurement_config_t *cfg,
                 0.5f * NUM_SQRT_2_3 * cfg->level.A[RS_LEVEL_LOW]);
 }
 
-/* The teeth are so fast that the rotor is a resistance beside Rs: the slope of voltage over current
- * within them, less that between two levels. The tail bends both: c/i^2 here, c/(i j) there. */
-static float rotor_ohm(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
-                       float c_V)
+/* Slope of the duties' voltage within the teeth of a level. */
+COLD static float tooth_ohm(const rs_measurement_config_t *cfg, const rs_measurement_sums_t *sums)
+{
+    const float x_A = sums->x_A / (float)cfg->average_periods;
+    return (sums->xu_VA - x_A * sums->u_duty_V) / (sums->xx_A2 - x_A * sums->x_A);
+}
+
+/* The tail bends the slopes: by c/i^2 within the teeth, by c/(i j) between two levels. */
+COLD static float rotor_ohm(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
+                            float c_V)
 {
     const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
-    const float x_A = st->x_A / (float)cfg->average_periods;
-    const float both_ohm = (st->xu_VA - x_A * low->u_duty_V) / (st->xx_A2 - x_A * st->x_A);
-    return both_ohm - slope_ohm(high, low) - (high->i_A / low->i_A - 1.0f) * c_V / low->i_A;
+    const float stator_ohm = slope_ohm(high, low);
+    const float tail_ohm = c_V / low->i_A;
+    const float low_ohm =
+        tooth_ohm(cfg, low) - stator_ohm - (high->i_A / low->i_A - 1.0f) * tail_ohm;
+    const float high_ohm =
+        tooth_ohm(cfg, high) - stator_ohm + (1.0f - low->i_A / high->i_A) * tail_ohm;
+    return low_ohm + RS_BENT * maxf(low_ohm - high_ohm, 0.0f);
 }
 
 /* All levels are averaged over the same time, so that sums stand for averages. */
@@ -190,10 +201,7 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
     const uint32_t here =
         cfg->curve ? nth : ((nth == 0u) ? (uint32_t)RS_LEVEL_HIGH : (uint32_t)RS_LEVEL_LOW);
     if ((k % level) >= (level - cfg->average_periods)) {
-        add(&st->level[here], in);
-        if (here == (uint32_t)RS_LEVEL_LOW) {
-            add_tooth(cfg, st, in);
-        }
+        add(cfg, st, here, in);
     }
     st->i_before_A = in->i_A;
     st->periods++;
@@ -203,11 +211,12 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
 {
+    const uint8_t *bytes = (const uint8_t *)st->level;
     uint32_t digest = 0u;
-    for (uint32_t k = 0u; k < (uint32_t)RS_LEVELS; k++) {
-        const rs_measurement_sums_t *sums = &st->level[k];
-        digest = 3u * (digest + float_bits(sums->i_A)) + 5u * float_bits(sums->u_V) +
-                 float_bits(sums->u_duty_V);
+    for (uint32_t at = 0u; at < sizeof st->level; at += sizeof digest) {
+        uint32_t word;
+        memcpy(&word, &bytes[at], sizeof word);
+        digest = 3u * digest + word;
     }
     return digest;
 }
