@@ -88,7 +88,8 @@ static void test_the_supervisor_judges_in_the_order_of_its_parts(void)
 }
 
 /* The voltage path is looked at before the sines replace what it rests on, resistances before heat
- * and tracking do; no part of the rest comes in a slot of another or of the heat. */
+ * and tracking do, the supervisor before it measures anew; no part of the rest comes in a slot of
+ * another or of the heat. */
 static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
 {
     const uint32_t part[] = {SLOT_STATE_RESISTANCE, SLOT_STATE_PROTECTION, SLOT_STATE_START,
@@ -103,6 +104,7 @@ static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_HEAT, SLOT_STATE_RESISTANCE);
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_M_TRACKING, SLOT_STATE_RESISTANCE);
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_DWELL, SLOT_STATE_DWELL);
+    TEST_ASSERT_LESS_THAN_UINT32(SLOT_SUPERVISOR_MEASURE, SLOT_STATE_PROTECTION);
 }
 
 int main(void)

@@ -40,14 +40,14 @@
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_STATE_DWELL        10u /* before it is used */
 #define SLOT_GUARD_ESTIMATE     11u
-#define SLOT_STATE_MODES        11u
+#define SLOT_STATE_PROTECTION   11u /* before the supervisor measures anew */
 #define SLOT_DWELL              12u
 #define SLOT_RS_TRACKING        13u
 #define SLOT_SUPERVISOR_MEASURE 14u
 #define SLOT_GUARD_CURRENT      14u
 #define SLOT_STATE_CONTROL      14u
 #define SLOT_SUPERVISOR_WEIGH   15u
-#define SLOT_STATE_PROTECTION   15u
+#define SLOT_STATE_MODES        15u
 
 static inline uint32_t slot_next(uint32_t slot)
 {
