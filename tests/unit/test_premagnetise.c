@@ -142,6 +142,64 @@ static void test_what_is_no_number_is_refused(void)
     }
 }
 
+/* Both levels, with a tooth of half an ampere to and fro in the averaged periods, in which the
+ * rotor is a resistance beside Rs. */
+static void measure_rotor(float Rr_ohm, float known_pu)
+{
+    const float off_A[LEVEL_PERIODS] = {0.0f, 0.5f, 0.5f, -1.5f};
+    const float mean_A[LEVEL_PERIODS] = {0.0f, 0.0f, 0.5f, -0.5f};
+    const float Rs_ohm = 1.2f;
+    st.measurement = (rs_measurement_state_t){0};
+    for (uint32_t k = 0u; k <= 2u * LEVEL_PERIODS; k++) {
+        const float level_A = (k < LEVEL_PERIODS) ? 8.0f : 5.0f;
+        const uint32_t n = k % LEVEL_PERIODS;
+        mode_fixture_start();
+        in.Rr_pu = known_pu;
+        meas.i_s_A = (ab_t){level_A + off_A[n], 77.0f};
+        in.u_s_V = (ab_t){Rs_ohm * level_A, 77.0f};
+        acting.ended_V = (ab_t){Rs_ohm * level_A + (Rs_ohm + Rr_ohm) * mean_A[n] + 6.0f, 77.0f};
+        const bool busy = premagnetise_measure(&cfg, &st, &in, &i_ref_A, &faults);
+        TEST_ASSERT_EQUAL_INT(k < 2u * LEVEL_PERIODS, busy);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, faults);
+}
+
+static void test_a_rotor_beyond_what_a_start_can_tell_is_kept(void)
+{
+    const float found_pu[] = {0.6f, 0.85f, 0.95f, 1.05f, 1.15f, 1.7f};
+    const float kept_pu[] = {-0.4f, -0.15f, 0.0f, 0.0f, 0.15f, 0.7f};
+    for (size_t k = 0; k < sizeof kept_pu / sizeof kept_pu[0]; k++) {
+        configure(true, true);
+        cfg.Rr_ohm = 0.5f;
+        measure_rotor(found_pu[k] * 0.5f, 1.0f);
+        ASSERT_NEAR(2e-5, kept_pu[k], st.Rr_extra_pu);
+    }
+}
+
+/* What the last start found is part of what is known, the heat of the rotor is not: a new start
+ * replaces the one and leaves the other. */
+static void test_a_new_start_replaces_what_the_last_one_found(void)
+{
+    cfg.Rr_ohm = 0.5f;
+    st.Rr_extra_pu = 0.3f;
+    measure_rotor(1.5f * 0.5f, 1.0f + 0.3f + 0.08f);
+    ASSERT_NEAR(2e-5, 0.5 - 0.08, st.Rr_extra_pu);
+    measure_rotor(1.1f * 0.5f, 1.0f + 0.42f + 0.08f);
+    ASSERT_SAME_FLOAT(0.0f, st.Rr_extra_pu);
+}
+
+static void test_what_is_no_rotor_is_none(void)
+{
+    const float found_pu[] = {0.45f, 1.85f, -1.0f};
+    for (size_t k = 0; k < sizeof found_pu / sizeof found_pu[0]; k++) {
+        configure(true, true);
+        cfg.Rr_ohm = 0.5f;
+        st.Rr_extra_pu = 0.3f;
+        measure_rotor(found_pu[k] * 0.5f, 1.3f);
+        ASSERT_SAME_FLOAT(0.3f, st.Rr_extra_pu);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -151,5 +209,8 @@ int main(void)
     RUN_TEST(test_the_loss_is_kept_only_where_it_is_asked_for);
     RUN_TEST(test_a_refusal_is_a_fault_while_it_is_asked_for);
     RUN_TEST(test_what_is_no_number_is_refused);
+    RUN_TEST(test_a_rotor_beyond_what_a_start_can_tell_is_kept);
+    RUN_TEST(test_a_new_start_replaces_what_the_last_one_found);
+    RUN_TEST(test_what_is_no_rotor_is_none);
     return UNITY_END();
 }
