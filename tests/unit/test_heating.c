@@ -40,11 +40,8 @@ static void test_without_a_rise_what_the_start_found_makes_the_slip(void)
 {
     const heating_params_t off = {0};
     TEST_ASSERT_TRUE(heating_init(&cfg, &off, 0.1f));
-    const heating_in_t in = {.i2_A2 = 16.0f,
-                             .i_q_A = 3.0f,
-                             .Rs_ohm = 1.0f,
-                             .slip_rad_s = 8.0f,
-                             .Rr_extra_pu = 0.25f};
+    const heating_in_t in = {
+        .i2_A2 = 16.0f, .i_q_A = 3.0f, .Rs_ohm = 1.0f, .slip_rad_s = 8.0f, .Rr_extra_pu = 0.25f};
     ASSERT_SAME_FLOAT(0.0f, heating_step(&cfg, &st, &in));
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f, st.slip_rad_s); /* a quarter of .25 * 8 */
     for (int k = 0; k < 100; k++) {

@@ -1,7 +1,5 @@
 #include "rs_measurement.h"
 
-#include <string.h>
-
 /* Sum of the three legs' signs as a vector along u: Clarke of (1, -1, -1). */
 #define RS_LEGS_TO_ALPHA (2.0f * NUM_SQRT_2_3)
 
@@ -211,12 +209,12 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
 {
-    const uint8_t *bytes = (const uint8_t *)st->level;
     uint32_t digest = 0u;
-    for (uint32_t at = 0u; at < sizeof st->level; at += sizeof digest) {
-        uint32_t word;
-        (void)memcpy(&word, &bytes[at], sizeof word);
-        digest = 3u * digest + word;
+    for (uint32_t k = 0u; k < (uint32_t)RS_LEVELS; k++) {
+        const rs_measurement_sums_t *sums = &st->level[k];
+        digest = 3u * (digest + float_bits(sums->i_A)) + 5u * float_bits(sums->u_V) +
+                 float_bits(sums->u_duty_V) + 7u * float_bits(sums->x_A) +
+                 9u * float_bits(sums->xx_A2) + 11u * float_bits(sums->xu_VA);
     }
     return digest;
 }
