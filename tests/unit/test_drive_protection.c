@@ -404,6 +404,24 @@ static void test_heat_goes_on_outside_run(void)
     }
 }
 
+/* Without a model of heat only the slip follows what the start found of the rotor: the estimate's
+ * 8 rad/s are those of Rr and of what is added. */
+static void test_a_rotor_that_the_start_found_changes_the_slip(void)
+{
+    configure();
+    st.estimator.estimate.omega_s_rad_s = 20.0f;
+    st.estimator.estimate.omega_e_rad_s = 12.0f;
+    stage_heat(&cfg, &st, DRIVE_RUN, &out);
+    ASSERT_SAME_FLOAT(0.0f, st.heating.slip_rad_s);
+    st.modes.premagnetise.Rr_extra_pu = 0.3f;
+    for (int k = 0; k < 5000; k++) {
+        stage_heat(&cfg, &st, DRIVE_RUN, &out);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.3f * 8.0f / 1.3f, st.heating.slip_rad_s);
+    ASSERT_SAME_FLOAT(0.0f, st.heating.rotor_pu);
+    ASSERT_SAME_FLOAT(0.0f, st.rs_tracking.delta_ohm);
+}
+
 /* Under current Rs in use rises, and the rotor's slip with it; while measuring and with the gates
  * off the motor's own image goes on, and nothing is told to a controller. */
 static void test_a_motor_that_warms_up_changes_its_resistances(void)
@@ -558,6 +576,7 @@ int main(void)
     RUN_TEST(test_a_link_that_fills_limits_braking_in_both_directions);
     RUN_TEST(test_gates_off_forgets_neither_heat_nor_brake_resistor);
     RUN_TEST(test_heat_goes_on_outside_run);
+    RUN_TEST(test_a_rotor_that_the_start_found_changes_the_slip);
     RUN_TEST(test_a_motor_that_warms_up_changes_its_resistances);
     RUN_TEST(test_init_refuses_a_heat_that_is_none);
     RUN_TEST(test_the_main_inductance_is_found_at_speed_and_kept);
