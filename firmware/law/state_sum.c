@@ -4,11 +4,13 @@
 
 /* Offsets: two bytes for each float, where the code of a sum takes eight. */
 _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
+/* NOLINTBEGIN(bugprone-macro-parentheses): the name of a member cannot stand in them. */
 #define AT(member)    (uint16_t) offsetof(drive_state_t, member)
 #define AT_AB(member) AT(member.alpha), AT(member.beta)
 #define VECTOR(name)  AT(modes.vector.name)
 #define SUMS(level)   AT(level.i_A), AT(level.u_V), AT(level.u_duty_V)
 #define FOUND(name)   AT(modes.premagnetise.name)
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 static const uint16_t of_control[] = {
     VECTOR(speed.omega_filtered_rad_s),
