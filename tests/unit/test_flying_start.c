@@ -77,6 +77,8 @@ static void test_init_refuses_each_bad_number(void)
         TEST_ASSERT_FALSE(flying_start_init(&cfg, &good, &motor, PERIOD_S));
     }
     flying_start_params_t p = good;
+    p.omega_max_rad_s = p.stand_rad_s;
+    TEST_ASSERT_TRUE(refused(p));
     p.omega_max_rad_s = 14.0f; /* below what is standing */
     TEST_ASSERT_TRUE(refused(p));
     p.omega_max_rad_s = 2000.0f; /* more than half a turn per lag */

@@ -45,6 +45,18 @@ static void test_below_the_first_level_nothing_acts(void)
     }
 }
 
+/* 0: torque is not limited; any level above is one, without a resistor too. */
+static void test_without_a_resistor_the_limit_of_torque_is_the_first_level(void)
+{
+    const link_limit_params_t p = {.regen_start_V = 0.75f, .u_dc_max_V = 1.0f};
+    TEST_ASSERT_TRUE(link_limit_init(&cfg, &p));
+    st = (link_limit_state_t){0};
+    link_limit_step(&cfg, &st, 0.7f);
+    TEST_ASSERT_FALSE(st.acting);
+    link_limit_step(&cfg, &st, 0.8f);
+    TEST_ASSERT_TRUE(st.acting);
+}
+
 /* 0: there is no resistor; any level above is one. */
 static void test_a_resistor_acts_from_its_level_on_and_none_does_not(void)
 {
@@ -112,6 +124,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_levels_in_the_wrong_order);
     RUN_TEST(test_below_the_first_level_nothing_acts);
+    RUN_TEST(test_without_a_resistor_the_limit_of_torque_is_the_first_level);
     RUN_TEST(test_a_resistor_acts_from_its_level_on_and_none_does_not);
     RUN_TEST(test_the_brake_resistor_has_a_hysteresis);
     RUN_TEST(test_braking_fades_before_the_trip);

@@ -550,6 +550,20 @@ static void test_two_measurements_share_a_config_and_nothing_else(void)
     TEST_ASSERT_EQUAL_MEMORY(&st, &other, sizeof other);
 }
 
+/* Every sum has its own factor, and every level after it triples what is there. */
+static void test_the_digest_weighs_every_sum(void)
+{
+    const uint32_t factor[] = {3u, 5u, 1u, 7u, 9u, 11u};
+    for (size_t n = 0; n < sizeof factor / sizeof factor[0]; n++) {
+        st = (rs_measurement_state_t){0};
+        rs_measurement_sums_t *const sums = &st.level[2];
+        float *const sum[] = {&sums->i_A, &sums->u_V,   &sums->u_duty_V,
+                              &sums->x_A, &sums->xx_A2, &sums->xu_VA};
+        *sum[n] = 1.5f;
+        TEST_ASSERT_EQUAL_HEX32(3u * factor[n] * float_bits(1.5f), rs_measurement_digest(&st));
+    }
+}
+
 static void test_the_digest_sees_every_sum(void)
 {
     st = (rs_measurement_state_t){0};
@@ -595,6 +609,7 @@ int main(void)
     RUN_TEST(test_less_than_half_the_current_step_is_an_open_phase);
     RUN_TEST(test_no_number_is_refused_or_harmless);
     RUN_TEST(test_the_resistance_of_both_machines_is_found_behind_dead_time_and_offsets);
+    RUN_TEST(test_the_digest_weighs_every_sum);
     RUN_TEST(test_the_digest_sees_every_sum);
     RUN_TEST(test_two_measurements_share_a_config_and_nothing_else);
     return UNITY_END();
