@@ -32,7 +32,7 @@ static inline float state_sum_fast(const drive_state_t *st)
      (1u << SLOT_STATE_PROTECTION) | (1u << SLOT_STATE_START) | (1u << SLOT_STATE_MODES) |         \
      (1u << SLOT_STATE_DWELL) | (1u << SLOT_STATE_CONTROL) | (1u << SLOT_STATE_REFERENCES))
 
-/* In one of STATE_SUM_SLOTS: the part of this slot, in a slot of the quarter `fast`. */
+/* Of a slot in STATE_SUM_SLOTS: `fast` in its quarter, else the part of this slot. */
 HOT float state_sum_of_slot(const drive_state_t *st);
 
 /* due: in one of STATE_SUM_SLOTS. */

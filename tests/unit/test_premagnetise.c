@@ -142,26 +142,31 @@ static void test_what_is_no_number_is_refused(void)
     }
 }
 
-/* Both levels, with a tooth of half an ampere to and fro in the averaged periods, in which the
- * rotor is a resistance beside Rs. */
-static void measure_rotor(float Rr_ohm, float known_pu)
+/* Period k of both levels, with a tooth of half an ampere to and fro in the averaged periods, in
+ * which the rotor is a resistance beside Rs. */
+static void tooth_period(uint32_t k, float Rr_ohm, float known_pu)
 {
     const float off_A[LEVEL_PERIODS] = {0.0f, 0.5f, 0.5f, -1.5f};
     const float mean_A[LEVEL_PERIODS] = {0.0f, 0.0f, 0.5f, -0.5f};
     const float Rs_ohm = 1.2f;
+    const float level_A = (k < LEVEL_PERIODS) ? 8.0f : 5.0f;
+    const uint32_t n = k % LEVEL_PERIODS;
+    mode_fixture_start();
+    in.Rr_pu = known_pu;
+    meas.i_s_A = (ab_t){level_A + off_A[n], 77.0f};
+    in.u_s_V = (ab_t){Rs_ohm * level_A, 77.0f};
+    acting.ended_V = (ab_t){Rs_ohm * level_A + (Rs_ohm + Rr_ohm) * mean_A[n] + 6.0f, 77.0f};
+    const bool busy = premagnetise_measure(&cfg, &st, &in, &i_ref_A, &faults);
+    TEST_ASSERT_EQUAL_INT(k < 2u * LEVEL_PERIODS, busy);
+    TEST_ASSERT_EQUAL_HEX32(0u, faults);
+}
+
+static void measure_rotor(float Rr_ohm, float known_pu)
+{
     st.measurement = (rs_measurement_state_t){0};
     for (uint32_t k = 0u; k <= 2u * LEVEL_PERIODS; k++) {
-        const float level_A = (k < LEVEL_PERIODS) ? 8.0f : 5.0f;
-        const uint32_t n = k % LEVEL_PERIODS;
-        mode_fixture_start();
-        in.Rr_pu = known_pu;
-        meas.i_s_A = (ab_t){level_A + off_A[n], 77.0f};
-        in.u_s_V = (ab_t){Rs_ohm * level_A, 77.0f};
-        acting.ended_V = (ab_t){Rs_ohm * level_A + (Rs_ohm + Rr_ohm) * mean_A[n] + 6.0f, 77.0f};
-        const bool busy = premagnetise_measure(&cfg, &st, &in, &i_ref_A, &faults);
-        TEST_ASSERT_EQUAL_INT(k < 2u * LEVEL_PERIODS, busy);
+        tooth_period(k, Rr_ohm, known_pu);
     }
-    TEST_ASSERT_EQUAL_HEX32(0u, faults);
 }
 
 static void test_a_rotor_beyond_what_a_start_can_tell_is_kept(void)
@@ -188,6 +193,22 @@ static void test_a_new_start_replaces_what_the_last_one_found(void)
     ASSERT_SAME_FLOAT(0.0f, st.Rr_extra_pu);
 }
 
+/* The state sum does not look at the sums of the teeth. */
+static void test_teeth_that_are_no_number_are_no_rotor(void)
+{
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        configure(true, true);
+        cfg.Rr_ohm = 0.5f;
+        st.Rr_extra_pu = 0.3f;
+        for (uint32_t n = 0u; n < 2u * LEVEL_PERIODS; n++) {
+            tooth_period(n, 0.8f, 1.3f);
+        }
+        st.measurement.level[RS_LEVEL_LOW].xu_VA = not_finite(k);
+        tooth_period(2u * LEVEL_PERIODS, 0.8f, 1.3f);
+        ASSERT_SAME_FLOAT(0.3f, st.Rr_extra_pu);
+    }
+}
+
 static void test_what_is_no_rotor_is_none(void)
 {
     const float found_pu[] = {0.45f, 1.85f, -1.0f};
@@ -211,6 +232,7 @@ int main(void)
     RUN_TEST(test_what_is_no_number_is_refused);
     RUN_TEST(test_a_rotor_beyond_what_a_start_can_tell_is_kept);
     RUN_TEST(test_a_new_start_replaces_what_the_last_one_found);
+    RUN_TEST(test_teeth_that_are_no_number_are_no_rotor);
     RUN_TEST(test_what_is_no_rotor_is_none);
     return UNITY_END();
 }

@@ -101,8 +101,8 @@ static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
         taken |= 1u << part[n];
     }
     TEST_ASSERT_EQUAL_UINT32(SLOT_QUARTER_ANGLES, SLOT_QUARTER_STATE);
-    TEST_ASSERT_TRUE(
-        slot_is_quarter(SLOT_COMMAND, SLOT_GUARD_VOLTAGE)); /* which is free of kinds */
+    /* In the quarter without a kind of its own. */
+    TEST_ASSERT_TRUE(slot_is_quarter(SLOT_COMMAND, SLOT_GUARD_VOLTAGE));
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_HEAT, SLOT_STATE_RESISTANCE);
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_M_TRACKING, SLOT_STATE_RESISTANCE);
     TEST_ASSERT_LESS_THAN_UINT32(SLOT_DWELL, SLOT_STATE_DWELL);

@@ -20,8 +20,8 @@
 #define SLOT_QUARTER_REFERENCES 1u /* ramp, flux reference, limits of the torque current */
 #define SLOT_QUARTER_SUPERVISOR 2u /* its flux is tied to the estimate */
 
-/* Once in sixteen periods; SLOT_STATE: NaN check of the rest, one part each, where there
- * is little else: never in the quarters that are longest with every option, 0 and 1. */
+/* Once in sixteen periods. SLOT_STATE: NaN check of the rest, one part each. None is in quarter 0,
+ * which has the check of the voltage path, nor in quarter 1, which is the longest. */
 #define SLOT_SUPERVISOR_DECIDE  0u
 #define SLOT_SUPERVISOR_BOUND   1u
 #define SLOT_REST               2u /* gates off: the state is cleared again */

@@ -6,8 +6,8 @@
 #define PREMAGNETISE_RR_LOW  0.5f
 #define PREMAGNETISE_RR_HIGH 1.8f
 
-/* A parameter that is off by less stands: a start is off by as much with 10-bit words (the smallest
- * motor: 11 %) or a steep saturation (45 kW: 13 %). */
+/* A parameter stands unless the start finds something further away: a start itself is off by 11 %
+ * with 10-bit words (the smallest motor), by 13 % with a steep saturation (45 kW). */
 #define PREMAGNETISE_RR_PU 0.15f
 
 /* Rr_pu: of the parameter. */

@@ -20,7 +20,8 @@
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
 
-/* Of the fall of Rr from the low level to the high one, back to what Rr is without saturation. */
+/* Saturation lets the measured Rr fall from the low level to the high one. This share of the fall
+ * is added to that of the low level; chosen on motors of the envelope. */
 #define RS_BENT 0.6f
 
 /* Float sums: the difference of 8192 samples of some 8 V is right to .1 % (100 000: to 1 %, half

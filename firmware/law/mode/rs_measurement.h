@@ -20,9 +20,8 @@
  * The triangle is so fast that the rotor's flux stands still: the rotor is a resistance beside Rs
  * then. The slope of voltage over current within the teeth, less that between two levels, is
  * Rr (M/Lr)^2, with the slope of M(i) in M's place. Saturation makes that too small, at the high
- * level more than at the low one; RS_BENT of what lies between them is added. On 129 motors of the
- * envelope the result was within 2 % in the median, 8 % in nine of ten, 29 % at worst (without
- * the addition: 2, 14 and 39 %).
+ * level more than at the low one; RS_BENT of what lies between them is added. How far off the
+ * result is: tools/docs/claims.md.
  *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
