@@ -9,6 +9,9 @@
 #define SPEED_WARNING_S     0.15f
 #define SPEED_APPROACH_S    1.0f /* on the way there: a load or a ramp beyond the torque */
 #define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
+/* All torque in use makes a slip above this. A field slower than that under all of it turns against
+ * the torque, where the estimate may be lost without a sign (zh envelope: the shaft ran away). */
+#define SPEED_STANDING_RAD_S 6.0f
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU 0.06f
 #define SPEED_FARTHEST_PU  4.0f
@@ -72,6 +75,13 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
+/* All torque in use, and the field nearly stands: the torque is used up, whatever the estimate says. */
+static bool stands_at_limit(const speed_guard_in_t *in)
+{
+    return in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE) &&
+           !(absf(in->omega_s_rad_s) >= SPEED_STANDING_RAD_S);
+}
+
 /* Half the limit counts as in deviates, but at high speed the whole: a sag of the link passes. In
  * V/f the current limit holds the frequency back, so a speed that only approaches counts too. */
 static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *in, bool far,
@@ -87,7 +97,7 @@ static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *s
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
-    const bool away = stays_away(cfg, in, far, wrong);
+    const bool away = stays_away(cfg, in, far, wrong) || stands_at_limit(in);
     const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
@@ -104,7 +114,7 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
     const bool wrong = deviates(cfg, st, in, far_pu);
     /* Neither away nor lately so: nothing to count. */
-    if (!wrong && (absf(far_pu) <= 1.0f) &&
+    if (!wrong && (absf(far_pu) <= 1.0f) && !stands_at_limit(in) &&
         (st->deviation_s + st->away_s + st->approach_s + st->unexplained_s <= 0.0f)) {
         return 0u;
     }

@@ -69,15 +69,14 @@ def test_the_inverters_curve_holds_what_its_loss_alone_loses(setup):
     """Voltage from the duty, and an inverter whose loss falls at .05 A, not at .25."""
     ask = dataclasses.replace(zero_hertz.RATED, seconds=60.0, arrival_pu=0.04)
     loss = dataclasses.replace(setup, params={**setup.params, "dead_time_identify": 1})
-    lost = 0
-    for k in (6, 8, 19, 23):  # one run alone changes sides with every change of the law
-        row = zero_hertz.one(loss, ask, 3342257134, k)[0]
-        assert (row["duty"], row["inverter"]) == (1.0, 1.0)
-        lost += not row["held"]
-        row = zero_hertz.one(setup, ask, 3342257134, k)[0]
-        assert row["held"], row
-    assert lost >= 2
-    assert row["error_rpm"] < 30.0
+    seed = 3342257134
+    drawn = [(k, zero_hertz.draw(ask, seed, k).numbers) for k in range(96)]
+    runs = [k for k, numbers in drawn if numbers["duty"] == 1.0 and numbers["inverter"] == 1]
+    assert len(runs) > 8  # one run alone changes sides with every change of the law
+    rows = [zero_hertz.one(setup, ask, seed, k)[0] for k in runs]
+    assert all(row["held"] for row in rows), rows
+    assert np.median([row["error_rpm"] for row in rows]) < 30.0
+    assert sum(not zero_hertz.one(loss, ask, seed, k)[0]["held"] for k in runs) >= 3
 
 
 def test_held_is_torque_to_the_end_without_a_take_over():
