@@ -9,15 +9,16 @@
 #define SPEED_WARNING_S     0.15f
 #define SPEED_APPROACH_S    1.0f /* on the way there: a load or a ramp beyond the torque */
 #define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
-/* All torque in use makes a slip above this. A field slower than that under all of it turns against
- * the torque, where the estimate may be lost without a sign (zh envelope: the shaft ran away). */
-#define SPEED_STANDING_RAD_S 6.0f
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU 0.06f
 #define SPEED_FARTHEST_PU  4.0f
 /* With all torque in use half of it, for the whole time: a sound drive is on its way back. One that
  * is lost may stay there (37 kW, zh envelope: 20 s). */
 #define SPEED_ALL_TORQUE_PU 0.5f
+/* All torque in use makes a slip above this. A field slower than that under all of it turns against
+ * the torque, where the estimate may be lost without a sign: any deviation counts (zh envelope: the
+ * shaft ran away beside an estimate that followed). */
+#define SPEED_STANDING_RAD_S 6.0f
 /* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
  * that heals slowly. */
 #define SPEED_HEALS_PU        0.5f
@@ -45,7 +46,6 @@ bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_params_t *par
         .schedule_s = schedule_s,
         .nearer_share = schedule_s / (schedule_s + SPEED_NEARER_S),
         .unknown_s = params->unknown_s,
-        .doubt_s = minf(SPEED_UNKNOWN_AFTER_S, params->deviation_s),
     };
     rotor_check_init(&cfg->rotor, motor, params->lambda_nominal_Wb, params->count_V, schedule_s);
     return true;
@@ -60,7 +60,10 @@ static float passed(float time_s, float step_s, float most_s)
 /* How far off is away. */
 static float away_pu(const speed_guard_in_t *in)
 {
-    return (in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE)) ? SPEED_ALL_TORQUE_PU : 1.0f;
+    if (!in->at_limit || (in->basis != SPEED_BASIS_ESTIMATE)) {
+        return 1.0f;
+    }
+    return (absf(in->omega_s_rad_s) >= SPEED_STANDING_RAD_S) ? SPEED_ALL_TORQUE_PU : 0.0f;
 }
 
 /* Away from the reference, and not on the way to it. A NaN is away. */
@@ -73,13 +76,6 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                                : in->omega_rad_s; /* a NaN; the next number replaces it */
     const float nearer_rad_s = (far_pu < 0.0f) ? -moved_rad_s : moved_rad_s;
     return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
-}
-
-/* All torque in use, and the field nearly stands: the torque is used up, whatever the estimate says. */
-static bool stands_at_limit(const speed_guard_in_t *in)
-{
-    return in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE) &&
-           !(absf(in->omega_s_rad_s) >= SPEED_STANDING_RAD_S);
 }
 
 /* Half the limit counts as in deviates, but at high speed the whole: a sag of the link passes. In
@@ -97,7 +93,7 @@ static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *s
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
-    const bool away = stays_away(cfg, in, far, wrong) || stands_at_limit(in);
+    const bool away = stays_away(cfg, in, far, wrong);
     const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
@@ -114,7 +110,7 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
     const bool wrong = deviates(cfg, st, in, far_pu);
     /* Neither away nor lately so: nothing to count. */
-    if (!wrong && (absf(far_pu) <= 1.0f) && !stands_at_limit(in) &&
+    if (!wrong && (absf(far_pu) <= 1.0f) &&
         (st->deviation_s + st->away_s + st->approach_s + st->unexplained_s <= 0.0f)) {
         return 0u;
     }
@@ -162,7 +158,8 @@ static uint32_t look_at_rotor(const speed_guard_config_t *cfg, speed_guard_state
     }
     const float one_s = cfg->schedule_s;
     st->lost_s = passed(st->lost_s, one_s * (lost ? 1.0f : -SPEED_FOLLOWS_PU), cfg->unexplained_s);
-    st->speed_unknown = (rotor == ROTOR_NOT_SEEN) || (lost && (st->lost_s >= cfg->doubt_s));
+    st->speed_unknown =
+        (rotor == ROTOR_NOT_SEEN) || (lost && (st->lost_s >= SPEED_UNKNOWN_AFTER_S));
     st->unknown_s = passed(st->unknown_s, st->speed_unknown ? one_s : -(SPEED_HEALS_PU * one_s),
                            cfg->unknown_s);
     const bool late = (st->lost_s >= cfg->unexplained_s) || (st->unknown_s >= cfg->unknown_s);

@@ -2,7 +2,8 @@
  * the gates on.
  *
  *   deviation  |reference - speed| above its limit, without approaching: time counts twice at twice
- *              the deviation; half the limit counts while all torque is in use, and is told
+ *              the deviation; half the limit counts while all torque is in use, and is told;
+ *              any deviation while the field nearly stands under all torque
  *   frequency  |w_s| beyond the over-speed trip: the speed estimate is limited, w_s is not
  *   rotor      a mode imposes the frequency: the rotor has to follow it (rotor_check.h)
  *   unknown    the speed is unknown: limited time
@@ -46,7 +47,6 @@ typedef struct {
     float schedule_s;
     float nearer_share;
     float unknown_s;
-    float doubt_s; /* rotor out of step: the speed counts as unknown */
     rotor_check_config_t rotor;
 } speed_guard_config_t;
 

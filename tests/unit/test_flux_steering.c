@@ -49,7 +49,8 @@ void tearDown(void)
 /* Flux reference after a step. */
 static float flux_Wb(float omega_ref_rad_s, float torque_Nm)
 {
-    const flux_steering_out_t out = flux_steering_step(&cfg, &st, omega_ref_rad_s, torque_Nm);
+    const flux_steering_out_t out =
+        flux_steering_step(&cfg, &st, omega_ref_rad_s, omega_ref_rad_s, torque_Nm);
     return cfg.lambda_nominal_Wb - out.reduction_Wb;
 }
 
@@ -163,7 +164,7 @@ static void test_switched_off_nothing_is_looked_at_and_nothing_moves(void)
     TEST_ASSERT_TRUE(flux_steering_init(&cfg, &off, &none, NAN));
     st = (flux_steering_state_t){0};
     const flux_steering_state_t before = st;
-    const flux_steering_out_t out = flux_steering_step(&cfg, &st, 0.0f, 10.0f);
+    const flux_steering_out_t out = flux_steering_step(&cfg, &st, 0.0f, 0.0f, 10.0f);
     ASSERT_SAME_FLOAT(0.0f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(0.0f, out.rate_Wb_per_s);
     TEST_ASSERT_FALSE(out.moving);
@@ -187,6 +188,25 @@ static void test_a_slow_field_is_given_the_slip_it_lacks(void)
     TEST_ASSERT_TRUE(st.steering);
 }
 
+/* Braking from 4 rad/s needs slip 8, from 2 only 6: sqrt(8/(4 slip)). */
+static void test_the_speed_further_against_the_torque_counts(void)
+{
+    const struct {
+        float ref_rad_s, hat_rad_s, torque_Nm;
+        double lambda_Wb;
+    } of[] = {{-2.0f, -4.0f, 8.0f, 0.5},       {-4.0f, -2.0f, 8.0f, 0.5},
+              {-2.0f, 1.0f, 8.0f, 0.57735027}, {2.0f, 4.0f, -8.0f, 0.5},
+              {4.0f, 2.0f, -8.0f, 0.5},        {2.0f, -1.0f, -8.0f, 0.57735027},
+              {9.0f, -1.0f, 8.0f, 0.63245553}};
+    for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
+        st = (flux_steering_state_t){0};
+        const flux_steering_out_t out =
+            flux_steering_step(&cfg, &st, of[k].ref_rad_s, of[k].hat_rad_s, of[k].torque_Nm);
+        ASSERT_NEAR(1e-6, of[k].lambda_Wb, 1.0 - (double)out.reduction_Wb);
+        TEST_ASSERT_TRUE(st.steering);
+    }
+}
+
 static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
 {
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
@@ -202,7 +222,7 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const double lambda = sqrt((double)reference_machine[m].Rr_ohm * -torque / (pairs * slip));
         const double below = 0.52 - fmin(lambda, 0.52);
         const double step = fmax(-2e-3, fmin(2e-3, below - 0.2));
-        const flux_steering_out_t out = flux_steering_step(&cfg, &st, 1.0f, -7.0f);
+        const flux_steering_out_t out = flux_steering_step(&cfg, &st, 1.0f, 1.0f, -7.0f);
         ASSERT_NEAR(1e-6, torque, st.torque_Nm);
         ASSERT_NEAR(1e-7, 0.2 + step, out.reduction_Wb);
         ASSERT_NEAR(1e-3, -step / 2e-4, out.rate_Wb_per_s);
@@ -288,18 +308,18 @@ static void test_the_flux_moves_by_the_slew_step_and_says_so(void)
     cfg.step_Wb = 0.125f;
     const float reduction_Wb[] = {0.125f, 0.25f, 0.375f, 0.5f, 0.5f};
     for (unsigned k = 0; k < 5u; k++) {
-        const flux_steering_out_t out = flux_steering_step(&cfg, &st, -4.0f, 8.0f);
+        const flux_steering_out_t out = flux_steering_step(&cfg, &st, -4.0f, -4.0f, 8.0f);
         ASSERT_SAME_FLOAT(reduction_Wb[k], out.reduction_Wb);
         ASSERT_NEAR(0.0, (k < 4u) ? -512.0 : 0.0, out.rate_Wb_per_s);
         TEST_ASSERT_EQUAL(k < 4u, out.moving);
     }
     /* And back, the last bit of the way slower than the limit. */
     st.reduction_Wb = 0.1875f;
-    flux_steering_out_t out = flux_steering_step(&cfg, &st, 20.0f, 8.0f);
+    flux_steering_out_t out = flux_steering_step(&cfg, &st, 20.0f, 20.0f, 8.0f);
     ASSERT_SAME_FLOAT(0.0625f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(512.0f, out.rate_Wb_per_s);
     TEST_ASSERT_TRUE(out.moving);
-    out = flux_steering_step(&cfg, &st, 20.0f, 8.0f);
+    out = flux_steering_step(&cfg, &st, 20.0f, 20.0f, 8.0f);
     ASSERT_SAME_FLOAT(0.0f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(256.0f, out.rate_Wb_per_s);
     TEST_ASSERT_FALSE(out.moving);
@@ -383,7 +403,7 @@ static void test_noise_within_the_hysteresis_switches_once(void)
     for (int k = 0; k < 25000; k++) {
         /* 6 Nm: slip 5.55 at nominal flux; the field wanders around -4.4 rad/s, by 1 rad/s. */
         const float w_rad_s = -4.4f - 5.547f + 0.5f * noise(&seed);
-        (void)flux_steering_step(&cfg, &st, w_rad_s, 6.0f + noise(&seed));
+        (void)flux_steering_step(&cfg, &st, w_rad_s, w_rad_s, 6.0f + noise(&seed));
         switches += st.steering != before;
         before = st.steering;
     }
@@ -392,7 +412,7 @@ static void test_noise_within_the_hysteresis_switches_once(void)
     cfg.leave_rad_s = cfg.min_rad_s; /* without hysteresis it would chatter */
     for (int k = 0; k < 1000; k++) {
         const float w_rad_s = -4.4f - 5.547f + 0.5f * noise(&seed);
-        (void)flux_steering_step(&cfg, &st, w_rad_s, 6.0f + noise(&seed));
+        (void)flux_steering_step(&cfg, &st, w_rad_s, w_rad_s, 6.0f + noise(&seed));
         switches += st.steering != before;
         before = st.steering;
     }
@@ -435,7 +455,7 @@ static void test_two_steerings_share_a_config_and_nothing_else(void)
 {
     flux_steering_state_t other = {0};
     const float first_Wb = flux_Wb(-4.0f, 8.0f);
-    const flux_steering_out_t out = flux_steering_step(&cfg, &other, -4.0f, 8.0f);
+    const flux_steering_out_t out = flux_steering_step(&cfg, &other, -4.0f, -4.0f, 8.0f);
     ASSERT_SAME_FLOAT(first_Wb, cfg.lambda_nominal_Wb - out.reduction_Wb);
 }
 
@@ -449,6 +469,7 @@ int main(void)
     RUN_TEST(test_switched_off_nothing_is_looked_at_and_nothing_moves);
     RUN_TEST(test_a_field_that_is_fast_enough_keeps_nominal_flux);
     RUN_TEST(test_a_slow_field_is_given_the_slip_it_lacks);
+    RUN_TEST(test_the_speed_further_against_the_torque_counts);
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
     RUN_TEST(test_the_mirror_image_has_the_same_flux);
     RUN_TEST(test_the_flux_stays_between_its_floor_and_nominal);

@@ -25,8 +25,10 @@ void setUp(void)
     TEST_ASSERT_TRUE(motor_derive(&motor, &data));
     TEST_ASSERT_TRUE(speed_guard_init(&cfg, &params, &motor, SCHEDULE_S));
     st = (speed_guard_state_t){0};
-    in = (speed_guard_in_t){
-        .basis = SPEED_BASIS_ESTIMATE, .omega_rad_s = 100.0f, .omega_ref_rad_s = 100.0f};
+    in = (speed_guard_in_t){.basis = SPEED_BASIS_ESTIMATE,
+                            .omega_rad_s = 100.0f,
+                            .omega_ref_rad_s = 100.0f,
+                            .omega_s_rad_s = 103.0f};
 }
 
 void tearDown(void)
@@ -75,14 +77,12 @@ static void test_its_own_times_end_at_those_it_is_given(void)
     TEST_ASSERT_EQUAL_FLOAT(0.8f, cfg.unexplained_s);
     TEST_ASSERT_EQUAL_FLOAT(0.15f, cfg.warning_s);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, cfg.approach_s);
-    TEST_ASSERT_EQUAL_FLOAT(0.05f, cfg.doubt_s);
     speed_guard_params_t quick = params;
     quick.deviation_s = 0.04f;
     TEST_ASSERT_TRUE(speed_guard_init(&cfg, &quick, &motor, SCHEDULE_S));
     TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.unexplained_s);
     TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.warning_s);
     TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.approach_s);
-    TEST_ASSERT_EQUAL_FLOAT(0.04f, cfg.doubt_s);
 }
 
 static void test_a_speed_at_its_reference_is_none_of_its_business(void)
@@ -182,6 +182,40 @@ static void test_all_the_torque_on_a_long_way_is_told(void)
         in.omega_ref_rad_s = 300.0f;
         in.omega_rad_s = 100.0f;
         TEST_ASSERT_FLOAT_WITHIN(0.01f, told_s[n], seconds_to(FAULT_DERATED, 12.0f));
+    }
+}
+
+/* 1 rad/s from the reference, and all the torque in use: counts while the field nearly stands. */
+static void test_all_the_torque_in_a_field_that_stands_is_told(void)
+{
+    const struct {
+        float omega_s_rad_s;
+        speed_basis_t basis;
+        bool at_limit;
+        float told_s, fault_s;
+    } of[] = {{5.9f, SPEED_BASIS_ESTIMATE, true, 0.15f, 2.0f},
+              {-5.9f, SPEED_BASIS_ESTIMATE, true, 0.15f, 2.0f},
+              {6.0f, SPEED_BASIS_ESTIMATE, true, -1.0f, -1.0f},
+              {-6.0f, SPEED_BASIS_ESTIMATE, true, -1.0f, -1.0f},
+              {0.0f, SPEED_BASIS_ESTIMATE, false, -1.0f, -1.0f},
+              {0.0f, SPEED_BASIS_STANDING, true, -1.0f, -1.0f},
+              {NAN, SPEED_BASIS_ESTIMATE, true, 0.15f, 2.0f}};
+    for (size_t k = 0u; k < sizeof of / sizeof of[0]; k++) {
+        setUp();
+        in.omega_rad_s = 1.0f;
+        in.omega_ref_rad_s = 0.0f;
+        in.omega_s_rad_s = of[k].omega_s_rad_s;
+        in.basis = of[k].basis;
+        in.at_limit = of[k].at_limit;
+        TEST_ASSERT_FLOAT_WITHIN(0.01f, of[k].told_s, seconds_to(FAULT_DERATED, 0.0f));
+        setUp();
+        in.omega_rad_s = 1.0f;
+        in.omega_ref_rad_s = 0.0f;
+        in.omega_s_rad_s = of[k].omega_s_rad_s;
+        in.basis = of[k].basis;
+        in.at_limit = of[k].at_limit;
+        const float fault_s = seconds_to(FAULT_SPEED_DEVIATION, 0.0f);
+        TEST_ASSERT_FLOAT_WITHIN(0.01f, of[k].fault_s, fault_s);
     }
 }
 
@@ -423,6 +457,7 @@ int main(void)
     RUN_TEST(test_a_load_that_runs_away_is_found_within_a_second);
     RUN_TEST(test_a_speed_that_comes_nearer_is_left_alone);
     RUN_TEST(test_all_the_torque_on_a_long_way_is_told);
+    RUN_TEST(test_all_the_torque_in_a_field_that_stands_is_told);
     RUN_TEST(test_torque_that_is_short_only_at_times_is_not_told);
     RUN_TEST(test_on_the_way_is_beyond_what_is_allowed);
     RUN_TEST(test_a_rotor_that_was_lost_heals_slowly);

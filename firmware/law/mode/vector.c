@@ -50,8 +50,8 @@ static void steer_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     if (flux_steering_on(&cfg->steering)) {
         /* Slip is Rr T/lambda^2, and M i_d comes out as M_pu times the flux that is wanted. */
         const float slip_Nm = torque_Nm(cfg, in, axis) * in->Rr_pu / (in->M_pu * in->M_pu);
-        st->steer =
-            flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s, slip_Nm);
+        st->steer = flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s,
+                                       st->speed.omega_filtered_rad_s, slip_Nm);
         choose_flux(cfg, st);
     }
 }

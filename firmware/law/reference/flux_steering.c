@@ -55,11 +55,12 @@ static float steered_flux(const flux_steering_config_t *cfg, float speed_with_to
 
 /* Where the flux should be; moves the hysteresis. */
 static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                    float omega_ref_rad_s)
+                    float omega_ref_rad_s, float omega_hat_rad_s)
 {
     const float torque_Nm = absf(st->torque_Nm);
     /* Seen in the sense of the torque: braking is negative. */
-    const float speed_rad_s = (st->torque_Nm < 0.0f) ? -omega_ref_rad_s : omega_ref_rad_s;
+    const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
+    const float speed_rad_s = minf(way * omega_ref_rad_s, way * omega_hat_rad_s);
     const float field_rad_s = absf(speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm);
 
     if (!(torque_Nm >= cfg->torque_min_Nm) || !(field_rad_s <= cfg->leave_rad_s)) {
@@ -76,7 +77,8 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
 }
 
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                                       float omega_ref_rad_s, float torque_Nm)
+                                       float omega_ref_rad_s, float omega_hat_rad_s,
+                                       float torque_Nm)
 {
     if (!flux_steering_on(cfg)) {
         return (flux_steering_out_t){0.0f, 0.0f, false};
@@ -85,7 +87,8 @@ flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_s
     if (is_finite(behind_Nm)) {
         st->torque_Nm += cfg->filter_gain * behind_Nm;
     }
-    const float reduction_Wb = cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s);
+    const float reduction_Wb =
+        cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s, omega_hat_rad_s);
     const float step_Wb = limitf(reduction_Wb - st->reduction_Wb, cfg->step_Wb);
     st->reduction_Wb += step_Wb;
     return (flux_steering_out_t){.reduction_Wb = st->reduction_Wb,

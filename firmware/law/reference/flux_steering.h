@@ -5,6 +5,10 @@
  * torque: slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). Hysteresis and a fast
  * transition make the drive cross zero frequency without staying there. As T -> 0 steering cannot
  * help, and nominal flux stays.
+ *
+ * w* is the speed reference, or the estimated speed where that lies further against the torque. A
+ * load that drives pushes the shaft beyond its reference: steered by the reference alone the field
+ * then stood at zero until the shaft was back (zh envelope).
  */
 #ifndef FLUX_STEERING_H
 #define FLUX_STEERING_H
@@ -61,9 +65,10 @@ static inline bool flux_steering_on(const flux_steering_config_t *cfg)
     return cfg->min_rad_s > 0.0f;
 }
 
-/* omega_ref: electrical speed reference after its slew limit; torque: of the estimate, unfiltered.
- */
+/* omega_ref: electrical speed reference after its slew limit; omega_hat: the estimate, low-passed;
+ * torque: of the estimate, unfiltered. */
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                                       float omega_ref_rad_s, float torque_Nm);
+                                       float omega_ref_rad_s, float omega_hat_rad_s,
+                                       float torque_Nm);
 
 #endif
