@@ -109,9 +109,9 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
         maxf(cfg->deviation_rad_s, SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s));
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
     const bool wrong = deviates(cfg, st, in, far_pu);
-    /* Neither away nor lately so: nothing to count. */
+    /* Neither away nor lately so: nothing to count. (unexplained_s is never above deviation_s.) */
     if (!wrong && (absf(far_pu) <= 1.0f) &&
-        (st->deviation_s + st->away_s + st->approach_s + st->unexplained_s <= 0.0f)) {
+        (st->deviation_s + st->away_s + st->approach_s <= 0.0f)) {
         return 0u;
     }
     const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);

@@ -354,6 +354,14 @@ static void test_steering_has_a_slot_of_its_own(void)
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(steer_out.reduction_Wb, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
+    /* Asked to stand, a modulation on top: the estimate does not count. */
+    expected = (flux_steering_state_t){0};
+    st.steering = expected;
+    st.modulation.speed_rad_s = -3.0f;
+    (void)flux_steering_step(&cfg->steering, &expected, -3.0f, -3.0f, torque_Nm);
+    vector_slow(cfg, &drive.limits, &st, &in);
+    ASSERT_SAME_FLOAT(expected.reduction_Wb, st.steering.reduction_Wb);
+    st.modulation.speed_rad_s = 0.0f;
     /* The slip of a warm rotor with more M: 1.5/1.25^2 of it. */
     expected = (flux_steering_state_t){0};
     st.steering = expected;

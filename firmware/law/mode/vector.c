@@ -50,8 +50,15 @@ static void steer_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     if (flux_steering_on(&cfg->steering)) {
         /* Slip is Rr T/lambda^2, and M i_d comes out as M_pu times the flux that is wanted. */
         const float slip_Nm = torque_Nm(cfg, in, axis) * in->Rr_pu / (in->M_pu * in->M_pu);
-        st->steer = flux_steering_step(&cfg->steering, &st->steering, st->speed.omega_ref_rad_s,
-                                       st->speed.omega_filtered_rad_s, slip_Nm);
+        /* Asked to stand it is steered as asked: with an Rs far off the estimate of a shaft that
+         * stands unloaded steered the flux down and lost it (zh modes, flying start). */
+        const float ref_rad_s = st->speed.omega_ref_rad_s;
+        float hat_rad_s = st->speed.omega_filtered_rad_s;
+        if (!(absf(vector_unmodulated_rad_s(st)) > 0.0f)) {
+            hat_rad_s = ref_rad_s;
+        }
+        st->steer =
+            flux_steering_step(&cfg->steering, &st->steering, ref_rad_s, hat_rad_s, slip_Nm);
         choose_flux(cfg, st);
     }
 }

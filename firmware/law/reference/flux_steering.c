@@ -60,10 +60,7 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
     const float torque_Nm = absf(st->torque_Nm);
     /* Seen in the sense of the torque: braking is negative. */
     const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
-    float speed_rad_s = way * omega_ref_rad_s;
-    if (absf(omega_ref_rad_s) > 0.0f) {
-        speed_rad_s = minf(speed_rad_s, way * omega_hat_rad_s);
-    }
+    const float speed_rad_s = minf(way * omega_ref_rad_s, way * omega_hat_rad_s);
     const float field_rad_s = absf(speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm);
 
     if (!(torque_Nm >= cfg->torque_min_Nm) || !(field_rad_s <= cfg->leave_rad_s)) {

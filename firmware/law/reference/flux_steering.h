@@ -8,9 +8,7 @@
  *
  * w* is the speed reference, or the estimated speed where that lies further against the torque. A
  * load that drives pushes the shaft beyond its reference: steered by the reference alone the field
- * then stood at zero until the shaft was back (zh envelope). A reference of zero stays: with an Rs
- * far off the estimate of a standing shaft steered the flux down and lost it (zh modes, flying
- * start at standstill).
+ * then stood at zero until the shaft was back (zh envelope).
  */
 #ifndef FLUX_STEERING_H
 #define FLUX_STEERING_H
