@@ -15,9 +15,8 @@
 /* With all torque in use half of it, for the whole time: a sound drive is on its way back. One that
  * is lost may stay there (37 kW, zh envelope: 20 s). */
 #define SPEED_ALL_TORQUE_PU 0.5f
-/* All torque in use makes a slip above this. A field slower than that under all of it turns against
- * the torque, where the estimate may be lost without a sign: any deviation counts (zh envelope: the
- * shaft ran away beside an estimate that followed). */
+/* All torque in use and a field slower than this: the estimate may be lost there without a sign, so
+ * any deviation counts (zh envelope: a shaft ran away beside an estimate that followed). */
 #define SPEED_STANDING_RAD_S 6.0f
 /* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
  * that heals slowly. */
