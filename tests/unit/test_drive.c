@@ -102,7 +102,7 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
                  (pp * kr * cabs(s->lam) * cimag(s->i_dq) - s->torque);
     const double torque = fabs(s->torque);
     const double way = (s->torque < 0.0) ? -1.0 : 1.0, asked = way * s->wref;
-    const double w = (fabs(asked) > 0.0) ? fmin(asked, way * s->wf) : asked;
+    const double w = (fabs(asked) > 0.0) ? fmin(asked, way * s->wf + 1.5) : asked;
     const double slip_Wb2 = (double)p->motor.Rr_ohm / pp * torque;
     const double field = fabs(w + slip_Wb2 / (nominal * nominal));
     const bool leave =

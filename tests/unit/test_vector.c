@@ -337,7 +337,7 @@ static void test_steering_has_a_slot_of_its_own(void)
 {
     steer();
     st.speed.omega_ref_rad_s = -3.0f;
-    st.speed.omega_filtered_rad_s = -3.5f;
+    st.speed.omega_filtered_rad_s = -5.0f;
     for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
         st.steering = (flux_steering_state_t){0};
         st.speed.omega_ref_rad_s = -3.0f;
@@ -350,7 +350,7 @@ static void test_steering_has_a_slot_of_its_own(void)
     const float torque_Nm =
         motor_torque_Nm(&cfg->motor, estimate.lambda_Wb, ab_cross(axis(), meas.i_s_A));
     const flux_steering_out_t steer_out =
-        flux_steering_step(&cfg->steering, &expected, -3.0f, -3.5f, torque_Nm);
+        flux_steering_step(&cfg->steering, &expected, -3.0f, -5.0f, torque_Nm);
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(steer_out.reduction_Wb, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
@@ -367,7 +367,7 @@ static void test_steering_has_a_slot_of_its_own(void)
     st.steering = expected;
     in.Rr_pu = 1.5f;
     in.M_pu = 1.25f;
-    (void)flux_steering_step(&cfg->steering, &expected, -3.0f, -3.5f, torque_Nm * 1.5f / 1.5625f);
+    (void)flux_steering_step(&cfg->steering, &expected, -3.0f, -5.0f, torque_Nm * 1.5f / 1.5625f);
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
 }

@@ -3,13 +3,16 @@
 /* Share of the largest torque current the lowered flux may need. */
 #define STEERING_I_Q_SHARE 0.95f
 
+/* The estimate counts as much beyond the reference: its noise and small swings do not move the flux
+ * (without, two points of zh atlas --standard lost their orientation). */
+#define STEERING_BEYOND_RAD_S 1.5f
+
 static bool params_valid(const flux_steering_params_t *p)
 {
-    return positivef(p->min_rad_s) && nonnegativef(p->hysteresis_rad_s) &&
-           positivef(p->lambda_nominal_Wb) && positivef(p->lambda_min_Wb) &&
-           (p->lambda_min_Wb <= p->lambda_nominal_Wb) && nonnegativef(p->torque_min_Nm) &&
-           nonnegativef(p->torque_filter_s) && positivef(p->slew_Wb_per_s) &&
-           positivef(p->i_q_max_A);
+    return ALL_POSITIVE(p->min_rad_s, p->lambda_nominal_Wb, p->lambda_min_Wb, p->slew_Wb_per_s,
+                        p->i_q_max_A) &&
+           ALL_NONNEGATIVE(p->hysteresis_rad_s, p->torque_min_Nm, p->torque_filter_s) &&
+           (p->lambda_min_Wb <= p->lambda_nominal_Wb);
 }
 
 bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_t *params,
@@ -22,8 +25,7 @@ bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_
     const float p = motor->pole_pairs;
     const float slip_Wb2_per_Nm_s = motor->tau_per_s * motor->M_H / (motor->kr * p);
     const float per_i_q_Wb_per_Nm = 1.0f / (p * motor->kr * STEERING_I_Q_SHARE * params->i_q_max_A);
-    if (!params_valid(params) || !positivef(period_s) || !positivef(slip_Wb2_per_Nm_s) ||
-        !positivef(per_i_q_Wb_per_Nm)) {
+    if (!params_valid(params) || !ALL_POSITIVE(period_s, slip_Wb2_per_Nm_s, per_i_q_Wb_per_Nm)) {
         return false;
     }
     *cfg = (flux_steering_config_t){
@@ -60,7 +62,8 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
     const float torque_Nm = absf(st->torque_Nm);
     /* Seen in the sense of the torque: braking is negative. */
     const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
-    const float speed_rad_s = minf(way * omega_ref_rad_s, way * omega_hat_rad_s);
+    const float speed_rad_s =
+        minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_RAD_S);
     const float field_rad_s = absf(speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm);
 
     if (!(torque_Nm >= cfg->torque_min_Nm) || !(field_rad_s <= cfg->leave_rad_s)) {

@@ -6,9 +6,9 @@
  * transition make the drive cross zero frequency without staying there. As T -> 0 steering cannot
  * help, and nominal flux stays.
  *
- * w* is the speed reference, or the estimated speed where that lies further against the torque. A
- * load that drives pushes the shaft beyond its reference: steered by the reference alone the field
- * then stood at zero until the shaft was back (zh envelope).
+ * w* is the speed reference, or the estimated speed less 1.5 rad/s where that lies further against
+ * the torque. A load that drives pushes the shaft beyond its reference: steered by the reference
+ * alone the field then stood at zero until the shaft was back (zh envelope).
  */
 #ifndef FLUX_STEERING_H
 #define FLUX_STEERING_H
