@@ -51,6 +51,9 @@ static void test_init_refuses_bad_times(void)
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p.restart_delay_s = 2.1e5f; /* 1.05e9 periods */
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.period_s = 1.0f;
+    p.restart_delay_s = 1e9f; /* the first that is too long */
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p.restart_delay_s = NAN;
     TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
     p = good;

@@ -655,6 +655,10 @@ static void test_live_change_is_taken_or_refused_as_a_whole(void)
     TEST_ASSERT_EQUAL_FLOAT(3.5f, unit.params.i_d_A);
     TEST_ASSERT_EQUAL_FLOAT(3.0f, unit_config(&unit)->drive.modes.vector.flux.i_d_A);
     TEST_ASSERT_FALSE(unit.configured);
+    /* Nothing says what Rs or the pole pairs are. */
+    unit.drive.estimator.estimate.omega_e_rad_s = 20.0f;
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, telemetry().Rs_hat_ohm);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, telemetry().omega_m_hat_rad_s);
 }
 
 static void test_eps1_units_reach_the_law_converted(void)
