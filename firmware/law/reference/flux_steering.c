@@ -3,8 +3,8 @@
 /* Share of the largest torque current the lowered flux may need. */
 #define STEERING_I_Q_SHARE 0.95f
 
-/* The estimate counts as much beyond the reference: its noise and small swings do not move the flux
- * (without, two points of zh atlas --standard lost their orientation). */
+/* The estimate counts only where it is further than this beyond the reference, so that its noise
+ * does not move the flux: without, points of zh atlas --standard lost their orientation. */
 #define STEERING_BEYOND_RAD_S 1.5f
 
 static bool params_valid(const flux_steering_params_t *p)
