@@ -35,8 +35,10 @@ KEY = "00112233445566778899aabbccddeeff"
 
 @pytest.fixture(scope="module")
 def drive() -> Iterator[int]:
-    # A loaded machine may keep the browser from speaking for longer than the usual 2 s.
-    with served("--speed", "2", "--set", "command_timeout_s=20") as port:
+    # A loaded machine may keep the browser from speaking for longer than the usual 2 s; and the
+    # shaft may still turn from the test before.
+    settings = ("--set", "command_timeout_s=20", "--set", "flying_start=1")
+    with served("--speed", "2", *settings) as port:
         yield port
 
 
