@@ -9,10 +9,9 @@
 
 bool monitor_init(const monitor_config_t *cfg)
 {
-    return positivef(cfg->i_trip_A) && nonnegativef(cfg->u_dc_min_V) &&
-           (cfg->u_dc_min_V < cfg->u_dc_max_V) && is_finite(cfg->u_dc_max_V) &&
-           positivef(cfg->omega_max_rad_s) && (cfg->plausibility_periods > 0u) &&
-           (cfg->plausibility_periods <= MONITOR_PERIODS_MAX);
+    return ALL_POSITIVE(cfg->i_trip_A, cfg->u_dc_max_V, cfg->omega_max_rad_s) &&
+           nonnegativef(cfg->u_dc_min_V) && (cfg->u_dc_min_V < cfg->u_dc_max_V) &&
+           (cfg->plausibility_periods > 0u) && (cfg->plausibility_periods <= MONITOR_PERIODS_MAX);
 }
 
 /* |x| <= limit; a NaN trips and does not pass. Compared as bits, without the sign: half the

@@ -39,9 +39,8 @@ static uint32_t schedules(float time_s, float schedule_s)
 bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *params,
                        float schedule_s)
 {
-    if (!nonnegativef(params->u_V) || !nonnegativef(params->open_A) ||
-        !nonnegativef(params->e1_A) || !nonnegativef(params->rate_rad_s2) ||
-        !nonnegativef(params->power_W) || !nonnegativef(params->stall_s) ||
+    if (!ALL_NONNEGATIVE(params->u_V, params->open_A, params->e1_A, params->rate_rad_s2,
+                         params->power_W, params->stall_s) ||
         !positivef(schedule_s)) {
         return false;
     }

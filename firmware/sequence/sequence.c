@@ -35,8 +35,8 @@ bool sequence_init(sequence_config_t *cfg, const params_t *params)
            whole_periods(&cfg->premagnetise_periods, params->premagnetise_s, params->period_s) &&
            whole_periods(&cfg->ramp_down_periods, params->ramp_down_s, params->period_s) &&
            whole_periods(&cfg->coast_periods, params->coast_s, params->period_s) &&
-           nonnegativef(params->coast_V) && is_finite(cfg->coast_max_V2) &&
-           positivef(cfg->offset_max_A) && positivef(cfg->offset_max_V);
+           ALL_NONNEGATIVE(params->coast_V, cfg->coast_max_V2) &&
+           ALL_POSITIVE(cfg->offset_max_A, cfg->offset_max_V);
 }
 
 /* Only in these may the gates be on. */

@@ -7,7 +7,7 @@
 bool chopper_watch_init(chopper_watch_config_t *cfg, const chopper_watch_params_t *p)
 {
     *cfg = (chopper_watch_config_t){0};
-    if (!(p->ohm > 0.0f) && nonnegativef(p->ohm)) {
+    if (is_zero(p->ohm)) {
         return true; /* no resistor */
     }
     if (!ALL_POSITIVE(p->ohm, p->rated_W, p->tau_s, p->step_s)) {

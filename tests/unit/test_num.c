@@ -107,6 +107,17 @@ static void test_effective_is_finite_and_at_least_the_smallest_normal(void)
     }
 }
 
+static void test_zero_is_zero_of_either_sign_and_nothing_else(void)
+{
+    TEST_ASSERT_TRUE(is_zero(0.0f));
+    TEST_ASSERT_TRUE(is_zero(-0.0f));
+    TEST_ASSERT_FALSE(is_zero(float_of_bits(1u)));
+    TEST_ASSERT_FALSE(is_zero(-FLT_MIN));
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        TEST_ASSERT_FALSE(is_zero(not_finite(k)));
+    }
+}
+
 static void test_above_zero_are_all_numbers_above_it(void)
 {
     TEST_ASSERT_TRUE(above_zerof(FLT_MAX));
@@ -188,6 +199,7 @@ int main(void)
     RUN_TEST(test_finite_is_all_but_nan_and_infinity);
     RUN_TEST(test_positive_is_finite_and_above_zero);
     RUN_TEST(test_effective_is_finite_and_at_least_the_smallest_normal);
+    RUN_TEST(test_zero_is_zero_of_either_sign_and_nothing_else);
     RUN_TEST(test_above_zero_are_all_numbers_above_it);
     RUN_TEST(test_bits_are_those_of_ieee_754);
     RUN_TEST(test_duty_is_zero_to_one);

@@ -14,12 +14,6 @@ static bool gain_finite(const observer_gain_t *gain)
     return ALL_FINITE(gain->l1_re_per_s, gain->l1_im_per_s, gain->l2_re_ohm, gain->l2_im_ohm);
 }
 
-/* Zero of either sign, without comparing floats for equality. */
-static bool is_zero(float x)
-{
-    return absf(x) <= 0.0f;
-}
-
 bool gain_table_valid(const gain_table_t *table)
 {
     if ((table == NULL) || !head_valid(table)) {

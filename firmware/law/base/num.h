@@ -128,6 +128,12 @@ static inline bool positivef(float x)
     return (float_bits(x) - 1u) < (NUM_BITS_OF_INFINITY - 1u);
 }
 
+/* Of either sign: the parameter of what is switched off. */
+static inline bool is_zero(float x)
+{
+    return (float_bits(x) << 1) == 0u;
+}
+
 /* x > 0 and finite, for a quantity of which less than the smallest normal number is none. */
 static inline bool effectivef(float x)
 {

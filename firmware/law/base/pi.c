@@ -4,8 +4,7 @@ bool pi_init(pi_config_t *cfg, float kp, float ki_per_s, float x_max, float peri
 {
     const float ki_T = ki_per_s * period_s;
 
-    if (!positivef(kp) || !nonnegativef(ki_per_s) || !positivef(x_max) || !positivef(period_s) ||
-        !nonnegativef(ki_T)) {
+    if (!ALL_POSITIVE(kp, x_max, period_s) || !ALL_NONNEGATIVE(ki_per_s, ki_T)) {
         return false;
     }
     cfg->kp = kp;

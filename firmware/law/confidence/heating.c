@@ -12,7 +12,7 @@
 bool heating_init(heating_config_t *cfg, const heating_params_t *p, float step_s)
 {
     *cfg = (heating_config_t){0};
-    if (!(p->winding_pu > 0.0f) && nonnegativef(p->winding_pu)) {
+    if (is_zero(p->winding_pu)) {
         cfg->slip_gain = step_s / (step_s + HEATING_SLIP_S);
         return true; /* off */
     }

@@ -17,14 +17,13 @@ static bool bands_valid(const rs_tracking_params_t *p)
 bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, float period_s)
 {
     *cfg = (rs_tracking_config_t){0};
-    if (!(p->gain_ohm_per_rad > 0.0f) && nonnegativef(p->gain_ohm_per_rad)) {
+    if (is_zero(p->gain_ohm_per_rad)) {
         return true; /* off */
     }
     const float i_0_A2 = p->i_0_A * p->i_0_A;
-    const bool quiet = nonnegativef(p->quiet_s) && positivef(period_s) &&
-                       (p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s);
-    if (!ALL_POSITIVE(p->gain_ohm_per_rad, p->i_0_A, i_0_A2, p->speed_err_rad_s) || !quiet ||
-        !nonnegativef(p->slew_rad_s2) || !nonnegativef(p->dwell_gain_ohm_per_s) ||
+    const bool quiet = p->quiet_s <= RS_TRACKING_MAX_PERIODS * period_s;
+    if (!ALL_POSITIVE(p->gain_ohm_per_rad, p->i_0_A, i_0_A2, p->speed_err_rad_s, period_s) ||
+        !ALL_NONNEGATIVE(p->quiet_s, p->slew_rad_s2, p->dwell_gain_ohm_per_s) || !quiet ||
         !bands_valid(p)) {
         return false;
     }

@@ -43,9 +43,8 @@
 bool commissioning_init(commissioning_config_t *cfg, const params_t *params)
 {
     const float periods = params->rs_level_s / params->period_s;
-    if (!positivef(params->com_rated_A) || !positivef(params->period_s) ||
-        !positivef(params->Rs_ohm) || !(periods >= LEVEL_MIN_PERIODS) ||
-        !(periods <= LEVEL_MAX_PERIODS)) {
+    if (!ALL_POSITIVE(params->com_rated_A, params->period_s, params->Rs_ohm) ||
+        !(periods >= LEVEL_MIN_PERIODS) || !(periods <= LEVEL_MAX_PERIODS)) {
         return false;
     }
     const uint32_t level = (uint32_t)periods;
@@ -226,7 +225,7 @@ static void end_slow(const commissioning_config_t *cfg, commissioning_state_t *s
     st->result.M_gamma_H = z2 / (z_ohm.beta * cfg->slow.omega_rad_s);
     st->result.bias_A = cfg->bias_A;
     const float most_H = 2.0f * st->result.flux_Wb[0] / st->result.level_A[0];
-    if (!positivef(st->result.Rr_gamma_ohm) || !positivef(st->result.M_gamma_H) ||
+    if (!ALL_POSITIVE(st->result.Rr_gamma_ohm, st->result.M_gamma_H) ||
         !(st->result.Rr_gamma_ohm <= ROTOR_MAX_PU * st->result.Rs_ohm) ||
         !(st->result.M_gamma_H <= most_H)) {
         st->refusal = COMMISSIONING_ROTOR;

@@ -8,13 +8,12 @@
 bool dc_brake_init(dc_brake_config_t *cfg, const dc_brake_params_t *params, float period_s)
 {
     *cfg = (dc_brake_config_t){0};
-    if (!(params->current_A > 0.0f) && nonnegativef(params->current_A)) {
+    if (is_zero(params->current_A)) {
         return true; /* off */
     }
     const float periods = params->least_s / period_s;
-    if (!positivef(params->current_A) || !nonnegativef(params->from_rad_s) ||
-        !nonnegativef(periods) || !(periods < DC_BRAKE_MAX_PERIODS) ||
-        !positivef(params->slew_A_per_s)) {
+    if (!ALL_POSITIVE(params->current_A, params->slew_A_per_s) ||
+        !ALL_NONNEGATIVE(params->from_rad_s, periods) || !(periods < DC_BRAKE_MAX_PERIODS)) {
         return false;
     }
     *cfg = (dc_brake_config_t){.current_A = params->current_A,

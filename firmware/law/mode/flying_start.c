@@ -24,8 +24,8 @@
 
 static bool params_valid(const flying_start_params_t *p)
 {
-    return positivef(p->current_A) && positivef(p->settle_s) && positivef(p->window_s) &&
-           positivef(p->stand_rad_s) && is_finite(p->omega_max_rad_s) &&
+    return ALL_POSITIVE(p->current_A, p->settle_s, p->window_s, p->stand_rad_s,
+                        p->omega_max_rad_s) &&
            (p->omega_max_rad_s > p->stand_rad_s);
 }
 
@@ -36,7 +36,7 @@ bool flying_start_init(flying_start_config_t *cfg, const flying_start_params_t *
     if (!params->enable) {
         return true;
     }
-    if (!params_valid(params) || !positivef(period_s) || !positivef(motor->kr)) {
+    if (!params_valid(params) || !ALL_POSITIVE(period_s, motor->kr)) {
         return false;
     }
     const float block = (float)FLYING_START_BLOCK_PERIODS;

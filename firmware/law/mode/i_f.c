@@ -20,7 +20,7 @@ bool i_f_init(i_f_config_t *cfg, const i_f_params_t *params, const motor_model_t
               float period_s)
 {
     *cfg = (i_f_config_t){0};
-    if (!(params->current_A > 0.0f) && nonnegativef(params->current_A)) {
+    if (is_zero(params->current_A)) {
         return true; /* off */
     }
     const float periods = params->timeout_s / period_s;

@@ -20,8 +20,8 @@ bool flux_control_init(flux_control_config_t *cfg, const flux_control_params_t *
         return false;
     }
     /* A negative M and bandwidth would make a positive gain. */
-    if (!positivef(params->i_d_A) || !(params->i_d_A <= params->i_d_max_A) ||
-        !positivef(motor->M_H) || !pi_init(&c.pi, kp, ki_per_s, params->i_d_max_A, period_s)) {
+    if (!ALL_POSITIVE(params->i_d_A, motor->M_H) || !(params->i_d_A <= params->i_d_max_A) ||
+        !pi_init(&c.pi, kp, ki_per_s, params->i_d_max_A, period_s)) {
         return false;
     }
     *cfg = c;

@@ -5,20 +5,14 @@
 /* A deviation of the flux up to this may be noise of the torque. */
 #define FLUX_REFERENCE_NEAR_PU 0.1f
 
-/* Zero of either sign. */
-static bool is_off(float x)
-{
-    return absf(x) <= 0.0f;
-}
-
 static bool params_valid(const flux_reference_params_t *p)
 {
-    const bool shares = nonnegativef(p->voltage_share) && (p->voltage_share <= 1.0f) &&
-                        (p->pull_out_share <= 1.0f) && (p->economy_min_pu <= 1.0f);
-    const bool lowest =
-        is_off(p->economy_min_pu) || (p->economy_min_pu * p->lambda_nominal_Wb >= p->lambda_min_Wb);
+    const bool shares = ALL_NONNEGATIVE(p->voltage_share, p->economy_from_rad_s) &&
+                        (p->voltage_share <= 1.0f) && (p->pull_out_share <= 1.0f) &&
+                        (p->economy_min_pu <= 1.0f);
+    const bool lowest = is_zero(p->economy_min_pu) ||
+                        (p->economy_min_pu * p->lambda_nominal_Wb >= p->lambda_min_Wb);
     return shares && lowest && (p->lambda_min_Wb <= p->lambda_nominal_Wb) &&
-           nonnegativef(p->economy_from_rad_s) &&
            ALL_POSITIVE(p->bandwidth_rad_s, p->pull_out_share, p->economy_filter_s,
                         p->economy_slew_Wb_per_s, p->lambda_nominal_Wb, p->lambda_min_Wb,
                         p->i_q_max_A);
@@ -28,7 +22,7 @@ bool flux_reference_init(flux_reference_config_t *cfg, const flux_reference_para
                          const motor_model_t *motor, float period_s)
 {
     *cfg = (flux_reference_config_t){0};
-    if (is_off(params->voltage_share) && is_off(params->economy_min_pu)) {
+    if (is_zero(params->voltage_share) && is_zero(params->economy_min_pu)) {
         return true;
     }
     const float kr = motor->kr;
@@ -36,13 +30,13 @@ bool flux_reference_init(flux_reference_config_t *cfg, const flux_reference_para
     const float rotor_ohm = kr * motor->M_H * motor->tau_per_s; /* kr^2 Rr */
     const float economy_Wb2_per_Nm =
         motor->M_H / (motor->pole_pairs * kr) * sqrtf(1.0f + rotor_ohm / motor->Rs_ohm);
-    if (!params_valid(params) || !positivef(period_s) || !positivef(economy_Wb2_per_Nm)) {
+    if (!params_valid(params) || !ALL_POSITIVE(period_s, economy_Wb2_per_Nm)) {
         return false;
     }
     *cfg = (flux_reference_config_t){
         .voltage_share = NUM_SQRT_1_2 * params->voltage_share,
         .economy_min_Wb = params->economy_min_pu * params->lambda_nominal_Wb,
-        .economy_Wb2_per_Nm = is_off(params->economy_min_pu) ? 0.0f : economy_Wb2_per_Nm,
+        .economy_Wb2_per_Nm = is_zero(params->economy_min_pu) ? 0.0f : economy_Wb2_per_Nm,
         .economy_from_rad_s = params->economy_from_rad_s,
         .economy_gain = period_s / (period_s + params->economy_filter_s),
         .economy_step_Wb = params->economy_slew_Wb_per_s * period_s,

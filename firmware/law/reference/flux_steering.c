@@ -19,7 +19,7 @@ bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_
                         const motor_model_t *motor, float period_s)
 {
     *cfg = (flux_steering_config_t){0};
-    if (!(params->min_rad_s > 0.0f) && nonnegativef(params->min_rad_s)) {
+    if (is_zero(params->min_rad_s)) {
         return true; /* off */
     }
     const float p = motor->pole_pairs;

@@ -12,7 +12,7 @@ bool mains_loss_init(mains_loss_config_t *cfg, const mains_loss_params_t *params
                      const motor_model_t *motor, float period_s)
 {
     *cfg = (mains_loss_config_t){0};
-    if (!(params->u_lost_V > 0.0f) && nonnegativef(params->u_lost_V)) {
+    if (is_zero(params->u_lost_V)) {
         return true; /* off: no dc link is below 0 */
     }
     const float back = params->back_s / period_s;

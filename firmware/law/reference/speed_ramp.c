@@ -11,8 +11,8 @@ static float whole_steps(float acceleration_rad_s2, float jerk_step_rad_s2)
 
 bool speed_ramp_init(speed_ramp_config_t *cfg, const speed_ramp_params_t *params, float period_s)
 {
-    if (!positivef(params->acceleration_rad_s2) || !positivef(params->stop_rad_s2) ||
-        !nonnegativef(params->jerk_rad_s3) || !positivef(period_s)) {
+    if (!ALL_POSITIVE(params->acceleration_rad_s2, params->stop_rad_s2, period_s) ||
+        !nonnegativef(params->jerk_rad_s3)) {
         return false;
     }
     speed_ramp_config_t c = {.on = params->jerk_rad_s3 > 0.0f,
