@@ -140,16 +140,10 @@ COLD static float rotor_ohm(const rs_measurement_config_t *cfg, const rs_measure
     return low_ohm + RS_BENT * maxf(low_ohm - high_ohm, 0.0f);
 }
 
-/* Flux of a level's step, and the share of it that is left at the end of the level. What a quarter
- * takes beyond the last one, and beyond Rs i, falls by one ratio from quarter to quarter; the rest
- * is beyond what settles in the end. */
-typedef struct {
-    float Wb;
-    float left_pu;
-} flux_step_t;
-
-COLD static flux_step_t flux_step(const rs_measurement_config_t *cfg,
-                                  const rs_measurement_quarter_t *quarter, float Rs_ohm)
+/* Flux of a level's step. What a quarter takes beyond the last one, and beyond Rs i, falls by one
+ * ratio from quarter to quarter; the rest is beyond what settles in the end. */
+COLD static float step_Wb(const rs_measurement_config_t *cfg,
+                          const rs_measurement_quarter_t *quarter, float Rs_ohm)
 {
     const rs_measurement_quarter_t *last = &quarter[RS_QUARTERS - 1u];
     float e_V[RS_QUARTERS - 1u];
@@ -158,31 +152,24 @@ COLD static flux_step_t flux_step(const rs_measurement_config_t *cfg,
         e_V[k] = quarter[k].u_V - last->u_V - Rs_ohm * (quarter[k].i_A - last->i_A);
         sum_V += e_V[k];
     }
-    const float found = e_V[2] / (e_V[1] - e_V[2]);
-    const float ratio = ((found > 0.0f) && (found < RS_DECAY_MAX)) ? found : 0.0f;
-    const float after_pu = ratio / (1.0f - ratio);
-    return (flux_step_t){.Wb = cfg->period_s *
-                               (sum_V + e_V[2] * after_pu * ((float)RS_QUARTERS + after_pu)),
-                         .left_pu = ratio * ratio * ratio * ratio};
+    const float ratio = e_V[2] / (e_V[1] - e_V[2]);
+    const bool settles = (ratio > 0.0f) && (ratio < RS_DECAY_MAX);
+    const float after_pu = settles ? (ratio / (1.0f - ratio)) : 0.0f;
+    return cfg->period_s * (sum_V + e_V[2] * after_pu * ((float)RS_QUARTERS + after_pu));
 }
 
-/* Ls falls along a line between bend and high; up to bend it is one. Each level begins at the
- * current that would hold the flux that is still left of the level before. */
+/* Ls falls along a line between bend and high; up to bend it is one. */
 COLD static float main_H(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
                          float Rs_ohm)
 {
     if (!(cfg->main_A > 0.0f)) {
         return 0.0f;
     }
-    const float *level_A = cfg->level.A;
-    const float bend_A = level_A[RS_LEVEL_BEND];
-    const float high_A = level_A[RS_LEVEL_HIGH];
-    const flux_step_t bend = flux_step(cfg, st->sums.quarter[0], Rs_ohm);
-    const flux_step_t high = flux_step(cfg, st->sums.quarter[1], Rs_ohm);
-    const float small_A = level_A[RS_LEVEL_SMALL];
-    const float rise_A = bend_A - small_A - bend.left_pu * (level_A[RS_LEVEL_LOW] - small_A);
-    const float bend_H = bend.Wb / rise_A;
-    const float high_H = (bend_H * (bend_A - bend.left_pu * rise_A) + high.Wb) / high_A;
+    const float bend_A = cfg->level.A[RS_LEVEL_BEND];
+    const float high_A = cfg->level.A[RS_LEVEL_HIGH];
+    const float bend_H =
+        step_Wb(cfg, st->sums.quarter[0], Rs_ohm) / (bend_A - cfg->level.A[RS_LEVEL_SMALL]);
+    const float high_H = (bend_H * bend_A + step_Wb(cfg, st->sums.quarter[1], Rs_ohm)) / high_A;
     return bend_H + (high_H - bend_H) * (cfg->main_A - bend_A) / (high_A - bend_A);
 }
 
