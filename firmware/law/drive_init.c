@@ -45,13 +45,11 @@ static bool control_known(modes_control_t control)
            (control == MODES_CONTROL_I_F);
 }
 
-static bool init_premagnetise(premagnetise_config_t *cfg, const drive_params_t *p,
-                              const motor_model_t *motor)
+static bool init_premagnetise(premagnetise_config_t *cfg, const drive_params_t *p, float Rs_ohm)
 {
-    cfg->Rs_ohm = motor->Rs_ohm;
-    cfg->Rr_ohm = motor->kr * motor->kr * p->motor.Rr_ohm;
-    cfg->sigma_Ls_H = motor->sigma_Ls_H;
-    cfg->M_H = motor->kr * motor->M_H;
+    const float kr = p->motor.M_H / p->motor.Lr_H;
+    cfg->Rs_ohm = Rs_ohm;
+    cfg->Rr_ohm = kr * kr * p->motor.Rr_ohm;
     cfg->identify_leg_loss = p->dead_time_identify;
     return rs_measurement_init(&cfg->measurement, &p->rs_measurement, p->motor.Rs_ohm, p->period_s);
 }
@@ -71,7 +69,8 @@ static bool init_modes(modes_config_t *cfg, const drive_params_t *p, const motor
     cfg->control = modes->control;
     cfg->fixed = (modes->control == MODES_CONTROL_VECTOR) && !direct;
     return control_known(modes->control) && init_vector(&cfg->vector, p, motor) &&
-           init_premagnetise(&cfg->premagnetise, p, motor) && init_open_loop(cfg, p, motor) &&
+           init_premagnetise(&cfg->premagnetise, p, motor->Rs_ohm) &&
+           init_open_loop(cfg, p, motor) &&
            flying_start_init(&cfg->flying, &modes->flying, motor, p->period_s) &&
            (!direct ||
             dc_current_init(&cfg->dc_current, modes->dc_bandwidth_rad_s, motor, p->period_s)) &&

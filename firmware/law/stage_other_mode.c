@@ -50,10 +50,6 @@ static request_t wanted(const drive_config_t *cfg, drive_state_t *st, const driv
     }
     const mode_in_t in = stage_view(cfg, st, asked, out);
     request_t request = modes_step(&cfg->modes, &st->modes, st->mode, &in, &out->faults);
-    const float M_extra_pu = st->modes.premagnetise.M_extra_pu;
-    if ((st->mode == MODE_PREMAGNETISE) && (absf(M_extra_pu) > 0.0f)) {
-        m_tracking_take(&cfg->m_tracking, &st->m_tracking, M_extra_pu);
-    }
     if (open_loop) {
         transition_after_open_loop(cfg, st, &in, &request);
     }

@@ -57,8 +57,8 @@ static const uint16_t of_resistance[] = {
 
 /* Not the sums of the teeth: what is no number is not taken for a rotor. */
 static const uint16_t of_start[] = {
-    SUMS(modes.premagnetise.measurement.sums.level[RS_LEVEL_HIGH]),
-    SUMS(modes.premagnetise.measurement.sums.level[RS_LEVEL_LOW]),
+    SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
+    SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
     FOUND(leg_loss_pu),
     FOUND(leg_threshold_A),
     FOUND(leg_tail_A),

@@ -49,7 +49,6 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .average_s =
             minf(CONFIG_RS_AVERAGE_PU * level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
-        .main_A = (p->m_track != 0u) ? p->i_d_A : 0.0f,
         .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
     d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
                                             .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,

@@ -498,27 +498,6 @@ static void test_the_main_inductance_is_found_at_speed_and_kept(void)
     TEST_ASSERT_EQUAL_MEMORY(&found, &st.m_tracking, sizeof found);
 }
 
-/* From before the start on; a start that finds none leaves what there is. */
-static void test_the_main_inductance_of_the_start_is_taken(void)
-{
-    p.m_tracking = (m_tracking_params_t){.on = true, .min_rad_s = 90.0f};
-    configure();
-    in.mode = DRIVE_PREMAGNETISE;
-    (void)faults_in(2);
-    st.modes.premagnetise.M_extra_pu = 0.125f;
-    (void)faults_in(1);
-    ASSERT_SAME_FLOAT(0.125f, st.m_tracking.extra_pu);
-    ASSERT_NEAR(1e-6, cfg.motor.tau_per_s * (1.0 / 1.125 - 1.0), st.m_tracking.tau_extra_per_s);
-    st.modes.premagnetise.M_extra_pu = 0.0f;
-    (void)faults_in(1);
-    ASSERT_SAME_FLOAT(0.125f, st.m_tracking.extra_pu);
-    in.mode = DRIVE_RUN;
-    (void)faults_in(TURN);
-    st.modes.premagnetise.M_extra_pu = 0.25f;
-    (void)faults_in(TURN);
-    ASSERT_SAME_FLOAT(0.125f, st.m_tracking.extra_pu);
-}
-
 /* At speed offsets are followed in their slot, taken out of the current, and kept with the gates
  * off. */
 static void test_offsets_that_move_are_followed_at_speed_and_kept(void)
@@ -601,7 +580,6 @@ int main(void)
     RUN_TEST(test_a_motor_that_warms_up_changes_its_resistances);
     RUN_TEST(test_init_refuses_a_heat_that_is_none);
     RUN_TEST(test_the_main_inductance_is_found_at_speed_and_kept);
-    RUN_TEST(test_the_main_inductance_of_the_start_is_taken);
     RUN_TEST(test_offsets_that_move_are_followed_at_speed_and_kept);
     RUN_TEST(test_init_refuses_an_m_without_a_speed);
     RUN_TEST(test_gates_off_warns_of_no_limit);

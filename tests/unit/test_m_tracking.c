@@ -74,13 +74,6 @@ static void test_a_step_by_hand(void)
     ASSERT_NEAR(1e-6, 3.2 - 4.0, st.tau_extra_per_s);
 }
 
-static void test_what_the_start_found_is_taken_at_once(void)
-{
-    m_tracking_take(&cfg, &st, 0.25f);
-    ASSERT_SAME_FLOAT(0.25f, st.extra_pu);
-    ASSERT_NEAR(1e-6, 3.2 - 4.0, st.tau_extra_per_s);
-}
-
 static void test_the_direction_of_turning_is_no_matter(void)
 {
     m_tracking_in_t in = more;
@@ -133,7 +126,6 @@ int main(void)
     RUN_TEST(test_init_derives_its_coefficients);
     RUN_TEST(test_init_refuses_what_is_not_positive);
     RUN_TEST(test_a_step_by_hand);
-    RUN_TEST(test_what_the_start_found_is_taken_at_once);
     RUN_TEST(test_the_direction_of_turning_is_no_matter);
     RUN_TEST(test_slow_or_without_magnetising_current_nothing_moves);
     RUN_TEST(test_no_flux_makes_an_m_that_no_motor_has);

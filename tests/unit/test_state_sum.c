@@ -157,9 +157,8 @@ static void test_resistance_is_seen_once_in_sixteen(void)
 
 static void test_what_a_start_found_is_seen_once_in_sixteen(void)
 {
-    rs_measurement_sums_t *const high =
-        &st.modes.premagnetise.measurement.sums.level[RS_LEVEL_HIGH];
-    rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.sums.level[RS_LEVEL_LOW];
+    rs_measurement_sums_t *const high = &st.modes.premagnetise.measurement.level[RS_LEVEL_HIGH];
+    rs_measurement_sums_t *const low = &st.modes.premagnetise.measurement.level[RS_LEVEL_LOW];
     float *const value[] = {&high->i_A,
                             &high->u_V,
                             &high->u_duty_V,

@@ -23,12 +23,6 @@ bool m_tracking_init(m_tracking_config_t *cfg, const m_tracking_params_t *p,
     return true;
 }
 
-void m_tracking_take(const m_tracking_config_t *cfg, m_tracking_state_t *st, float extra_pu)
-{
-    st->extra_pu = extra_pu;
-    st->tau_extra_per_s = -cfg->tau_per_s * extra_pu / (1.0f + extra_pu);
-}
-
 void m_tracking_step(const m_tracking_config_t *cfg, m_tracking_state_t *st,
                      const m_tracking_in_t *in)
 {
@@ -36,6 +30,6 @@ void m_tracking_step(const m_tracking_config_t *cfg, m_tracking_state_t *st,
         return;
     }
     const float extra_pu = in->lambda_hat_Wb * cfg->inv_M_per_H / in->i_d_A - 1.0f;
-    const float off_pu = limitf(extra_pu, M_TRACKING_MAX_PU) - st->extra_pu;
-    m_tracking_take(cfg, st, st->extra_pu + cfg->gain * off_pu);
+    st->extra_pu += cfg->gain * (limitf(extra_pu, M_TRACKING_MAX_PU) - st->extra_pu);
+    st->tau_extra_per_s = -cfg->tau_per_s * st->extra_pu / (1.0f + st->extra_pu);
 }

@@ -3,8 +3,8 @@
  * Fast enough the observer's flux is the voltage's, whatever M it was told, and in the end it is
  * m M i_d: m' = (lambda_hat/(M i_d) - m)/2 s, above a stator frequency and at nominal flux only,
  * since M depends on the flux. Low down the flux follows from the current alone: there what was
- * found holds, by the start or while running. In the observer only Rr/Lr depends on it (M Rr/Lr is
- * Rr, but for leakage): tau_extra = tau (1/m - 1).
+ * found holds. In the observer only Rr/Lr depends on it (M Rr/Lr is Rr, but for leakage):
+ * tau_extra = tau (1/m - 1).
  */
 #ifndef M_TRACKING_H
 #define M_TRACKING_H
@@ -44,9 +44,6 @@ static inline bool m_tracking_on(const m_tracking_config_t *cfg)
 {
     return cfg->gain > 0.0f;
 }
-
-/* What the start has found; above -1. */
-void m_tracking_take(const m_tracking_config_t *cfg, m_tracking_state_t *st, float extra_pu);
 
 void m_tracking_step(const m_tracking_config_t *cfg, m_tracking_state_t *st,
                      const m_tracking_in_t *in);

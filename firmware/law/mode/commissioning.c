@@ -119,7 +119,7 @@ static void step_rs(const commissioning_config_t *cfg, commissioning_state_t *st
     }
     st->periods++;
     if ((rs.status == RS_MEASUREMENT_BUSY) ||
-        !follows(st, st->rs.sums.level[RS_LEVEL_HIGH].i_A / n, cfg->rs.level.A[RS_LEVEL_HIGH], n)) {
+        !follows(st, st->rs.level[RS_LEVEL_HIGH].i_A / n, cfg->rs.level.A[RS_LEVEL_HIGH], n)) {
         return;
     }
     if (rs.status == RS_MEASUREMENT_REFUSED) {

@@ -10,9 +10,6 @@
  * with 10-bit words (the smallest motor), by 13 % with a steep saturation (45 kW). */
 #define PREMAGNETISE_RR_PU 0.15f
 
-/* What is found further from the parameter is none. */
-#define PREMAGNETISE_M_PU 0.3f
-
 /* Rr_pu: of the parameter. */
 static void take_rotor(premagnetise_state_t *st, float Rr_pu, float warm_pu)
 {
@@ -20,12 +17,6 @@ static void take_rotor(premagnetise_state_t *st, float Rr_pu, float warm_pu)
         const float extra_pu = Rr_pu - warm_pu;
         st->Rr_extra_pu = (absf(extra_pu) > PREMAGNETISE_RR_PU) ? extra_pu : 0.0f;
     }
-}
-
-static void take_main(const premagnetise_config_t *cfg, premagnetise_state_t *st, float Ls_H)
-{
-    const float extra_pu = (Ls_H - cfg->sigma_Ls_H) / cfg->M_H - 1.0f;
-    st->M_extra_pu = (absf(extra_pu) < PREMAGNETISE_M_PU) ? extra_pu : 0.0f;
 }
 
 bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t *st,
@@ -39,7 +30,6 @@ bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t
     if (rs.status == RS_MEASUREMENT_DONE) {
         st->Rs_delta_ohm = rs.Rs_ohm - cfg->Rs_ohm;
         take_rotor(st, rs.Rr_ohm / cfg->Rr_ohm, in->Rr_pu - st->Rr_extra_pu);
-        take_main(cfg, st, rs.Ls_H);
         if (cfg->identify_leg_loss) {
             st->leg_loss_found = true;
             st->leg_loss_pu = rs.lost_V / in->meas->u_dc_V;

@@ -9,10 +9,8 @@
 
 typedef struct {
     rs_measurement_config_t measurement;
-    float Rs_ohm; /* the parameter */
-    float Rr_ohm; /* likewise, seen from the stator */
-    float sigma_Ls_H;
-    float M_H;              /* likewise, seen from the stator */
+    float Rs_ohm;           /* the parameter */
+    float Rr_ohm;           /* likewise, seen from the stator */
     bool identify_leg_loss; /* compensate the loss found, not the parameters */
 } premagnetise_config_t;
 
@@ -20,7 +18,6 @@ typedef struct {
     rs_measurement_state_t measurement;
     float Rs_delta_ohm;    /* found minus the parameter; 0: none found */
     float Rr_extra_pu;     /* found over the parameter, beyond what heat explains; 0: none found */
-    float M_extra_pu;      /* found over the parameter - 1; 0: none found */
     float leg_loss_pu;     /* leg voltage lost over dc link, as found */
     float leg_threshold_A; /* leg current from which on it is lost, as found; 0: the parameter */
     float leg_tail_A;      /* of that a current i loses 1 - tail/i, as found; 0: all */

@@ -16,9 +16,6 @@
 
 #define RS_MAX_PERIODS 1000000.0f
 
-/* A flux that moves hardly less in a quarter than in the one before: none is extrapolated. */
-#define RS_DECAY_MAX 0.9f
-
 /* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor. */
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
@@ -65,9 +62,7 @@ bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_para
         .bias = params->bias,
         .Rs_min_ohm = Rs_nameplate_ohm / params->ratio_max,
         .Rs_max_ohm = Rs_nameplate_ohm * params->ratio_max,
-        .period_s = period_s,
     };
-    cfg->main_A = cfg->curve ? params->main_A : 0.0f;
     cfg->dither_turns = RS_DITHER_TEETH / (float)cfg->average_periods;
     return true;
 }
@@ -75,7 +70,7 @@ bool rs_measurement_init(rs_measurement_config_t *cfg, const rs_measurement_para
 static void add(const rs_measurement_config_t *cfg, rs_measurement_state_t *st, uint32_t here,
                 const rs_measurement_in_t *in)
 {
-    rs_measurement_sums_t *sums = &st->sums.level[here];
+    rs_measurement_sums_t *sums = &st->level[here];
     const float x_A = 0.5f * (in->i_A + st->i_before_A) - cfg->level.A[here];
     sums->i_A += in->i_A;
     sums->u_V += in->u_V;
@@ -95,9 +90,9 @@ static float slope_ohm(const rs_measurement_sums_t *high, const rs_measurement_s
  * the bend, whose sums are zero then, there is none. */
 static float bent_V(const rs_measurement_state_t *st)
 {
-    const rs_measurement_sums_t *bend = &st->sums.level[RS_LEVEL_BEND];
-    const rs_measurement_sums_t *high = &st->sums.level[RS_LEVEL_HIGH];
-    const rs_measurement_sums_t *low = &st->sums.level[RS_LEVEL_LOW];
+    const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
+    const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float c_V = (slope_ohm(low, bend) - slope_ohm(high, low)) * low->i_A * bend->i_A /
                       (high->i_A - bend->i_A);
     return (c_V > RS_TAIL_MIN_PU * high->u_duty_V) ? c_V : 0.0f;
@@ -129,8 +124,8 @@ COLD static float tooth_ohm(const rs_measurement_config_t *cfg, const rs_measure
 COLD static float rotor_ohm(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
                             float c_V)
 {
-    const rs_measurement_sums_t *high = &st->sums.level[RS_LEVEL_HIGH];
-    const rs_measurement_sums_t *low = &st->sums.level[RS_LEVEL_LOW];
+    const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float stator_ohm = slope_ohm(high, low);
     const float tail_ohm = c_V / low->i_A;
     const float low_ohm =
@@ -140,45 +135,12 @@ COLD static float rotor_ohm(const rs_measurement_config_t *cfg, const rs_measure
     return low_ohm + RS_BENT * maxf(low_ohm - high_ohm, 0.0f);
 }
 
-/* Flux of a level's step. What a quarter takes beyond the last one, and beyond Rs i, falls by one
- * ratio from quarter to quarter; the rest is beyond what settles in the end. */
-COLD static float step_Wb(const rs_measurement_config_t *cfg,
-                          const rs_measurement_quarter_t *quarter, float Rs_ohm)
-{
-    const rs_measurement_quarter_t *last = &quarter[RS_QUARTERS - 1u];
-    float e_V[RS_QUARTERS - 1u];
-    float sum_V = 0.0f;
-    for (uint32_t k = 0u; k < (RS_QUARTERS - 1u); k++) {
-        e_V[k] = quarter[k].u_V - last->u_V - Rs_ohm * (quarter[k].i_A - last->i_A);
-        sum_V += e_V[k];
-    }
-    const float ratio = e_V[2] / (e_V[1] - e_V[2]);
-    const bool settles = (ratio > 0.0f) && (ratio < RS_DECAY_MAX);
-    const float after_pu = settles ? (ratio / (1.0f - ratio)) : 0.0f;
-    return cfg->period_s * (sum_V + e_V[2] * after_pu * ((float)RS_QUARTERS + after_pu));
-}
-
-/* Ls falls along a line between bend and high; up to bend it is one. */
-COLD static float main_H(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
-                         float Rs_ohm)
-{
-    if (!(cfg->main_A > 0.0f)) {
-        return 0.0f;
-    }
-    const float bend_A = cfg->level.A[RS_LEVEL_BEND];
-    const float high_A = cfg->level.A[RS_LEVEL_HIGH];
-    const float bend_H =
-        step_Wb(cfg, st->sums.quarter[0], Rs_ohm) / (bend_A - cfg->level.A[RS_LEVEL_SMALL]);
-    const float high_H = (bend_H * bend_A + step_Wb(cfg, st->sums.quarter[1], Rs_ohm)) / high_A;
-    return bend_H + (high_H - bend_H) * (cfg->main_A - bend_A) / (high_A - bend_A);
-}
-
 /* All levels are averaged over the same time, so that sums stand for averages. */
 COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
                                         const rs_measurement_state_t *st)
 {
-    const rs_measurement_sums_t *high = &st->sums.level[RS_LEVEL_HIGH];
-    const rs_measurement_sums_t *low = &st->sums.level[RS_LEVEL_LOW];
+    const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float n = (float)cfg->average_periods;
     const float di_A = high->i_A - low->i_A;
     rs_measurement_out_t out = {.status = RS_MEASUREMENT_REFUSED};
@@ -199,10 +161,9 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
     out.lost_V = maxf(lost_alpha_V / RS_LEGS_TO_ALPHA, 0.0f);
     /* Leg u has i, the others half of it: their tails add up to three times that of leg u. */
     out.tail_A = c_V * high->i_A / (n * n * (3.0f * out.lost_V + RS_TINY_V));
-    out.threshold_A = threshold_A(cfg, &st->sums.level[RS_LEVEL_SMALL], &out);
+    out.threshold_A = threshold_A(cfg, &st->level[RS_LEVEL_SMALL], &out);
     out.tail_A = minf(out.tail_A, 0.5f * out.threshold_A);
     out.Rr_ohm = rotor_ohm(cfg, st, c_V);
-    out.Ls_H = main_H(cfg, st, out.Rs_ohm);
     out.Rs_ohm *= cfg->bias;
     out.status = RS_MEASUREMENT_DONE;
     return out;
@@ -241,12 +202,6 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
     if ((k % level) >= (level - cfg->average_periods)) {
         add(cfg, st, here, in);
     }
-    if (nth >= (uint32_t)RS_LEVEL_BEND) {
-        rs_measurement_quarter_t *sums =
-            &st->sums.quarter[nth - (uint32_t)RS_LEVEL_BEND][RS_QUARTERS * (k % level) / level];
-        sums->i_A += 0.5f * (in->i_A + st->i_before_A);
-        sums->u_V += in->u_duty_V;
-    }
     st->i_before_A = in->i_A;
     st->periods++;
     return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY,
@@ -255,10 +210,12 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
 {
-    const uint8_t *bytes = (const uint8_t *)&st->sums;
     uint32_t digest = 0u;
-    for (size_t k = 0u; k < sizeof st->sums; k += sizeof(float)) {
-        digest = 3u * digest + float_bits(*(const float *)(const void *)&bytes[k]);
+    for (uint32_t k = 0u; k < (uint32_t)RS_LEVELS; k++) {
+        const rs_measurement_sums_t *sums = &st->level[k];
+        digest = 3u * (digest + float_bits(sums->i_A)) + 5u * float_bits(sums->u_V) +
+                 float_bits(sums->u_duty_V) + 7u * float_bits(sums->x_A) +
+                 9u * float_bits(sums->xx_A2) + 11u * float_bits(sums->xu_VA);
     }
     return digest;
 }

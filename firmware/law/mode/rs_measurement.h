@@ -23,10 +23,6 @@
  * level more than at the low one; RS_BENT of what lies between them is added. How far off the
  * result is: tools/docs/claims.md.
  *
- * The voltage that a level takes beyond Rs i, until its flux has settled, is the flux of its step:
- * bend and high give M at the flux that is wanted. Three quarters of a level against its last one
- * show how fast the flux settles, and so what is still missing at the end (Aitken).
- *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
  */
@@ -59,7 +55,6 @@ typedef struct {
     float average_s; /* its last part, which is averaged */
     float bias;      /* Rs in use over measured */
     float ratio_max; /* refused outside nameplate / ratio .. nameplate * ratio */
-    float main_A;    /* current at which Ls is wanted, with the curve; 0: nowhere */
 } rs_measurement_params_t;
 
 typedef struct {
@@ -73,8 +68,6 @@ typedef struct {
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
-    float main_A; /* 0: no Ls */
-    float period_s;
 } rs_measurement_config_t;
 
 /* Sums of one level. x: the mean current of a period, off the level. */
@@ -87,21 +80,10 @@ typedef struct {
     float xu_VA; /* u: of the duties */
 } rs_measurement_sums_t;
 
-#define RS_QUARTERS 4u
-
-/* Sums over a quarter of a level. */
-typedef struct {
-    float i_A;
-    float u_V; /* of the duties */
-} rs_measurement_quarter_t;
-
 typedef struct {
     uint32_t periods;
+    rs_measurement_sums_t level[RS_LEVELS];
     float i_before_A;
-    struct {
-        rs_measurement_sums_t level[RS_LEVELS];
-        rs_measurement_quarter_t quarter[2][RS_QUARTERS]; /* of bend and high */
-    } sums;                                               /* floats alone */
 } rs_measurement_state_t;
 
 typedef struct {
@@ -122,7 +104,6 @@ typedef struct {
     float i_ref_A;     /* while BUSY */
     float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
     float Rr_ohm;      /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
-    float Ls_H;        /* DONE: stator flux over main_A there; 0: not wanted */
     float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
     float tail_A;      /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
     float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
@@ -138,7 +119,7 @@ CHECKED bool rs_measurement_init(rs_measurement_config_t *cfg,
 rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
                                          rs_measurement_state_t *st, const rs_measurement_in_t *in);
 
-/* A number that differs where any of the sums does; each weighs three times the next one. */
+/* A number that differs where any of the sums does. */
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st);
 
 #endif

@@ -127,7 +127,6 @@ def _orientation(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, fl
         "rs_bias": RS_BIAS,
         "rs_track_gain": TRACK_PER_H * circuit.M_H,
         "offset_track": 1,
-        "m_track": 1,
         "steer_min_Hz": STEER * drop_rad_s / (2.0 * math.pi),
         "steer_flux_min": STEER_FLUX,
         "dwell": DWELL_SPEED,
