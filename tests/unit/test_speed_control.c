@@ -485,13 +485,29 @@ static void test_the_integrator_waits_at_a_limit(void)
     }
 }
 
+/* Bandwidth at slow speed that slip leaves: times an inertia it is always the same. */
+static double left_rad_s(const speed_control_params_t *p, const motor_model_t *model)
+{
+    const double slip_rad_s_per_A = (double)model->tau_per_s * (double)model->M_H / 0.5;
+    const double ratio = (double)p->fast_bandwidth_rad_s / (double)p->bandwidth_rad_s;
+    const double pairs = (double)model->pole_pairs;
+    return 2.0 / (slip_rad_s_per_A * ratio) * pairs * pairs * (double)model->kr * 0.5 /
+           (double)p->J_kg_m2;
+}
+
+/* Inertia with which slip leaves this bandwidth. */
+static float J_for(double rad_s, const speed_control_params_t *p, const motor_model_t *model)
+{
+    return (float)((double)p->J_kg_m2 * left_rad_s(p, model) / rad_s);
+}
+
 /* A large inertia asks for a gain whose torque would slip more than the speed is off. */
 static void test_the_gain_is_bounded_by_the_slip_of_its_torque(void)
 {
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const motor_model_t model = reference_derived(m);
         speed_control_params_t p = scheduled();
-        p.J_kg_m2 = 100.0f;
+        p.J_kg_m2 = J_for(0.25 * (double)model.tau_per_s, &p, &model);
         speed_control_config_t cfg;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
         const double slip_rad_s_per_A = (double)model.tau_per_s * (double)model.M_H / 0.5;
@@ -500,12 +516,31 @@ static void test_the_gain_is_bounded_by_the_slip_of_its_torque(void)
         /* The integrator is nearly twice as fast as the loop that is left would have it. */
         const double pairs = (double)model.pole_pairs;
         const double bandwidth_rad_s =
-            (double)cfg.pi.kp * pairs * pairs * (double)model.kr * 0.5 / 100.0;
+            (double)cfg.pi.kp * pairs * pairs * (double)model.kr * 0.5 / (double)p.J_kg_m2;
         const double lost = 1.0 - bandwidth_rad_s / (double)p.bandwidth_rad_s;
         const double factor = (double)p.ki_factor * (1.0 + lost * lost);
         ASSERT_NEAR(1e-6 * (double)cfg.pi.ki_T,
                     factor * bandwidth_rad_s * (double)cfg.pi.kp * (double)PERIOD_S,
                     (double)cfg.pi.ki_T);
+    }
+}
+
+/* Below .2 Rr/Lr the bandwidth stays there, up to twice what slip leaves. */
+static void test_a_loop_slower_than_the_flux_has_up_to_twice_the_gain(void)
+{
+    static const double left[] = {0.21, 0.16, 0.11, 0.05};
+    static const double gain[] = {2.0, 2.0 * 0.2 / 0.16, 2.0 * 0.2 / 0.11, 4.0};
+    for (int m = 0; m < REFERENCE_MACHINES; m++) {
+        const motor_model_t model = reference_derived(m);
+        const double slip_rad_s_per_A = (double)model.tau_per_s * (double)model.M_H / 0.5;
+        for (int k = 0; k < 4; k++) {
+            speed_control_params_t p = scheduled();
+            speed_control_config_t cfg;
+            p.J_kg_m2 = J_for(left[k] * (double)model.tau_per_s, &p, &model);
+            TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
+            ASSERT_NEAR(2e-5, gain[k],
+                        (double)cfg.pi.kp * (1.0 + (double)cfg.gain_extra_max) * slip_rad_s_per_A);
+        }
     }
 }
 
@@ -517,11 +552,7 @@ static void test_the_filter_is_slower_where_the_gain_is_bounded(void)
         const motor_model_t model = reference_derived(m);
         speed_control_params_t p = scheduled();
         speed_control_config_t cfg;
-        p.J_kg_m2 = 100.0f;
-        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
-        const double per_kp = (double)model.pole_pairs * (double)model.pole_pairs *
-                              (double)model.kr * 0.5 / (double)p.bandwidth_rad_s;
-        p.J_kg_m2 = (float)(10.0 * (double)cfg.pi.kp * per_kp);
+        p.J_kg_m2 = J_for(0.1 * (double)p.bandwidth_rad_s, &p, &model);
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
         const double filter_s = 0.003 + 0.35 / 124.0 * 9.0 * 0.9;
         ASSERT_NEAR(1e-7, 0.0002 / (0.0002 + filter_s), cfg.filter_gain);
@@ -610,7 +641,7 @@ static void test_a_small_gain_loses_less(void)
     static const double left[] = {0.6, 1.0};
     speed_control_params_t p = scheduled();
     speed_control_config_t cfg;
-    p.J_kg_m2 = 10.0f;
+    p.J_kg_m2 = J_for(0.5 * (double)p.bandwidth_rad_s, &p, &table1);
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     const double most = (double)cfg.pi.kp;
     p.J_kg_m2 = 0.001f;
@@ -1008,6 +1039,7 @@ int main(void)
     RUN_TEST(test_no_torque_current_is_left_when_the_flux_takes_it_all);
     RUN_TEST(test_the_integrator_waits_at_a_limit);
     RUN_TEST(test_the_gain_is_bounded_by_the_slip_of_its_torque);
+    RUN_TEST(test_a_loop_slower_than_the_flux_has_up_to_twice_the_gain);
     RUN_TEST(test_the_filter_is_slower_where_the_gain_is_bounded);
     RUN_TEST(test_the_gain_falls_while_the_torque_swings);
     RUN_TEST(test_a_load_step_is_too_short_to_be_a_swing);

@@ -25,13 +25,18 @@ static bool init_torque(speed_control_config_t *cfg, const speed_control_params_
 }
 
 /* The estimate takes the slip of a torque for its speed until it has settled: the torque that an
- * error of speed asks for may have no more slip than so many times that error. fast_rad_s: the
- * bandwidth at speed. */
+ * error of speed asks for may have no more slip than so many times that error. Twice as much where
+ * the loop stays slower than the rotor's flux: by then the estimate has settled. wanted: the gain
+ * without a bound; fast_rad_s: the bandwidth at speed. */
 static float gain_max(const speed_control_params_t *params, const motor_model_t *motor,
-                      float fast_rad_s)
+                      float wanted, float fast_rad_s)
 {
     const float slip_rad_s_per_A = motor->tau_per_s * motor->M_H / params->lambda_Wb;
-    return SPEED_CONTROL_SLIP_MAX / (slip_rad_s_per_A * (fast_rad_s / params->bandwidth_rad_s));
+    const float by_slip =
+        SPEED_CONTROL_SLIP_MAX / (slip_rad_s_per_A * (fast_rad_s / params->bandwidth_rad_s));
+    const float slower =
+        wanted * SPEED_CONTROL_SLOWER_PU * motor->tau_per_s / params->bandwidth_rad_s;
+    return clampf(slower, by_slip, 2.0f * by_slip);
 }
 
 /* The estimate takes a change of the torque current for one of the speed as well where the leakage
@@ -71,7 +76,7 @@ bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_
     const float wanted =
         params->J_kg_m2 * params->bandwidth_rad_s / (p * p * motor->kr * params->lambda_Wb);
     const float fast_rad_s = maxf(params->fast_bandwidth_rad_s, params->bandwidth_rad_s);
-    const float most = gain_max(params, motor, fast_rad_s);
+    const float most = gain_max(params, motor, wanted, fast_rad_s);
     const float kp = minf(wanted, most);
     const float left_pu = kp / wanted;
     speed_control_config_t c = {
