@@ -16,6 +16,7 @@
 #define CONFIG_TRACK_I_0_PU          0.7f
 #define CONFIG_TRACK_MIN_HZ          0.3f
 #define CONFIG_TRACK_MAX_HZ          3.0f
+#define CONFIG_TRACK_MAX_STEER       5.0f /* or so many steer_min_Hz: Rs takes more there */
 #define CONFIG_TRACK_M_MIN_HZ        15.0f
 #define CONFIG_TRACK_LOW_PU          0.98f
 #define CONFIG_TRACK_HIGH_PU         1.5f
@@ -50,16 +51,18 @@ static void config_resistance(drive_params_t *d, const params_t *p)
             minf(CONFIG_RS_AVERAGE_PU * level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
         .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
-    d->rs_tracking = (rs_tracking_params_t){.gain_ohm_per_rad = p->rs_track_gain,
-                                            .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
-                                            .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,
-                                            .max_rad_s = NUM_TWO_PI * CONFIG_TRACK_MAX_HZ,
-                                            .low_pu = CONFIG_TRACK_LOW_PU,
-                                            .high_pu = CONFIG_TRACK_HIGH_PU,
-                                            .quiet_s = CONFIG_TRACK_QUIET_S,
-                                            .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
-                                            .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2,
-                                            .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
+    d->rs_tracking = (rs_tracking_params_t){
+        .gain_ohm_per_rad = p->rs_track_gain,
+        .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,
+        .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,
+        .max_rad_s =
+            NUM_TWO_PI * maxf(CONFIG_TRACK_MAX_HZ, CONFIG_TRACK_MAX_STEER * p->steer_min_Hz),
+        .low_pu = CONFIG_TRACK_LOW_PU,
+        .high_pu = CONFIG_TRACK_HIGH_PU,
+        .quiet_s = CONFIG_TRACK_QUIET_S,
+        .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
+        .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2,
+        .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
     if (!(p->steer_min_Hz > 0.0f)) {
         d->rs_tracking.gain_ohm_per_rad *= CONFIG_TRACK_UNSTEERED_GAIN;
         d->rs_tracking.i_0_A = CONFIG_TRACK_UNSTEERED_I_0_PU * p->i_d_A;

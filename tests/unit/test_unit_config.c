@@ -213,6 +213,14 @@ static void test_without_steering_rs_is_tracked_faster_and_further(void)
     EXPECT(rs_tracking.high_pu, 1.5f);
 }
 
+/* Steered from 1.4 Hz on a motor has a large Rs: it tells up to five times that frequency. */
+static void test_a_large_resistance_is_tracked_up_to_a_higher_frequency(void)
+{
+    params.steer_min_Hz = 1.4f;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_tracking.max_rad_s, 6.2831853f * 7.0f);
+}
+
 /* A fifth of the level, and no more periods than a float adds up. */
 static void test_a_long_level_is_averaged_over_what_floats_can_add(void)
 {
@@ -365,6 +373,7 @@ int main(void)
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
     RUN_TEST(test_the_curve_needs_a_small_current);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
+    RUN_TEST(test_a_large_resistance_is_tracked_up_to_a_higher_frequency);
     RUN_TEST(test_offsets_that_move_get_their_sensors_range);
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);
     RUN_TEST(test_supervisor_and_i_f_get_their_numbers);
