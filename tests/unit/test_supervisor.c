@@ -148,7 +148,7 @@ static void test_init_refuses_every_bad_parameter(void)
     ASSERT_ACCEPTED(corner_rad_s, 1247.5f);
     ASSERT_REFUSED(confirm_s, 3.3e6f); /* more turns than a counter takes */
     ASSERT_REFUSED(return_s, 3.3e6f);
-    ASSERT_REFUSED(still_s, 3.3e6f);
+    ASSERT_REFUSED(still_s, 6.6e5f);
     ASSERT_ACCEPTED(confirm_s, 3.1e6f);
     ASSERT_ACCEPTED(return_s, 3.1e6f);
 }
@@ -178,7 +178,7 @@ static void test_init_rounds_times_to_whole_judgements(void)
     ASSERT_ACCEPTED(return_s, 0.01765f);
     TEST_ASSERT_EQUAL_UINT32(6u, cfg.return_schedules);
     ASSERT_ACCEPTED(still_s, 0.01765f);
-    TEST_ASSERT_EQUAL_UINT32(6u, cfg.still_schedules);
+    TEST_ASSERT_EQUAL_UINT32(30u, cfg.still_units);
 }
 
 static void test_a_threshold_itself_is_no_reason(void)
@@ -679,7 +679,7 @@ static void test_a_field_that_stands_under_torque_is_a_loss(void)
     /* I-f turns the field itself, through zero too. */
     judge_times(100, 0.0f, 0.0f);
     TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
-    TEST_ASSERT_EQUAL_UINT32(0u, st.still_schedules);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.still_units);
 }
 
 /* An estimate that jumps out of the band now and then only takes back what it was out. */
@@ -688,17 +688,29 @@ static void test_a_field_that_mostly_stands_is_a_loss_too(void)
     configure_steered();
     judge_times(4, 0.0f, 1.0f);
     judge_times(2, 0.0f, 10.0f); /* the low-pass is behind by a schedule */
-    TEST_ASSERT_TRUE((st.still_schedules > 0u) && (st.still_schedules < 5u));
+    TEST_ASSERT_TRUE((st.still_units > 0u) && (st.still_units < 25u));
     judge_times(20, 0.0f, 10.0f);
-    TEST_ASSERT_EQUAL_UINT32(0u, st.still_schedules);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.still_units);
     judge_times(100, 0.0f, 10.0f);
     TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+}
+
+/* Five times as long. */
+static void test_a_field_that_stands_under_little_torque_is_a_loss_later(void)
+{
+    configure_steered();
+    in.i_s_A = (ab_t){0.0f, 1.21f};
+    judge_times(25, 0.0f, 1.0f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_STILL, st.reasons);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.0f, 1.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
 static void test_a_field_may_stand_without_torque_or_steering(void)
 {
     configure_steered();
-    in.i_s_A = (ab_t){8.0f, 2.99f};
+    in.i_s_A = (ab_t){8.0f, 1.19f};
     judge_times(50, 0.0f, 0.0f);
     TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE, st.reasons);
     configure(0, &params);
@@ -864,6 +876,7 @@ int main(void)
     RUN_TEST(test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator);
     RUN_TEST(test_a_field_that_stands_under_torque_is_a_loss);
     RUN_TEST(test_a_field_that_mostly_stands_is_a_loss_too);
+    RUN_TEST(test_a_field_that_stands_under_little_torque_is_a_loss_later);
     RUN_TEST(test_a_field_may_stand_without_torque_or_steering);
     RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);

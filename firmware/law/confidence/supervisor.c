@@ -18,6 +18,10 @@
 #define SUPERVISOR_FLUX_LOW_PU       0.05f
 #define SUPERVISOR_OMEGA_S_MIN_RAD_S 1e-3f
 
+/* Under little torque, down to this share of still_A, a field may stand so many times as long. */
+#define SUPERVISOR_STILL_LIGHT_PU 0.4f
+#define SUPERVISOR_STILL_LIGHT    5u
+
 /* Longest time in schedules that a counter takes with room to spare. */
 #define SUPERVISOR_MAX_SCHEDULES 1e9f
 
@@ -43,8 +47,9 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
     const float confirm = params->confirm_s / schedule_s;
     const float back = params->return_s / schedule_s;
     const float still = params->still_s / schedule_s;
+    const float still_units = (float)SUPERVISOR_STILL_LIGHT * still;
     if (!(params->corner_rad_s * (float)SLOT_QUARTERS * period_s < 1.0f) ||
-        !(maxf(maxf(confirm, back), still) < SUPERVISOR_MAX_SCHEDULES)) {
+        !(maxf(maxf(confirm, back), still_units) < SUPERVISOR_MAX_SCHEDULES)) {
         return false;
     }
     *cfg = (supervisor_config_t){
@@ -61,7 +66,7 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         .omega_s_gain = minf(SUPERVISOR_OMEGA_S_PER_S * schedule_s, 1.0f),
         .confirm_schedules = (uint32_t)(confirm + 0.5f),
         .return_schedules = (uint32_t)(back + 0.5f),
-        .still_schedules = (uint32_t)(still + 0.5f),
+        .still_units = SUPERVISOR_STILL_LIGHT * (uint32_t)(still + 0.5f),
     };
     return true;
 }
@@ -80,14 +85,15 @@ static inline uint32_t schedules_with(bool flag, uint32_t schedules, uint32_t li
     return (schedules < limit) ? (schedules + 1u) : limit;
 }
 
-/* Likewise, but a schedule without takes back one with: the estimate of a field that stands jumps.
- */
-static inline uint32_t schedules_mostly(bool flag, uint32_t schedules, uint32_t limit)
+/* In units of a schedule under little torque; one under more counts as SUPERVISOR_STILL_LIGHT. A
+ * schedule without takes as much back: the estimate of a field that stands jumps. */
+static inline uint32_t still_units(const supervisor_findings_t *found, uint32_t units,
+                                   uint32_t limit)
 {
-    if (!flag) {
-        return (schedules > 0u) ? (schedules - 1u) : 0u;
+    if (!found->still) {
+        return (units > SUPERVISOR_STILL_LIGHT) ? (units - SUPERVISOR_STILL_LIGHT) : 0u;
     }
-    return (schedules < limit) ? (schedules + 1u) : limit;
+    return (units < limit) ? (units + (found->light ? 1u : SUPERVISOR_STILL_LIGHT)) : limit;
 }
 
 /* All comparisons say x <= limit, so that a NaN is a reason. */
@@ -109,9 +115,8 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
     }
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
     const bool long_enough = (suspect && (st->suspect_schedules >= cfg->confirm_schedules)) ||
-                             (st->found.still && (st->still_schedules >= cfg->still_schedules));
-    st->still_schedules =
-        schedules_mostly(st->found.still, st->still_schedules, cfg->still_schedules);
+                             (st->found.still && (st->still_units >= cfg->still_units));
+    st->still_units = still_units(&st->found, st->still_units, cfg->still_units);
     st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
     if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
         reasons |= SUPERVISOR_LOST;
@@ -166,7 +171,8 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_low_Wb, cfg->lambda_high_Wb);
     st->omega_s_rad_s += cfg->omega_s_gain * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
     const float torque_Wb_A = absf(ab_cross(in->lambda_r_hat_Wb, in->i_s_A));
-    const bool loaded = torque_Wb_A > cfg->p.still_A * lambda_Wb;
+    const float still_Wb_A = cfg->p.still_A * lambda_Wb;
+    const bool loaded = torque_Wb_A > SUPERVISOR_STILL_LIGHT_PU * still_Wb_A;
     const bool swings = in->swing_rad_s > 0.0f;
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
@@ -175,6 +181,7 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
         /* I-f turns the field itself. */
         .still = (st->confidence != SUPERVISOR_IMPRESSED) && loaded && !swings &&
                  (absf(st->omega_s_rad_s) < cfg->p.still_rad_s),
+        .light = !(torque_Wb_A > still_Wb_A),
         /* I-f does not control the flux. */
         .flux_high =
             (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb),

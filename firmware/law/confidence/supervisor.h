@@ -43,7 +43,7 @@ typedef struct {
     float confirm_s;         /* RESIDUAL or FLUX for this long: LOST */
     float return_s;          /* all quiet for this long: CLOSED again */
     float still_rad_s;       /* the flux is steered so that |w_s| stays above; 0: it is not */
-    float still_A;           /* torque current from which it is */
+    float still_A;           /* torque current from which it counts */
     float still_s;           /* STILL for this long: LOST */
     float lambda_nominal_Wb;
     float omega_max_rad_s; /* bound that is reported when there is none */
@@ -63,7 +63,7 @@ typedef struct {
     float omega_s_gain; /* per schedule */
     uint32_t confirm_schedules;
     uint32_t return_schedules;
-    uint32_t still_schedules;
+    uint32_t still_units;
 } supervisor_config_t;
 
 /* Intermediate results between the parts of a judgement. */
@@ -73,6 +73,7 @@ typedef struct {
     float i_s_A;
     bool flux_high;
     bool still;
+    bool light; /* with little torque */
     float excess_pu;
 } supervisor_findings_t;
 
@@ -86,7 +87,7 @@ typedef struct {
     float omega_s_rad_s;        /* low-passed */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
-    uint32_t still_schedules;  /* with STILL, less those without */
+    uint32_t still_units;      /* of the time with STILL, less that without */
     uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
