@@ -12,7 +12,6 @@
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU 0.06f
 #define SPEED_FARTHEST_PU  4.0f
-#define SPEED_SAG_PU       0.3f /* of the time within it counts, at half of it */
 /* With all torque in use half of it, for the whole time: a sound drive is on its way back. One that
  * is lost may stay there (37 kW, zh envelope: 20 s). */
 #define SPEED_ALL_TORQUE_PU 0.5f
@@ -78,7 +77,7 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
-/* Half the limit counts as in deviates, but at high speed only slowly: a sag of the link passes. In
+/* Half the limit counts as in deviates, but at high speed the whole: a sag of the link passes. In
  * V/f the current limit holds the frequency back, so a speed that only approaches counts too. */
 static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *in, bool far,
                        bool wrong)
@@ -96,10 +95,9 @@ static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *s
     const bool away = stays_away(cfg, in, far, wrong);
     const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
-    const float rate_pu = away ? 1.0f : (wrong ? SPEED_SAG_PU : -SPEED_HEALS_PU);
-    st->away_s = passed(st->away_s, rate_pu * one_s, cfg->warning_s);
+    st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
     st->approach_s = passed(st->approach_s, slow ? one_s : -one_s, cfg->approach_s);
-    return ((away || wrong) && in->at_limit && (st->away_s >= cfg->warning_s)) ||
+    return (away && in->at_limit && (st->away_s >= cfg->warning_s)) ||
            (st->approach_s >= cfg->approach_s);
 }
 
