@@ -134,6 +134,12 @@ static void test_a_limited_number_of_times_unless_it_has_run_since(void)
         (void)step(SEQUENCE_RUN, 0u, 0u);
     }
     TEST_ASSERT_EQUAL_UINT32(1u, st.used);
+    /* The last one that was used is forgiven too. */
+    (void)step(SEQUENCE_PREMAGNETISE, 0u, 0u);
+    for (int k = 0; k < 11; k++) {
+        (void)step(SEQUENCE_RUN, 0u, 0u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, st.used);
 }
 
 static void test_the_operator_wins(void)

@@ -103,6 +103,10 @@ static void test_init_refuses_a_brake_that_is_none(void)
     p.modes.brake.from_rad_s = -1.0f;
     TEST_ASSERT_TRUE(refused());
     setUp();
+    p.modes.brake.current_A = 0.5f;
+    p.modes.dc_bandwidth_rad_s = 0.0f;
+    TEST_ASSERT_TRUE(refused());
+    setUp();
     p.modes.brake.current_A = 5.0f;
     p.modes.brake.least_s = -1.0f;
     TEST_ASSERT_TRUE(refused());

@@ -35,6 +35,14 @@ static void test_init_refuses_levels_in_the_wrong_order(void)
     ASSERT_REFUSED(u_dc_max_V, 0.0f);
 }
 
+/* All of it at every voltage. */
+static void test_without_a_level_braking_is_whole(void)
+{
+    const link_limit_params_t p = {.u_dc_max_V = 400.0f};
+    TEST_ASSERT_TRUE(link_limit_init(&cfg, &p));
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, cfg.braking_pu);
+}
+
 static void test_below_the_first_level_nothing_acts(void)
 {
     for (float u_V = 0.0f; u_V < 349.5f; u_V += 0.5f) {
@@ -123,6 +131,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_levels_in_the_wrong_order);
+    RUN_TEST(test_without_a_level_braking_is_whole);
     RUN_TEST(test_below_the_first_level_nothing_acts);
     RUN_TEST(test_without_a_resistor_the_limit_of_torque_is_the_first_level);
     RUN_TEST(test_a_resistor_acts_from_its_level_on_and_none_does_not);

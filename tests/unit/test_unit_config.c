@@ -213,6 +213,24 @@ static void test_without_steering_rs_is_tracked_faster_and_further(void)
     EXPECT(rs_tracking.high_pu, 1.5f);
 }
 
+/* Above half of one a period more, below none. */
+static void test_counts_of_periods_are_rounded(void)
+{
+    params.period_s = 0.01f / 48.46f;
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_EQUAL_UINT32(48u, drive.monitor.plausibility_periods);
+    params.period_s = 0.01f / 48.54f;
+    unit_config_drive(&drive, &params);
+    TEST_ASSERT_EQUAL_UINT32(49u, drive.monitor.plausibility_periods);
+}
+
+static void test_the_blend_is_an_angular_frequency(void)
+{
+    params.voltage_blend_Hz = 2.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(acting.blend_rad_s, 6.2831853f * 2.0f);
+}
+
 /* Steered from 1.4 Hz on a motor has a large Rs: it tells up to five times that frequency. */
 static void test_a_large_resistance_is_tracked_up_to_a_higher_frequency(void)
 {
@@ -373,6 +391,8 @@ int main(void)
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
     RUN_TEST(test_the_curve_needs_a_small_current);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
+    RUN_TEST(test_counts_of_periods_are_rounded);
+    RUN_TEST(test_the_blend_is_an_angular_frequency);
     RUN_TEST(test_a_large_resistance_is_tracked_up_to_a_higher_frequency);
     RUN_TEST(test_offsets_that_move_get_their_sensors_range);
     RUN_TEST(test_a_long_level_is_averaged_over_what_floats_can_add);

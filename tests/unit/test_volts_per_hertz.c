@@ -104,6 +104,10 @@ static void test_waits_while_the_current_is_beyond_its_limit(void)
     st.omega_rad_s = -100.0f;
     (void)volts_per_hertz_step(&cfg, &st, -200.0f, much_A, 283.0f);
     ASSERT_SAME_FLOAT(-100.0f, st.omega_rad_s);
+    /* From standstill either way is none. */
+    st.omega_rad_s = 0.0f;
+    (void)volts_per_hertz_step(&cfg, &st, 200.0f, much_A, 283.0f);
+    TEST_ASSERT_TRUE(st.omega_rad_s > 0.0f);
 }
 
 static void test_a_reference_that_is_no_number_moves_nothing(void)

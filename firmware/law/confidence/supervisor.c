@@ -87,7 +87,7 @@ static inline uint32_t schedules_with(bool flag, uint32_t schedules, uint32_t li
 
 /* In units of a schedule under little torque; one under more counts as SUPERVISOR_STILL_LIGHT. A
  * schedule without takes as much back: the estimate of a field that stands jumps. */
-static inline uint32_t still_units(const supervisor_findings_t *found, uint32_t units,
+static inline uint32_t count_still(const supervisor_findings_t *found, uint32_t units,
                                    uint32_t limit)
 {
     if (!found->still) {
@@ -116,7 +116,7 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
     const bool long_enough = (suspect && (st->suspect_schedules >= cfg->confirm_schedules)) ||
                              (st->found.still && (st->still_units >= cfg->still_units));
-    st->still_units = still_units(&st->found, st->still_units, cfg->still_units);
+    st->still_units = count_still(&st->found, st->still_units, cfg->still_units);
     st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
     if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
         reasons |= SUPERVISOR_LOST;
