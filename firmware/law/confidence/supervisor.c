@@ -85,8 +85,8 @@ static inline uint32_t schedules_with(bool flag, uint32_t schedules, uint32_t li
     return (schedules < limit) ? (schedules + 1u) : limit;
 }
 
-/* In units of a schedule under little torque; one under more counts as SUPERVISOR_STILL_LIGHT. A
- * schedule without takes as much back: the estimate of a field that stands jumps. */
+/* STILL adds 1 in a schedule under little torque and SUPERVISOR_STILL_LIGHT under more. A schedule
+ * without STILL takes as much back as the latter: the estimate of a field that stands jumps. */
 static inline uint32_t count_still(const supervisor_findings_t *found, uint32_t units,
                                    uint32_t limit)
 {

@@ -45,7 +45,7 @@
 /* Largest slip, over the speed error, of the torque that the error demands. */
 #define SPEED_CONTROL_SLIP_MAX 2.0f
 
-/* Bandwidth over Rr/Lr up to which the bound is twice that. */
+/* Bandwidth over Rr/Lr up to which a loop bears more slip, twice that at most. */
 #define SPEED_CONTROL_SLOWER_PU 0.2f
 
 /* The factor 1.2 of b: where slip leaves more than 1/1.2 of the gain, b is 0. */
