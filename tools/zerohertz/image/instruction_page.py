@@ -55,11 +55,6 @@ def page_text(interrupts: Sequence[Interrupt]) -> str:
     return "".join([*parts, model, *map(_line, cycles.MODEL)])
 
 
-def stale(interrupts: Sequence[Interrupt]) -> bool:
-    """Whether the committed page is another."""
-    return not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page_text(interrupts)
-
-
 def _counts(found: Interrupt) -> str:
     cells = (f"{found.mean:.0f}", found.worst, found.live_change, found.trace)
     return _line([found.config, *cells])
