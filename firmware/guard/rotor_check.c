@@ -1,10 +1,17 @@
 #include "rotor_check.h"
 
+#include <math.h>
+
 #define ROTOR_MEAN_S 0.1f
 
-/* |x| of 1.36 leaves .35 along the current; half the flux of V/f is beyond its pull-out. */
+/* |x| of 1.36 leaves .35 of M i along the current; half the flux of V/f is beyond its pull-out. */
 #define ROTOR_ALONG_PU 0.35f
 #define ROTOR_FLUX_PU  0.5f
+
+/* A long current vector saturates the motor, M is then half the parameter and less: this share of
+ * the flux of V/f along the current is enough. Without saturation it is |x| of 2 at three and a
+ * half times the magnetising current. */
+#define ROTOR_SATURATED_PU 0.7f
 
 /* Over Rs/(kr M), where EMF and resistance are alike. Only the magnitude asks for Rs. */
 #define ROTOR_CURRENT_PU 0.25f
@@ -45,7 +52,10 @@ static bool follows(const rotor_check_config_t *cfg, const rotor_check_state_t *
         return ab_norm2(st->power_VA) >= (least_V * least_V * st->i2_A2);
     }
     const float along_VA = (in->omega_s_rad_s < 0.0f) ? -st->power_VA.beta : st->power_VA.beta;
-    return along_VA >= (ROTOR_ALONG_PU * omega_rad_s * cfg->kr_M_H * st->i2_A2);
+    const float i_A = sqrtf(st->i2_A2);
+    const float least_Wb =
+        minf(ROTOR_ALONG_PU * cfg->kr_M_H * i_A, ROTOR_SATURATED_PU * cfg->kr_lambda_Wb);
+    return along_VA >= (omega_rad_s * least_Wb * i_A);
 }
 
 rotor_check_t rotor_check_step(const rotor_check_config_t *cfg, rotor_check_state_t *st,

@@ -169,6 +169,34 @@ static void test_run_is_supervised_and_nothing_else_is(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.supervisor.flux_error_bound_pu);
 }
 
+/* What a judgement finds of a field that dwells at zero under torque; the speed controller asks for
+ * as much as it may, or for less. */
+static bool stands(float asked_A)
+{
+    st = (drive_state_t){.estimator.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}},
+                         .estimator.adaptation = {.near_zero = true},
+                         .dwell = {.active = true, .share = 1.0f, .swing_rad_s = 2.0f},
+                         .modes.vector.speed = {.low_A = -5.0f, .high_A = 5.0f, .pi = {asked_A}},
+                         .slot = SLOT_SUPERVISOR_MEASURE - 1u};
+    in = (drive_in_t){.mode = DRIVE_RUN};
+    sample = words(&p, 0, 2.0, 30.0, 540.0);
+    step();
+    TEST_ASSERT_TRUE(st.supervisor.judged);
+    return st.supervisor.found.still;
+}
+
+/* It swings where there is torque for it; where there is none left, it only stands. */
+static void test_a_dwell_without_torque_to_spare_is_none(void)
+{
+    p = both_machines(1);
+    p.supervisor.still_rad_s = 1e3f;
+    p.supervisor.still_A = 1e-3f;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    TEST_ASSERT_FALSE(stands(0.0f));
+    TEST_ASSERT_TRUE(stands(100.0f));
+    TEST_ASSERT_TRUE(stands(-100.0f));
+}
+
 /* The same step with and without the verdict. */
 static void step_both(supervisor_confidence_t verdict, drive_state_t *told, drive_out_t *told_out)
 {
@@ -586,6 +614,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_run_is_supervised_and_nothing_else_is);
+    RUN_TEST(test_a_dwell_without_torque_to_spare_is_none);
     RUN_TEST(test_told_only_nothing_but_the_verdict_differs);
     RUN_TEST(test_stop_is_a_fault_and_nothing_else);
     RUN_TEST(test_doubt_alone_is_acted_upon_by_nobody);

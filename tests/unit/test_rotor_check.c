@@ -95,6 +95,30 @@ static void test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not
     }
 }
 
+/* 40 A on a motor whose M is then next to nothing: the rotor follows without slip. */
+static rotor_check_in_t saturated(double lambda_Wb)
+{
+    const double i_A = 40.0;
+    const motor_model_t linear = motor;
+    motor.M_H = (float)(lambda_Wb / i_A);
+    const rotor_check_in_t in = turned(12.0, 0.0, i_A, 0.7);
+    motor = linear;
+    return in;
+}
+
+/* .7 of the .45 Wb of V/f are enough, as M i is several times that; half a percent of them less is
+ * not. */
+static void test_a_rotor_that_a_long_current_saturates_follows(void)
+{
+    for (int k = 0; k < REFERENCE_MACHINES; k++) {
+        use(reference_machine[k]);
+        TEST_ASSERT_TRUE(motor.M_H * 40.0f > 2.5f * 0.45f);
+        TEST_ASSERT_EQUAL(ROTOR_FOLLOWS, after_looks(saturated(1.005 * 0.7 * 0.45)));
+        use(reference_machine[k]);
+        TEST_ASSERT_EQUAL(ROTOR_LOST, after_looks(saturated(0.995 * 0.7 * 0.45)));
+    }
+}
+
 /* Rs and dead time are in phase with the current; neither makes a lost rotor of one that follows.
  */
 static void test_a_wrong_resistance_does_not_matter_to_a_current_vector(void)
@@ -232,6 +256,7 @@ int main(void)
     RUN_TEST(test_frequencies_from_which_the_emf_tells);
     RUN_TEST(test_a_slow_rotor_of_a_large_motor_follows);
     RUN_TEST(test_a_rotor_within_its_pull_out_follows_and_one_far_beyond_does_not);
+    RUN_TEST(test_a_rotor_that_a_long_current_saturates_follows);
     RUN_TEST(test_a_wrong_resistance_does_not_matter_to_a_current_vector);
     RUN_TEST(test_too_slow_to_tell);
     RUN_TEST(test_the_flux_of_a_voltage_vector_collapses);

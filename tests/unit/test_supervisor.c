@@ -707,6 +707,18 @@ static void test_a_field_that_stands_under_little_torque_is_a_loss_later(void)
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
+/* All torque in use, and yet it is nowhere near: three times as fast still stands. */
+static void test_a_slow_field_at_the_limit_of_the_torque_is_a_loss_too(void)
+{
+    configure_steered();
+    in.at_limit = true;
+    judge_times(50, 0.0f, 6.01f);
+    TEST_ASSERT_EQUAL_UINT32(0u, st.still_units);
+    TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
+    judge_times(6, 0.0f, -5.99f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+}
+
 static void test_a_field_may_stand_without_torque_or_steering(void)
 {
     configure_steered();
@@ -877,6 +889,7 @@ int main(void)
     RUN_TEST(test_a_field_that_stands_under_torque_is_a_loss);
     RUN_TEST(test_a_field_that_mostly_stands_is_a_loss_too);
     RUN_TEST(test_a_field_that_stands_under_little_torque_is_a_loss_later);
+    RUN_TEST(test_a_slow_field_at_the_limit_of_the_torque_is_a_loss_too);
     RUN_TEST(test_a_field_may_stand_without_torque_or_steering);
     RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);

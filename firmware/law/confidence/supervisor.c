@@ -22,6 +22,9 @@
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
 #define SUPERVISOR_STILL_LIGHT    5u
 
+/* With all torque in use a field may not even be so many times as fast: it should be on its way. */
+#define SUPERVISOR_STILL_AT_LIMIT 3.0f
+
 /* Longest time in schedules that a counter takes with room to spare. */
 #define SUPERVISOR_MAX_SCHEDULES 1e9f
 
@@ -174,13 +177,15 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float still_Wb_A = cfg->p.still_A * lambda_Wb;
     const bool loaded = torque_Wb_A > SUPERVISOR_STILL_LIGHT_PU * still_Wb_A;
     const bool swings = in->swing_rad_s > 0.0f;
+    const float still_rad_s =
+        cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
         .i_s_A = magnitude(in->i_s_A),
         /* I-f turns the field itself. */
         .still = (st->confidence != SUPERVISOR_IMPRESSED) && loaded && !swings &&
-                 (absf(st->omega_s_rad_s) < cfg->p.still_rad_s),
+                 (absf(st->omega_s_rad_s) < still_rad_s),
         .light = !(torque_Wb_A > still_Wb_A),
         /* I-f does not control the flux. */
         .flux_high =
