@@ -4,10 +4,12 @@
 
 /* Coming nearer is faster than 4 rad/s^2: a load of fifty times the motor's inertia at rated torque
  * still is. The mean of a quarter of a second keeps the ripple of an estimate out. */
-#define SPEED_NEARER_S      0.25f
-#define SPEED_NEARER_RAD_S  1.0f
-#define SPEED_WARNING_S     0.15f
-#define SPEED_APPROACH_S    1.0f /* on the way there: a load or a ramp beyond the torque */
+#define SPEED_NEARER_S     0.25f
+#define SPEED_NEARER_RAD_S 1.0f
+#define SPEED_WARNING_S    0.15f
+/* On the way there: a load or a ramp beyond the torque. At high speed half the distance too, where
+ * a sag of the link by 30 % keeps the shaft for .7 s without coming nearer. */
+#define SPEED_APPROACH_S    0.9f
 #define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
 #define SPEED_DEVIATION_PU 0.06f
@@ -77,8 +79,9 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
-/* Half the limit counts as in deviates, but at high speed the whole: a sag of the link passes. In
- * V/f the current limit holds the frequency back, so a speed that only approaches counts too. */
+/* Half the limit counts as in deviates, but at high speed at once the whole only: a sag of the link
+ * passes. In V/f the current limit holds the frequency back, so a speed that only approaches counts
+ * too. */
 static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *in, bool far,
                        bool wrong)
 {
@@ -87,13 +90,14 @@ static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *
 }
 
 /* True when the speed stays away from its reference although the torque is at its limit. With an
- * estimate one that only approaches counts after the longer approach_s. */
+ * estimate one that only approaches, or half the limit at high speed, counts after the longer
+ * approach_s. */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
     const bool away = stays_away(cfg, in, far, wrong);
-    const bool slow = far && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
+    const bool slow = (far || wrong) && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
     st->approach_s = passed(st->approach_s, slow ? one_s : -one_s, cfg->approach_s);
