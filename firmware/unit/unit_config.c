@@ -213,7 +213,7 @@ static void config_confidence(drive_params_t *d, const params_t *p)
     d->lost_action = (drive_lost_action_t)p->lost_action;
     d->i_f = (i_f_params_t){.current_A = p->i_f_A,
                             .slew_A_per_s = CONFIG_I_F_PER_S * p->i_f_A,
-                            .slew_rad_s2 = p->open_loop_slew_rad_s2,
+                            .slew_rad_s2 = minf(p->open_loop_slew_rad_s2, p->speed_slew_rad_s2),
                             .return_rad_s = NUM_TWO_PI * CONFIG_I_F_RETURN_HZ,
                             .timeout_s = CONFIG_I_F_TIMEOUT_S};
 }

@@ -270,6 +270,9 @@ static void test_supervisor_and_i_f_get_their_numbers(void)
     EXPECT(i_f.slew_rad_s2, 68.6399994f);
     EXPECT(i_f.return_rad_s, 9.42477798f);
     EXPECT(i_f.timeout_s, 5.0f);
+    params.speed_slew_rad_s2 = 4.0f; /* a large inertia follows no faster in I-f */
+    unit_config_drive(&drive, &params);
+    EXPECT(i_f.slew_rad_s2, 4.0f);
 }
 
 static void test_modes_get_their_numbers(void)
