@@ -4,14 +4,12 @@
 
 #define ROTOR_MEAN_S 0.1f
 
-/* |x| of 1.36 leaves .35 of M i along the current; half the flux of V/f is beyond its pull-out. */
+/* |x| of 1.36 leaves .35 of M i along a current vector. A long one saturates the motor, and M is
+ * then a third of the parameter: half the flux of V/f is enough. Without saturation that is |x| of
+ * 2.4 at three and a half times the magnetising current. V/f with half its flux is beyond its
+ * pull-out. */
 #define ROTOR_ALONG_PU 0.35f
 #define ROTOR_FLUX_PU  0.5f
-
-/* A long current vector saturates the motor, M is then half the parameter and less: this share of
- * the flux of V/f along the current is enough. Without saturation it is |x| of 2 at three and a
- * half times the magnetising current. */
-#define ROTOR_SATURATED_PU 0.7f
 
 /* Over Rs/(kr M), where EMF and resistance are alike. Only the magnitude asks for Rs. */
 #define ROTOR_CURRENT_PU 0.25f
@@ -54,7 +52,7 @@ static bool follows(const rotor_check_config_t *cfg, const rotor_check_state_t *
     const float along_VA = (in->omega_s_rad_s < 0.0f) ? -st->power_VA.beta : st->power_VA.beta;
     const float i_A = sqrtf(st->i2_A2);
     const float least_Wb =
-        minf(ROTOR_ALONG_PU * cfg->kr_M_H * i_A, ROTOR_SATURATED_PU * cfg->kr_lambda_Wb);
+        minf(ROTOR_ALONG_PU * cfg->kr_M_H * i_A, ROTOR_FLUX_PU * cfg->kr_lambda_Wb);
     return along_VA >= (omega_rad_s * least_Wb * i_A);
 }
 
