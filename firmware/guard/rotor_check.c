@@ -4,10 +4,10 @@
 
 #define ROTOR_MEAN_S 0.1f
 
-/* |x| of 1.36 leaves .35 of M i along a current vector. A long one saturates the motor, and M is
- * then a third of the parameter: half the flux of V/f is enough. Without saturation that is |x| of
- * 2.4 at three and a half times the magnetising current. V/f with half its flux is beyond its
- * pull-out. */
+/* |x| of 1.36 leaves .35 of M i along the current. A long current vector saturates the motor, M is
+ * then down to a third of the parameter, and half the flux of V/f is enough if the rotor lags by no
+ * more than that. In V/f itself half the flux is beyond the pull-out. */
+#define ROTOR_LAG_PU   1.36f
 #define ROTOR_ALONG_PU 0.35f
 #define ROTOR_FLUX_PU  0.5f
 
@@ -50,10 +50,10 @@ static bool follows(const rotor_check_config_t *cfg, const rotor_check_state_t *
         return ab_norm2(st->power_VA) >= (least_V * least_V * st->i2_A2);
     }
     const float along_VA = (in->omega_s_rad_s < 0.0f) ? -st->power_VA.beta : st->power_VA.beta;
-    const float i_A = sqrtf(st->i2_A2);
-    const float least_Wb =
-        minf(ROTOR_ALONG_PU * cfg->kr_M_H * i_A, ROTOR_FLUX_PU * cfg->kr_lambda_Wb);
-    return along_VA >= (omega_rad_s * least_Wb * i_A);
+    const bool near = absf(st->power_VA.alpha) <= (ROTOR_LAG_PU * along_VA);
+    const float linear_VA = ROTOR_ALONG_PU * omega_rad_s * cfg->kr_M_H * st->i2_A2;
+    const float least_VA = ROTOR_FLUX_PU * omega_rad_s * cfg->kr_lambda_Wb * sqrtf(st->i2_A2);
+    return (along_VA >= linear_VA) || (near && (along_VA >= least_VA));
 }
 
 rotor_check_t rotor_check_step(const rotor_check_config_t *cfg, rotor_check_state_t *st,

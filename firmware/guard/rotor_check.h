@@ -7,8 +7,9 @@
  *   Re(e conj(i)) = w_s kr M |i|^2 x/(1 + x^2),   Im(e conj(i)) = w_s kr M |i|^2/(1 + x^2)
  *
  * Rs and dead time are in phase with i and do not affect the second. Pull-out is at |x| = 1; a lost
- * rotor has |x| far above. With a voltage vector the slip may be larger; there the flux |e|/(w_s
- * kr) collapses.
+ * rotor has |x| far above. Where i saturates the motor M is smaller and the second too; the ratio
+ * of the two is still x, as far as Rs and dead time are known. With a voltage vector the slip may
+ * be larger; there the flux |e|/(w_s kr) collapses.
  *
  * At a start the direct current flows along alpha. A shaft at rest leaves beta at zero. A turning
  * shaft shows an EMF in beta that changes its sign; residual flux of a rotor at rest shows one that
