@@ -149,22 +149,24 @@ static rotor_check_t seen_rotor(const speed_guard_config_t *cfg, speed_guard_sta
     return ROTOR_FOLLOWS; /* estimated, or taken as 0 */
 }
 
+/* Doubt is told and nothing else: an estimate may come back from it. */
 static uint32_t look_at_rotor(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                               const speed_guard_in_t *in)
 {
     const rotor_check_t rotor = seen_rotor(cfg, st, in);
     const bool lost = rotor == ROTOR_LOST;
+    st->speed_unknown = in->in_doubt;
     /* Neither lost nor lately so: nothing to count. */
     if ((rotor == ROTOR_FOLLOWS) && (st->lost_s + st->unknown_s <= 0.0f)) {
-        st->speed_unknown = false;
         return 0u;
     }
     const float one_s = cfg->schedule_s;
     st->lost_s = passed(st->lost_s, one_s * (lost ? 1.0f : -SPEED_FOLLOWS_PU), cfg->unexplained_s);
-    st->speed_unknown =
+    const bool unseen =
         (rotor == ROTOR_NOT_SEEN) || (lost && (st->lost_s >= SPEED_UNKNOWN_AFTER_S));
-    st->unknown_s = passed(st->unknown_s, st->speed_unknown ? one_s : -(SPEED_HEALS_PU * one_s),
-                           cfg->unknown_s);
+    st->speed_unknown = st->speed_unknown || unseen;
+    st->unknown_s =
+        passed(st->unknown_s, unseen ? one_s : -(SPEED_HEALS_PU * one_s), cfg->unknown_s);
     const bool late = (st->lost_s >= cfg->unexplained_s) || (st->unknown_s >= cfg->unknown_s);
     return late ? FAULT_SPEED_DEVIATION : 0u;
 }

@@ -82,6 +82,7 @@ static const uint16_t of_protection[] = {
     AT(supervisor.found.i_s_A),
     AT(supervisor.found.excess_pu),
     AT(supervisor.omega_s_rad_s),
+    AT(supervisor.standing_pu),
     AT_AB(supervisor.emf_sum_V),
     AT_AB(supervisor.d_Wb),
     AT(supervisor.flux_error_bound_pu),

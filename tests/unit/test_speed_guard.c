@@ -290,6 +290,22 @@ static void test_an_unknown_speed_heals_at_half_the_time(void)
     TEST_ASSERT_FALSE(st.speed_unknown);
 }
 
+/* An estimate in doubt is no fault, for however long, and no help to a rotor that is not seen. */
+static void test_doubt_makes_the_speed_unknown_and_no_fault(void)
+{
+    in.in_doubt = true;
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, seconds_to(0xffffffffu, 0.0f));
+    TEST_ASSERT_TRUE(st.speed_unknown);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.unknown_s);
+    st.unknown_s = 3.0f;
+    (void)speed_guard_look(&cfg, &st, &in);
+    TEST_ASSERT_TRUE(st.speed_unknown);
+    TEST_ASSERT_TRUE(st.unknown_s < 3.0f);
+    in.in_doubt = false;
+    (void)speed_guard_look(&cfg, &st, &in);
+    TEST_ASSERT_FALSE(st.speed_unknown);
+}
+
 /* Back at the reference, what was counted is taken back at half the time. */
 static void test_a_deviation_that_ended_heals_at_half_the_time(void)
 {
@@ -463,6 +479,7 @@ int main(void)
     RUN_TEST(test_on_the_way_is_beyond_what_is_allowed);
     RUN_TEST(test_a_rotor_that_was_lost_heals_slowly);
     RUN_TEST(test_an_unknown_speed_heals_at_half_the_time);
+    RUN_TEST(test_doubt_makes_the_speed_unknown_and_no_fault);
     RUN_TEST(test_a_deviation_that_ended_heals_at_half_the_time);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);

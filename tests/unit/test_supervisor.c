@@ -719,6 +719,33 @@ static void test_a_slow_field_at_the_limit_of_the_torque_is_a_loss_too(void)
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
+/* In doubt for most of the last .3 s: ln 2 of them, whether the field should swing or not. */
+static void test_beside_a_field_that_stands_under_torque_no_speed_is_known(void)
+{
+    const float swing_rad_s[] = {0.0f, 0.8f};
+    for (int k = 0; k < 2; k++) {
+        setUp();
+        configure_steered();
+        in.i_s_A = (ab_t){0.0f, 1.21f};
+        in.swing_rad_s = swing_rad_s[k];
+        in.swing_omega_rad_s = 8.0f;
+        cfg.still_units = 1000u; /* no take-over meanwhile */
+        judge_times(65, 0.0f, 1.0f);
+        TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+        TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+        judge_with(0.0f, 1.0f);
+        TEST_ASSERT_TRUE(supervisor_speed_unknown(&st));
+        st.confidence = SUPERVISOR_CLOSED;
+        TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+        st.confidence = SUPERVISOR_IMPRESSED; /* the guard looks after I-f */
+        TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+    }
+    st = (supervisor_state_t){0};
+    in.i_s_A = (ab_t){8.0f, 1.19f}; /* without torque */
+    judge_times(200, 0.0f, 1.0f);
+    ASSERT_SAME_FLOAT(0.0f, st.standing_pu);
+}
+
 static void test_a_field_may_stand_without_torque_or_steering(void)
 {
     configure_steered();
@@ -890,6 +917,7 @@ int main(void)
     RUN_TEST(test_a_field_that_mostly_stands_is_a_loss_too);
     RUN_TEST(test_a_field_that_stands_under_little_torque_is_a_loss_later);
     RUN_TEST(test_a_slow_field_at_the_limit_of_the_torque_is_a_loss_too);
+    RUN_TEST(test_beside_a_field_that_stands_under_torque_no_speed_is_known);
     RUN_TEST(test_a_field_may_stand_without_torque_or_steering);
     RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);

@@ -5,6 +5,9 @@
 /* Filter of w_s: a quarter in 3.2 ms. The noise of w_hat is faster. */
 #define SUPERVISOR_OMEGA_S_PER_S 78.125f
 
+/* Of the share of the time in which the field stands: the estimate of one that stands jumps. */
+#define SUPERVISOR_STANDING_S 0.3f
+
 /* Lost is 25 degrees or a quarter of the flux; an error of a quarter turns it by 14.5 degrees at
  * most, so the quarter decides. Hysteresis: back below 10 degrees. */
 #define SUPERVISOR_LIMIT_PU  0.25f
@@ -67,6 +70,7 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         .lambda_low_Wb = SUPERVISOR_FLUX_LOW_PU * params->lambda_nominal_Wb,
         .lambda_high_Wb = SUPERVISOR_FLUX_HIGH_PU * params->lambda_nominal_Wb,
         .omega_s_gain = minf(SUPERVISOR_OMEGA_S_PER_S * schedule_s, 1.0f),
+        .standing_gain = schedule_s / (schedule_s + SUPERVISOR_STANDING_S),
         .confirm_schedules = (uint32_t)(confirm + 0.5f),
         .return_schedules = (uint32_t)(back + 0.5f),
         .still_units = SUPERVISOR_STILL_LIGHT * (uint32_t)(still + 0.5f),
@@ -179,13 +183,15 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const bool swings = in->swing_rad_s > 0.0f;
     const float still_rad_s =
         cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
+    /* I-f turns the field itself. */
+    const bool stands = (st->confidence != SUPERVISOR_IMPRESSED) && loaded &&
+                        (absf(st->omega_s_rad_s) < still_rad_s);
+    st->standing_pu += cfg->standing_gain * ((stands ? 1.0f : 0.0f) - st->standing_pu);
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
         .i_s_A = magnitude(in->i_s_A),
-        /* I-f turns the field itself. */
-        .still = (st->confidence != SUPERVISOR_IMPRESSED) && loaded && !swings &&
-                 (absf(st->omega_s_rad_s) < still_rad_s),
+        .still = stands && !swings,
         .light = !(torque_Wb_A > still_Wb_A),
         /* I-f does not control the flux. */
         .flux_high =

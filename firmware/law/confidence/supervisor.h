@@ -60,7 +60,8 @@ typedef struct {
     float corner2_rad2_s2;
     float lambda_low_Wb;
     float lambda_high_Wb;
-    float omega_s_gain; /* per schedule */
+    float omega_s_gain;  /* per schedule */
+    float standing_gain; /* likewise */
     uint32_t confirm_schedules;
     uint32_t return_schedules;
     uint32_t still_units;
@@ -88,6 +89,7 @@ typedef struct {
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
     uint32_t still_units;      /* of the time with STILL, less that without */
+    float standing_pu;         /* share of the last .3 s with a field that stands under torque */
     uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
@@ -111,6 +113,12 @@ typedef struct {
  * residual_pu <= lost_pu and the corner is slow against the period. */
 CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                              const motor_model_t *motor, float period_s);
+
+/* In doubt beside a field that stands under torque: any speed explains what is measured. */
+static inline bool supervisor_speed_unknown(const supervisor_state_t *st)
+{
+    return (st->confidence == SUPERVISOR_DEGRADED) && (st->standing_pu > 0.5f);
+}
 
 /* One period of RUN; at any other time the state is zeroed. */
 static inline void supervisor_add(supervisor_state_t *st, ab_t u_s_V, ab_t i_s_A, float Rs_ohm)
