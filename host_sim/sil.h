@@ -147,8 +147,8 @@ typedef struct {
     float l2_im;
     float x_rad_s; /* state of the speed adaptation's integrator, electrical */
     /* Filled in where struct_size leaves room. */
-    uint32_t speed_unknown; /* 1: a mode imposes the frequency and nothing shows that the rotor
-                             * follows */
+    uint32_t speed_unknown; /* 1: nothing shows the speed: a mode imposes the frequency, or the
+                             * estimate is in doubt beside a field that stands under torque */
     uint32_t confidence;    /* ZH_CONFIDENCE_* */
     uint32_t reasons;       /* ZH_REASON_* */
     uint32_t commissioning; /* ZH_COMMISSIONING_* */

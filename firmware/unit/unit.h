@@ -127,7 +127,7 @@ typedef struct {
     uint32_t confidence;         /* supervisor: 0 closed loop, 1 degraded, 2 I-f operation */
     uint32_t supervisor_reasons; /* SUPERVISOR_* */
     float omega_m_bound_rad_s;   /* bound of the speed error, as far as known */
-    uint32_t speed_unknown;      /* 1: a mode imposes the frequency and nothing shows the speed */
+    uint32_t speed_unknown;      /* 1: nothing shows the speed, imposed or estimated */
 } unit_telemetry_t;
 
 /* What decides about gates and law, in one word: a bit that flips in any of them shows. */
