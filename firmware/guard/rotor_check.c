@@ -11,7 +11,7 @@
 #define ROTOR_ALONG_PU 0.35f
 #define ROTOR_FLUX_PU  0.5f
 
-/* Over Rs/(kr M), where EMF and resistance are alike. Only the magnitude asks for Rs. */
+/* Over Rs/(kr M), where EMF and resistance are alike. Only V/f and the lag ask for Rs. */
 #define ROTOR_CURRENT_PU 0.25f
 #define ROTOR_VOLTAGE_PU 2.0f
 

@@ -79,9 +79,9 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
     return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
 }
 
-/* Half the limit counts as in deviates, but at high speed at once the whole only: a sag of the link
- * passes. In V/f the current limit holds the frequency back, so a speed that only approaches counts
- * too. */
+/* Half the limit counts as in deviates. At high speed only the whole limit is told at once: a sag
+ * of the link passes. In V/f the current limit holds the frequency back, so a speed that only
+ * approaches counts too. */
 static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *in, bool far,
                        bool wrong)
 {

@@ -6,7 +6,7 @@
  *              any deviation while the field nearly stands under all torque
  *   frequency  |w_s| beyond the over-speed trip: the speed estimate is limited, w_s is not
  *   rotor      a mode imposes the frequency: the rotor has to follow it (rotor_check.h)
- *   unknown    the speed is unknown: limited time
+ *   unknown    nothing shows the rotor of an imposed frequency: limited time
  *   start      the shaft turns under the direct current of a start (rotor_check.h)
  *
  * Counts rise twice as fast when a check fails as they fall when it passes. So a shaft that swings
@@ -56,8 +56,8 @@ typedef struct {
     float deviation_s;      /* time of deviation, twice as fast at twice the deviation */
     float unexplained_s;    /* likewise, with torque in reserve */
     float away_s;           /* time of any deviation */
-    float approach_s;       /* likewise, with all torque in use and on the way back */
-    uint32_t frequency;     /* count of debounce.h */
+    float approach_s; /* likewise, with all torque in use: on the way back, or at half the limit */
+    uint32_t frequency; /* count of debounce.h */
     float unknown_s;
     float lost_s; /* time out of step */
     bool speed_unknown;

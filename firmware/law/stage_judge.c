@@ -31,11 +31,17 @@ void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked
     }
 }
 
+/* The speed asks for all of the torque current. A flux that swings takes some of it away itself. */
+static bool torque_spent(const drive_state_t *st, drive_aim_t aim)
+{
+    return (st->mode == MODE_VECTOR) && (aim != DRIVE_AIM_TORQUE) && !st->dwell.flux &&
+           speed_control_at_limit(&st->modes.vector.speed);
+}
+
 void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                  drive_out_t *out)
 {
     const estimate_t *e = &st->estimator.estimate;
-    const bool at_limit = speed_control_at_limit(&st->modes.vector.speed);
     const supervisor_in_t supervisor_in = {.i_s_A = out->meas.i_s_A,
                                            .lambda_r_hat_Wb = e->lambda_r_hat_Wb,
                                            .e1_A = e->i_residual_A,
@@ -43,9 +49,8 @@ void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t 
                                            .Rs_ohm = drive_rs_ohm(cfg, st),
                                            .omega_e_hat_rad_s = e->omega_e_rad_s,
                                            .omega_s_hat_rad_s = e->omega_s_rad_s,
-                                           .at_limit = at_limit,
-                                           /* Without torque to spare the speed does not swing. */
-                                           .swing_rad_s = at_limit ? 0.0f : st->dwell.swing_rad_s,
+                                           .at_limit = torque_spent(st, asked->aim),
+                                           .swing_rad_s = st->dwell.swing_rad_s,
                                            .swing_omega_rad_s = cfg->dwell.omega_rad_s};
     supervisor_step(&cfg->supervisor, &st->supervisor, &supervisor_in, st->slot);
     transition_by_confidence(cfg, st, asked, out);

@@ -21,8 +21,8 @@
 #define CONFIG_SUP_LOST_PU     0.6f
 #define CONFIG_SUP_CONFIRM_S   0.5f
 #define CONFIG_SUP_RETURN_S    0.3f
-/* The flux stands although it is steered: below this share of steer_min_Hz, at this share of the
- * largest torque current, for so long. */
+/* The flux stands although it is steered: below this share of steer_min_Hz (.9 of it while all
+ * torque is in use), at this share of the largest torque current, for so long. */
 #define CONFIG_SUP_STILL_PU   0.5f
 #define CONFIG_SUP_STILL_I_PU 0.2f
 #define CONFIG_SUP_STILL_S    0.3f

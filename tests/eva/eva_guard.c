@@ -83,6 +83,7 @@ static uint32_t look_at_speed(const guard_config_t *cfg, guard_state_t *st)
 {
     speed_guard_in_t in = {.basis = (speed_basis_t)(any_word() % 6u),
                            .at_limit = any_bool(),
+                           .in_doubt = any_bool(),
                            .premagnetising = any_bool()};
     in.omega_rad_s = any_float();
     in.omega_ref_rad_s = any_float();

@@ -171,13 +171,14 @@ static void test_run_is_supervised_and_nothing_else_is(void)
 
 /* What a judgement finds of a field that dwells at zero under torque; the speed controller asks for
  * as much as it may, or for less. */
-static bool stands(float asked_A)
+static bool stands(float asked_A, bool flux)
 {
-    st = (drive_state_t){.estimator.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}},
-                         .estimator.adaptation = {.near_zero = true},
-                         .dwell = {.active = true, .share = 1.0f, .swing_rad_s = 2.0f},
-                         .modes.vector.speed = {.low_A = -5.0f, .high_A = 5.0f, .pi = {asked_A}},
-                         .slot = SLOT_SUPERVISOR_MEASURE - 1u};
+    st =
+        (drive_state_t){.estimator.observer = {.lambda_r_hat_Wb = {0.4f, 0.1f}},
+                        .estimator.adaptation = {.near_zero = true},
+                        .dwell = {.active = true, .flux = flux, .share = 1.0f, .swing_rad_s = 2.0f},
+                        .modes.vector.speed = {.low_A = -5.0f, .high_A = 5.0f, .pi = {asked_A}},
+                        .slot = SLOT_SUPERVISOR_MEASURE - 1u};
     in = (drive_in_t){.mode = DRIVE_RUN};
     sample = words(&p, 0, 2.0, 30.0, 540.0);
     step();
@@ -192,9 +193,10 @@ static void test_a_dwell_without_torque_to_spare_is_none(void)
     p.supervisor.still_rad_s = 1e3f;
     p.supervisor.still_A = 1e-3f;
     TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
-    TEST_ASSERT_FALSE(stands(0.0f));
-    TEST_ASSERT_TRUE(stands(100.0f));
-    TEST_ASSERT_TRUE(stands(-100.0f));
+    TEST_ASSERT_FALSE(stands(0.0f, false));
+    TEST_ASSERT_TRUE(stands(100.0f, false));
+    TEST_ASSERT_TRUE(stands(-100.0f, false));
+    TEST_ASSERT_FALSE(stands(100.0f, true)); /* a flux that swings takes torque away itself */
 }
 
 /* The same step with and without the verdict. */

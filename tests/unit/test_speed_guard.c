@@ -306,6 +306,21 @@ static void test_doubt_makes_the_speed_unknown_and_no_fault(void)
     TEST_ASSERT_FALSE(st.speed_unknown);
 }
 
+/* It does not stand in for a rotor that is not seen, nor hide one. */
+static void test_doubt_neither_hurries_nor_hides_an_unseen_rotor(void)
+{
+    float unknown_s[2];
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        in.basis = SPEED_BASIS_NOBODY;
+        in.in_doubt = n == 1;
+        unknown_s[n] = seconds_to(FAULT_SPEED_DEVIATION, 0.0f);
+        TEST_ASSERT_TRUE(st.speed_unknown);
+    }
+    TEST_ASSERT_TRUE(unknown_s[0] > 0.0f);
+    TEST_ASSERT_EQUAL_FLOAT(unknown_s[0], unknown_s[1]);
+}
+
 /* Back at the reference, what was counted is taken back at half the time. */
 static void test_a_deviation_that_ended_heals_at_half_the_time(void)
 {
@@ -480,6 +495,7 @@ int main(void)
     RUN_TEST(test_a_rotor_that_was_lost_heals_slowly);
     RUN_TEST(test_an_unknown_speed_heals_at_half_the_time);
     RUN_TEST(test_doubt_makes_the_speed_unknown_and_no_fault);
+    RUN_TEST(test_doubt_neither_hurries_nor_hides_an_unseen_rotor);
     RUN_TEST(test_a_deviation_that_ended_heals_at_half_the_time);
     RUN_TEST(test_the_deviation_grows_with_the_reference);
     RUN_TEST(test_a_shaft_that_swings_is_found);

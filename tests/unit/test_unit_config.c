@@ -273,6 +273,7 @@ static void test_supervisor_and_i_f_get_their_numbers(void)
     params.speed_slew_rad_s2 = 4.0f; /* a large inertia follows no faster in I-f */
     unit_config_drive(&drive, &params);
     EXPECT(i_f.slew_rad_s2, 4.0f);
+    EXPECT(modes.volts.slew_rad_s2, 68.6399994f);
 }
 
 static void test_modes_get_their_numbers(void)

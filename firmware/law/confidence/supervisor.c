@@ -25,8 +25,9 @@
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
 #define SUPERVISOR_STILL_LIGHT    5u
 
-/* With all torque in use a field may not even be so many times as fast: it should be on its way. */
-#define SUPERVISOR_STILL_AT_LIMIT 3.0f
+/* With all torque in use |w_s| counts up to so many times still_rad_s. CONFIG_SUP_STILL_PU of it is
+ * still below what steering holds. */
+#define SUPERVISOR_STILL_AT_LIMIT 1.8f
 
 /* Longest time in schedules that a counter takes with room to spare. */
 #define SUPERVISOR_MAX_SCHEDULES 1e9f
@@ -180,18 +181,19 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float torque_Wb_A = absf(ab_cross(in->lambda_r_hat_Wb, in->i_s_A));
     const float still_Wb_A = cfg->p.still_A * lambda_Wb;
     const bool loaded = torque_Wb_A > SUPERVISOR_STILL_LIGHT_PU * still_Wb_A;
-    const bool swings = in->swing_rad_s > 0.0f;
     const float still_rad_s =
         cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
-    /* I-f turns the field itself. */
-    const bool stands = (st->confidence != SUPERVISOR_IMPRESSED) && loaded &&
-                        (absf(st->omega_s_rad_s) < still_rad_s);
+    const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
     st->standing_pu += cfg->standing_gain * ((stands ? 1.0f : 0.0f) - st->standing_pu);
+    /* Without torque to spare the speed does not swing; STILL looks after it then. */
+    const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && (cfg->p.still_rad_s > 0.0f));
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
         .i_s_A = magnitude(in->i_s_A),
-        .still = stands && !swings,
+        .swings = swings,
+        /* I-f turns the field itself. */
+        .still = stands && !swings && (st->confidence != SUPERVISOR_IMPRESSED),
         .light = !(torque_Wb_A > still_Wb_A),
         /* I-f does not control the flux. */
         .flux_high =
@@ -240,7 +242,7 @@ static void judge(const supervisor_config_t *cfg, supervisor_state_t *st, const 
         measure(cfg, st, in, st->d_Wb);
         break;
     case SLOT_SUPERVISOR_WEIGH:
-        if (in->swing_rad_s > 0.0f) {
+        if (st->found.swings && (in->swing_rad_s > 0.0f)) {
             weigh_swing(cfg, st, in);
         } else {
             weigh(cfg, st, in);

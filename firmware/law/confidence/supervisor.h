@@ -42,9 +42,9 @@ typedef struct {
     float lost_pu;           /* likewise, LOST at once; >= residual_pu */
     float confirm_s;         /* RESIDUAL or FLUX for this long: LOST */
     float return_s;          /* all quiet for this long: CLOSED again */
-    float still_rad_s;       /* the flux is steered so that |w_s| stays above; 0: it is not */
-    float still_A;           /* torque current from which it counts in full */
-    float still_s;           /* STILL for this long: LOST */
+    float still_rad_s; /* the flux is steered so that |w_s| stays above twice this; 0: it is not */
+    float still_A;     /* torque current from which it counts in full */
+    float still_s;     /* STILL for this long: LOST */
     float lambda_nominal_Wb;
     float omega_max_rad_s; /* bound that is reported when there is none */
 } supervisor_params_t;
@@ -73,6 +73,7 @@ typedef struct {
     float lambda_Wb;
     float i_s_A;
     bool flux_high;
+    bool swings; /* as it should while it dwells at zero */
     bool still;
     bool light; /* with little torque */
     float excess_pu;
@@ -88,9 +89,9 @@ typedef struct {
     float omega_s_rad_s;        /* low-passed */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
-    uint32_t still_units;      /* of the time with STILL, less that without */
-    float standing_pu;         /* share of the last .3 s with a field that stands under torque */
-    uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
+    uint32_t still_units; /* of the time with STILL, less that without */
+    float standing_pu;    /* how much of the time the field stands under torque; mean of .3 s */
+    uint32_t reasons;     /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
     supervisor_confidence_t confidence;
@@ -104,7 +105,7 @@ typedef struct {
     float Rs_ohm;      /* in use */
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;
-    bool at_limit;           /* all of the torque current is in use */
+    bool at_limit;           /* all of the torque current is in use, for the speed */
     float swing_rad_s;       /* the field dwells at zero and its frequency swings by this; 0: not */
     float swing_omega_rad_s; /* so fast; > 0 where swing_rad_s is */
 } supervisor_in_t;
@@ -114,10 +115,11 @@ typedef struct {
 CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                              const motor_model_t *motor, float period_s);
 
-/* In doubt beside a field that stands under torque: any speed explains what is measured. */
+/* In doubt, or lost, beside a field that stands under torque: any speed explains what is measured.
+ */
 static inline bool supervisor_speed_unknown(const supervisor_state_t *st)
 {
-    return (st->confidence == SUPERVISOR_DEGRADED) && (st->standing_pu > 0.5f);
+    return (st->confidence != SUPERVISOR_CLOSED) && (st->standing_pu > 0.5f);
 }
 
 /* One period of RUN; at any other time the state is zeroed. */

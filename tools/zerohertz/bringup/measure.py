@@ -197,7 +197,8 @@ def first_turn(bench: Bench, meter: Meter) -> Numbers:
     p = bench.drive.get(["pole_pairs", "i_d_A"])
     omega_rad_s = slow_rad_s(bench)
     values = VOLTAGE_ONLY | {"control_mode": 2.0, "i_f_A": p["i_d_A"]}
-    values |= {"open_loop_slew_rad_s2": FIRST_TURN_SLEW * omega_rad_s}
+    slew_rad_s2 = FIRST_TURN_SLEW * omega_rad_s  # I-f keeps to the smaller of the two
+    values |= {"open_loop_slew_rad_s2": slew_rad_s2, "speed_slew_rad_s2": slew_rad_s2}
     values |= {"stop_mode": 1.0, "ramp_down_rad_s2": 0.5 * omega_rad_s, "ramp_down_s": 5.0}
     with bench.running(values, omega_rad_s / p["pole_pairs"]):
         bench.wait(1.0 / FIRST_TURN_SLEW + 4.0)

@@ -156,8 +156,11 @@ def limits_of(bench: Bench, case: Case, made: sim.Job) -> Limits:
     """What the judge has to know of this run."""
     known = param_list.defaults() | dict(made.firmware_config) | dict(made.firmware)
     rig, c = made.rig_overrides, case.condition
-    open_loop = c.mode in (where.I_F, where.V_F)
-    slew = known["open_loop_slew_rad_s2" if open_loop else "speed_slew_rad_s2"]
+    slew = known["speed_slew_rad_s2"]
+    if c.mode == where.I_F:
+        slew = min(slew, known["open_loop_slew_rad_s2"])
+    elif c.mode == where.V_F:
+        slew = known["open_loop_slew_rad_s2"]
     p = known["pole_pairs"]
     return Limits(
         over_A=over_A(bench),
