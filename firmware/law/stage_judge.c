@@ -31,10 +31,12 @@ void stage_heat(const drive_config_t *cfg, drive_state_t *st, drive_mode_t asked
     }
 }
 
-/* The speed asks for all of the torque current. A flux that swings takes some of it away itself. */
-static bool torque_spent(const drive_state_t *st, drive_aim_t aim)
+/* The speed asks for all of the torque current; only the slot that measures looks. A flux that
+ * swings takes some of it away itself. */
+static inline bool torque_spent(const drive_state_t *st, drive_aim_t aim)
 {
-    return (st->mode == MODE_VECTOR) && (aim != DRIVE_AIM_TORQUE) && !st->dwell.flux &&
+    return (st->slot == SLOT_SUPERVISOR_MEASURE) && (st->mode == MODE_VECTOR) &&
+           (aim != DRIVE_AIM_TORQUE) && !st->dwell.flux &&
            speed_control_at_limit(&st->modes.vector.speed);
 }
 
