@@ -25,8 +25,8 @@
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
 #define SUPERVISOR_STILL_LIGHT    5u
 
-/* With all torque in use |w_s| counts up to so many times still_rad_s. CONFIG_SUP_STILL_PU of it is
- * still below what steering holds. */
+/* With all torque in use |w_s| counts up to so many times still_rad_s: .9 of what steering holds.
+ */
 #define SUPERVISOR_STILL_AT_LIMIT 1.8f
 
 /* Longest time in schedules that a counter takes with room to spare. */
