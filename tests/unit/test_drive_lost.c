@@ -199,6 +199,24 @@ static void test_a_dwell_without_torque_to_spare_is_none(void)
     TEST_ASSERT_FALSE(stands(100.0f, true)); /* a flux that swings takes torque away itself */
 }
 
+/* A torque that is asked for may take all of the current for as long as it likes. */
+static void test_a_torque_at_its_limit_takes_no_swing_away(void)
+{
+    p = both_machines(1);
+    p.supervisor.still_rad_s = 1e3f;
+    p.supervisor.still_A = 1e-3f;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    TEST_ASSERT_TRUE(stands(100.0f, false)); /* the limits, and a swing that is none */
+    in.aim = DRIVE_AIM_TORQUE;
+    in.torque_ref_Nm = 1e3f;
+    st.modes.vector.speed.i_q_A = 5.0f;
+    st.dwell = (dwell_state_t){.active = true, .share = 1.0f, .swing_rad_s = 2.0f};
+    st.slot = SLOT_SUPERVISOR_MEASURE - 1u;
+    step();
+    TEST_ASSERT_TRUE(speed_control_at_limit(&st.modes.vector.speed));
+    TEST_ASSERT_FALSE(st.supervisor.found.still);
+}
+
 /* The same step with and without the verdict. */
 static void step_both(supervisor_confidence_t verdict, drive_state_t *told, drive_out_t *told_out)
 {
@@ -311,6 +329,28 @@ static void test_take_over_asks_for_the_current_there_is(void)
     const double before_A = (double)out.i_ref_A.d;
     step();
     ASSERT_NEAR(1e-5, before_A + 100.0 * 2e-4, out.i_ref_A.d);
+}
+
+/* The speed controller waits meanwhile, at the limit that it was lost at: 11 rad/s stand up to 14
+ * at the limit, and up to 8 without. */
+static void test_a_limit_from_before_the_take_over_does_not_count(void)
+{
+    p.supervisor.still_rad_s = 8.0f;
+    p.supervisor.still_A = 1e-3f;
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, NULL));
+    for (int n = 0; n < 2; n++) {
+        const float omega_rad_s = (n == 0) ? 11.0f : 7.0f;
+        run_impressed(SUPERVISOR_DEGRADED, omega_rad_s, 1.0);
+        st.mode = MODE_TAKE_OVER;
+        st.modes.vector.speed = (speed_control_state_t){
+            .low_A = -5.0f, .high_A = 5.0f, .i_q_A = 5.0f, .omega_ref_rad_s = omega_rad_s};
+        st.supervisor.omega_s_rad_s = omega_rad_s;
+        st.slot = SLOT_SUPERVISOR_MEASURE - 1u;
+        step();
+        TEST_ASSERT_EQUAL(MODE_TAKE_OVER, st.mode);
+        TEST_ASSERT_TRUE(speed_control_at_limit(&st.modes.vector.speed));
+        TEST_ASSERT_EQUAL(n == 1, st.supervisor.found.still);
+    }
 }
 
 /* Below the return frequency nothing is to be seen: the rotor is taken to follow. */
@@ -617,12 +657,14 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_run_is_supervised_and_nothing_else_is);
     RUN_TEST(test_a_dwell_without_torque_to_spare_is_none);
+    RUN_TEST(test_a_torque_at_its_limit_takes_no_swing_away);
     RUN_TEST(test_told_only_nothing_but_the_verdict_differs);
     RUN_TEST(test_stop_is_a_fault_and_nothing_else);
     RUN_TEST(test_doubt_alone_is_acted_upon_by_nobody);
     RUN_TEST(test_the_supervisor_itself_brings_the_vector);
     RUN_TEST(test_take_over_starts_from_current_nominal_flux_and_wanted_speed);
     RUN_TEST(test_take_over_asks_for_the_current_there_is);
+    RUN_TEST(test_a_limit_from_before_the_take_over_does_not_count);
     RUN_TEST(test_slow_the_speed_is_the_imposed_one);
     RUN_TEST(test_fast_the_speed_is_estimated_around_the_imposed_one);
     RUN_TEST(test_the_voltage_turns_with_the_vector);
