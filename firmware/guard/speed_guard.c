@@ -8,7 +8,7 @@
 #define SPEED_NEARER_RAD_S 1.0f
 #define SPEED_WARNING_S    0.15f
 /* On the way there: a load or a ramp beyond the torque. At high speed half the distance too, where
- * a sag of the link by 30 % keeps the shaft for .7 s without coming nearer. */
+ * a sag of the link by 30 % keeps the shaft for .8 to .9 s without coming nearer. */
 #define SPEED_APPROACH_S    0.9f
 #define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */

@@ -70,7 +70,7 @@ typedef struct {
     float omega_ref_rad_s; /* behind the ramp */
     float omega_s_rad_s;
     bool at_limit;       /* at the torque limits */
-    bool in_doubt;       /* the estimate may be of any speed, and says so */
+    bool in_doubt;       /* any speed explains the estimate */
     bool premagnetising; /* only direct current along alpha */
     rotor_check_in_t rotor;
 } speed_guard_in_t;
