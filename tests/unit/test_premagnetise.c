@@ -88,22 +88,28 @@ static void test_resistance_and_loss_are_kept(void)
     TEST_ASSERT_EQUAL_MEMORY(&found, &st, sizeof found);
 }
 
-/* 6 V less 3 VA/i, and a third of the 6 V at .1 A: the line ends where it would touch the tail. */
+/* 6 V less 3 VA/i, and a third of the 6 V at .1 A: the line ends where it would touch the tail. In
+ * the two periods that are averaged a tooth of .5 A shows the slope: Rs + 3 VA/i^2. */
 static void test_threshold_and_tail_are_kept_too(void)
 {
+    static const float tooth_A[LEVEL_PERIODS] = {0.0f, 0.0f, 0.5f, -0.5f};
+    static const float beyond_mean_A[LEVEL_PERIODS] = {0.0f, 0.0f, 0.125f, -0.125f};
     const float level_A[RS_LEVELS] = {5.0f, 0.1f, 3.0f, 8.0f};
     const double tail_A = 3.0 / (3.0 * 6.0 / (2.0 * sqrt(2.0 / 3.0)));
     cfg.measurement.curve = true;
     cfg.measurement.level.A[RS_LEVEL_SMALL] = 0.1f;
     for (uint32_t k = 0u; k < RS_LEVELS * LEVEL_PERIODS; k++) {
-        const float i_A = level_A[k / LEVEL_PERIODS];
-        TEST_ASSERT_TRUE(step(i_A, 1.2f, (i_A < 1.0f) ? 2.0f : (6.0f - 3.0f / i_A)));
-        ASSERT_SAME_FLOAT(i_A, i_ref_A);
+        const float at_A = level_A[k / LEVEL_PERIODS];
+        const float i_A = at_A + tooth_A[k % LEVEL_PERIODS];
+        const float slope_V =
+            (1.2f + 3.0f / (at_A * at_A)) * beyond_mean_A[k % LEVEL_PERIODS] - 1.2f * (i_A - at_A);
+        TEST_ASSERT_TRUE(step(i_A, 1.2f, ((at_A < 1.0f) ? 2.0f : (6.0f - 3.0f / at_A)) + slope_V));
+        ASSERT_SAME_FLOAT(at_A, i_ref_A);
     }
     TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
     TEST_ASSERT_TRUE(st.leg_loss_found);
-    ASSERT_NEAR(1e-5, tail_A, st.leg_tail_A);
-    ASSERT_NEAR(2e-5, 2.0 * tail_A, st.leg_threshold_A);
+    ASSERT_NEAR(1e-4, tail_A, st.leg_tail_A);
+    ASSERT_NEAR(2e-4, 2.0 * tail_A, st.leg_threshold_A);
 }
 
 static void test_the_loss_is_kept_only_where_it_is_asked_for(void)

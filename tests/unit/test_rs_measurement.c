@@ -254,22 +254,34 @@ static void test_a_coarse_voltage_sensor_is_averaged_over_its_steps(void)
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.0f, found_ohm[1]);
 }
 
-/* A drive of 1.5 ohm whose legs lose 2 V (1 - tail/i); of the small current's loss only a share. */
+/* A drive of 1.5 ohm whose legs lose 2 V (1 - tail/i); of the small current's loss only a share.
+ * Within the teeth the rotor's .5 ohm is there too, and the slope of a tail of its own. */
 #define CURVE_V 2.0f
+#define TOOTH_A 0.5f
 
-static rs_measurement_out_t with_curve(float small_A, float share, float tail_A)
+static rs_measurement_out_t with_curve(float small_A, float share, float tail_A, float teeth_A)
 {
+    static const float tooth_A[] = {TOOTH_A, 0.0f, -TOOTH_A, 0.0f};
+    static const float mean_A[] = {0.5f * TOOTH_A, 0.5f * TOOTH_A, -0.5f * TOOTH_A,
+                                   -0.5f * TOOTH_A};
     const float whole_V = (float)LEGS * CURVE_V;
     const float level_A[RS_LEVELS] = {2.0f, small_A, 1.5f, 6.0f};
     cfg.level.A[RS_LEVEL_SMALL] = small_A;
+    cfg.level_periods = 8u;
+    cfg.average_periods = 4u;
+    cfg.dither_A = TOOTH_A;
+    cfg.dither_turns = 0.25f;
     cfg.curve = true;
     st = (rs_measurement_state_t){0};
-    for (int k = 0; k < 16; k++) {
-        const float i_A = level_A[k / 4];
-        const float lost_V = ((k / 4) == RS_LEVEL_SMALL)
-                                 ? (share * whole_V)
-                                 : (whole_V - 3.0f * CURVE_V * tail_A / i_A);
-        const float duty_V = 1.5f * i_A + lost_V;
+    for (int k = 0; k < 32; k++) {
+        const bool is_small = (k / 8) == RS_LEVEL_SMALL;
+        const float at_A = level_A[k / 8];
+        const float i_A = at_A + (is_small ? 0.0f : tooth_A[k % 4]);
+        const float lost_V =
+            is_small ? (share * whole_V) : (whole_V - 3.0f * CURVE_V * tail_A / at_A);
+        const float x_A = is_small ? 0.0f : mean_A[k % 4];
+        const float teeth_V = (2.0f + 3.0f * CURVE_V * teeth_A / (at_A * at_A)) * x_A;
+        const float duty_V = 1.5f * at_A + lost_V + teeth_V;
         const rs_measurement_out_t busy = step(i_A, cfg.by_duty ? duty_V : (1.5f * i_A), duty_V);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, busy.status);
         ASSERT_SAME_FLOAT(i_A, busy.i_ref_A);
@@ -281,7 +293,7 @@ static rs_measurement_out_t with_curve(float small_A, float share, float tail_A)
 static rs_measurement_out_t with_small(float small_A, float share)
 {
     cfg = simple;
-    const rs_measurement_out_t out = with_curve(small_A, share, 0.0f);
+    const rs_measurement_out_t out = with_curve(small_A, share, 0.0f, 0.0f);
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
     ASSERT_NEAR(1e-5, CURVE_V, out.lost_V);
     ASSERT_SAME_FLOAT(0.0f, out.tail_A);
@@ -295,7 +307,7 @@ static rs_measurement_out_t with_capacitance(float tail_A, bool by_duty)
     const float x_A = 0.3f * sqrtf(2.0f / 3.0f);
     cfg = simple;
     cfg.by_duty = by_duty;
-    return with_curve(0.3f, 0.75f * x_A / (4.0f * tail_A), tail_A);
+    return with_curve(0.3f, 0.75f * x_A / (4.0f * tail_A), tail_A, tail_A);
 }
 
 static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance(void)
@@ -312,20 +324,23 @@ static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance
     }
 }
 
-/* c/i is 6 V tail/(6 A) and has to be 1.5 % of 9 V and the whole loss. */
-static void test_a_tail_too_short_to_be_told_from_the_flux_is_none(void)
+/* A loss that is still rising at the lowest level: the levels show a tail, the teeth none. And a
+ * saturation that lets Rr fall: the teeth show one, the levels none. */
+static void test_a_tail_that_only_levels_or_only_teeth_show_is_none(void)
 {
-    const float least_A = 0.015f * (9.0f + (float)LEGS * CURVE_V) / 1.015f;
-    rs_measurement_out_t out = with_capacitance(1.02f * least_A, true);
-    ASSERT_NEAR(1e-4, 1.02 * (double)least_A, out.tail_A);
-    ASSERT_NEAR(1e-4, 1.5 * 1.25, out.Rs_ohm);
-    out = with_capacitance(0.98f * least_A, true);
-    ASSERT_SAME_FLOAT(0.0f, out.tail_A);
-    /* c over 6 A and 2 A stays in Rs. */
-    ASSERT_NEAR(1e-4, (1.5 + 6.0 * 0.98 * (double)least_A / 12.0) * 1.25, out.Rs_ohm);
-    /* Bent the other way. */
-    out = with_capacitance(-0.2f, true);
-    ASSERT_SAME_FLOAT(0.0f, out.tail_A);
+    const struct {
+        float levels_A, teeth_A, tail_A;
+    } of[] = {{0.2f, 0.0f, 0.0f}, {0.2f, -0.1f, 0.0f}, {0.0f, 0.2f, 0.0f},  {-0.2f, 0.2f, 0.0f},
+              {0.2f, 0.1f, 0.1f}, {0.1f, 0.2f, 0.1f},  {-0.2f, -0.2f, 0.0f}};
+    for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
+        cfg = simple;
+        cfg.by_duty = true;
+        const rs_measurement_out_t out = with_curve(0.3f, 0.2f, of[k].levels_A, of[k].teeth_A);
+        TEST_ASSERT_EQUAL(of[k].tail_A > 0.0f, out.tail_A > 0.0f);
+        /* What is not taken off over 6 A and 2 A stays in Rs. */
+        const double left_A = (double)of[k].levels_A - (double)of[k].tail_A;
+        ASSERT_NEAR(1e-3, (1.5 + 6.0 * left_A / 12.0) * 1.25, out.Rs_ohm);
+    }
 }
 
 /* A line that is longer ends before the whole of it, one that is shorter where the tail begins. */
@@ -333,15 +348,15 @@ static void test_the_threshold_lies_where_line_and_tail_meet(void)
 {
     const double x_A = 0.3 * sqrt(2.0 / 3.0);
     cfg = simple;
-    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.8), 0.19f);
+    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.8), 0.19f, 0.19f);
     ASSERT_NEAR(1e-4, 0.8 - 2.0 * 0.19, out.threshold_A);
     ASSERT_NEAR(1e-4, 0.19, out.tail_A);
     cfg = simple;
-    out = with_curve(0.3f, (float)(0.75 * x_A / 0.25), 0.2f);
+    out = with_curve(0.3f, (float)(0.75 * x_A / 0.25), 0.2f, 0.2f);
     ASSERT_NEAR(1e-4, 2.0 * 0.2, out.threshold_A);
     /* The lower level bounds both. */
     cfg = simple;
-    out = with_curve(0.3f, (float)(0.75 * x_A / 0.3), 0.6f);
+    out = with_curve(0.3f, (float)(0.75 * x_A / 0.3), 0.6f, 0.6f);
     ASSERT_NEAR(1e-5, 0.5 * sqrt(2.0 / 3.0) * 2.0, out.threshold_A);
     ASSERT_SAME_FLOAT(0.5f * out.threshold_A, out.tail_A);
 }
@@ -597,7 +612,7 @@ int main(void)
     RUN_TEST(test_result_comes_once);
     RUN_TEST(test_the_small_current_tells_from_where_on_the_loss_is_whole);
     RUN_TEST(test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance);
-    RUN_TEST(test_a_tail_too_short_to_be_told_from_the_flux_is_none);
+    RUN_TEST(test_a_tail_that_only_levels_or_only_teeth_show_is_none);
     RUN_TEST(test_the_threshold_lies_where_line_and_tail_meet);
     RUN_TEST(test_a_threshold_is_at_most_the_lower_levels_leg_current);
     RUN_TEST(test_without_a_small_current_or_a_loss_no_threshold_is_found);

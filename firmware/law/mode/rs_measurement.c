@@ -10,10 +10,6 @@
 #define RS_SHARE_MIN 0.05f
 #define RS_TINY_V    1e-6f
 
-/* Least c/i of the high level over its voltage: less is a flux that still moves, or a coarse ADC.
- */
-#define RS_TAIL_MIN_PU 0.015f
-
 #define RS_MAX_PERIODS 1000000.0f
 
 /* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor. */
@@ -86,16 +82,28 @@ static float slope_ohm(const rs_measurement_sums_t *high, const rs_measurement_s
     return (high->u_duty_V - low->u_duty_V) / (high->i_A - low->i_A);
 }
 
-/* c/i of the high level in u = Rs i + u_0 - c/i: between i and j the slope is Rs + c/(i j). Without
- * the bend, whose sums are zero then, there is none. */
-static float bent_V(const rs_measurement_state_t *st)
+/* Slope of the duties' voltage within the teeth of a level. */
+COLD static float tooth_ohm(const rs_measurement_config_t *cfg, const rs_measurement_sums_t *sums)
+{
+    const float x_A = sums->x_A / (float)cfg->average_periods;
+    return (sums->xu_VA - x_A * sums->u_duty_V) / (sums->xx_A2 - x_A * sums->x_A);
+}
+
+/* c/i of the high level in u = Rs i + u_0 - c/i. Between i and j the slope is Rs + c/(i j), within
+ * the teeth of a level Rs + Rr' + c/i^2. The smaller c counts: where the lowest level is in the
+ * bend of another curve, the levels show a c that the teeth of the upper ones do not. Without the
+ * lowest level, whose sums are zero then, there is none. */
+static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st)
 {
     const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
     const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
-    const float c_V = (slope_ohm(low, bend) - slope_ohm(high, low)) * low->i_A * bend->i_A /
-                      (high->i_A - bend->i_A);
-    return (c_V > RS_TAIL_MIN_PU * high->u_duty_V) ? c_V : 0.0f;
+    const float bent_ohm = slope_ohm(low, bend) - slope_ohm(high, low);
+    const float teeth_ohm = tooth_ohm(cfg, low) - tooth_ohm(cfg, high);
+    const float levels_V = bent_ohm * bend->i_A / (high->i_A - bend->i_A);
+    const float teeth_V =
+        teeth_ohm * low->i_A * high->i_A / ((high->i_A - low->i_A) * (high->i_A + low->i_A));
+    return low->i_A * maxf(minf(levels_V, teeth_V), 0.0f);
 }
 
 /* The leg current at which the line through the small current ends. Leg u carries x there, the
@@ -111,13 +119,6 @@ COLD static float threshold_A(const rs_measurement_config_t *cfg,
     /* At the lower level it is whole in every leg. */
     return minf(maxf(line_A - 2.0f * out->tail_A, 2.0f * out->tail_A),
                 0.5f * NUM_SQRT_2_3 * cfg->level.A[RS_LEVEL_LOW]);
-}
-
-/* Slope of the duties' voltage within the teeth of a level. */
-COLD static float tooth_ohm(const rs_measurement_config_t *cfg, const rs_measurement_sums_t *sums)
-{
-    const float x_A = sums->x_A / (float)cfg->average_periods;
-    return (sums->xu_VA - x_A * sums->u_duty_V) / (sums->xx_A2 - x_A * sums->x_A);
 }
 
 /* The tail bends the slopes: by c/i^2 within the teeth, by c/(i j) between two levels. */
@@ -148,7 +149,7 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
           RS_CURRENT_SHARE * n * (cfg->level.A[RS_LEVEL_HIGH] - cfg->level.A[RS_LEVEL_LOW]))) {
         return out;
     }
-    const float c_V = bent_V(st);
+    const float c_V = bent_V(cfg, st);
     out.Rs_ohm = (high->u_V - low->u_V) / di_A;
     if (cfg->by_duty) {
         out.Rs_ohm -= c_V / low->i_A;
