@@ -34,14 +34,16 @@
 
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
  * nominal flux. */
-#define CONFIG_STEER_HYSTERESIS_PU 0.28231797f
+#define CONFIG_STEER_HYSTERESIS_PU 0.6f
 #define CONFIG_STEER_TORQUE_PU     0.051262339f
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
 
-/* Dwelling at zero stator frequency: window, time inside it, filter, time of fading in, time in
- * which the larger modulation of the beginning settles; a reference that moves this fast crosses;
- * torque current over i_d that is load. */
+/* Dwelling at zero stator frequency: window over steer_min_Hz (up to twice of it the drive dwells
+ * on: a field that is steered must not), or without steering; time inside it, filter, time of
+ * fading in, time in which the larger modulation of the beginning settles; a reference that moves
+ * this fast crosses; torque current over i_d that is load. */
+#define CONFIG_DWELL_WINDOW_PU  0.5f
 #define CONFIG_DWELL_WINDOW_HZ  0.3f
 #define CONFIG_DWELL_WAIT_S     0.5f
 #define CONFIG_DWELL_FILTER_S   0.3f
@@ -180,9 +182,11 @@ static void config_dwell(drive_params_t *d, const params_t *p)
     const float tau_per_s = p->Rr_ohm / p->Lr_H;
     const float most_pu = CONFIG_DWELL_TORQUE * d->steering.torque_min_Nm * p->pole_pairs /
                           (p->speed_J_kg_m2 * tau_per_s * tau_per_s);
+    const float window_Hz = (p->steer_min_Hz > 0.0f) ? (CONFIG_DWELL_WINDOW_PU * p->steer_min_Hz)
+                                                     : CONFIG_DWELL_WINDOW_HZ;
     d->dwell = (dwell_params_t){.kind = (dwell_kind_t)p->dwell,
                                 .amplitude_pu = minf(p->dwell_amplitude, most_pu),
-                                .window_rad_s = NUM_TWO_PI * CONFIG_DWELL_WINDOW_HZ,
+                                .window_rad_s = NUM_TWO_PI * window_Hz,
                                 .wait_s = CONFIG_DWELL_WAIT_S,
                                 .filter_s = CONFIG_DWELL_FILTER_S,
                                 .fade_s = CONFIG_DWELL_FADE_S,

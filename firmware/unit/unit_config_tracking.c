@@ -13,17 +13,19 @@
 
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds over
  * the start's Rs; frozen so long after a disturbance, a speed error or a reference that moves. */
-#define CONFIG_TRACK_I_0_PU          0.7f
-#define CONFIG_TRACK_MIN_HZ          0.3f
-#define CONFIG_TRACK_MAX_HZ          3.0f
-#define CONFIG_TRACK_MAX_STEER       5.0f /* or so many steer_min_Hz: Rs takes more there */
-#define CONFIG_TRACK_M_MIN_HZ        15.0f
-#define CONFIG_TRACK_LOW_PU          0.98f
-#define CONFIG_TRACK_HIGH_PU         1.5f
-#define CONFIG_TRACK_QUIET_S         0.5f
-#define CONFIG_TRACK_ERR_RAD_S       3.0f
-#define CONFIG_TRACK_SLEW_RAD_S2     20.0f
-#define CONFIG_TRACK_DWELL_OHM_PER_S 1.0f /* while dwelling: an error of Rs dies in a second */
+#define CONFIG_TRACK_I_0_PU      0.7f
+#define CONFIG_TRACK_MIN_HZ      0.3f
+#define CONFIG_TRACK_MAX_HZ      3.0f
+#define CONFIG_TRACK_MAX_STEER   5.0f /* or so many steer_min_Hz: Rs takes more there */
+#define CONFIG_TRACK_M_MIN_HZ    15.0f
+#define CONFIG_TRACK_LOW_PU      0.98f
+#define CONFIG_TRACK_HIGH_PU     1.5f
+#define CONFIG_TRACK_QUIET_S     0.5f
+#define CONFIG_TRACK_ERR_RAD_S   3.0f
+#define CONFIG_TRACK_SLEW_RAD_S2 20.0f
+/* While dwelling, over Rs + Rr: an error of Rs dies in a second. The current misses dRs i/(Rs +
+ * Rr). */
+#define CONFIG_TRACK_DWELL_PER_S 0.7f
 
 /* Without flux steering the field may come to rest under load, and then Rs has to be right: tracked
  * this many times as fast, at less torque, sooner after a disturbance, and further down. */
@@ -62,7 +64,7 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .quiet_s = CONFIG_TRACK_QUIET_S,
         .speed_err_rad_s = CONFIG_TRACK_ERR_RAD_S,
         .slew_rad_s2 = CONFIG_TRACK_SLEW_RAD_S2,
-        .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_OHM_PER_S};
+        .dwell_gain_ohm_per_s = CONFIG_TRACK_DWELL_PER_S * (p->Rs_ohm + p->Rr_ohm)};
     if (!(p->steer_min_Hz > 0.0f)) {
         d->rs_tracking.gain_ohm_per_rad *= CONFIG_TRACK_UNSTEERED_GAIN;
         d->rs_tracking.i_0_A = CONFIG_TRACK_UNSTEERED_I_0_PU * p->i_d_A;

@@ -102,17 +102,22 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
                  (pp * kr * cabs(s->lam) * cimag(s->i_dq) - s->torque);
     const double torque = fabs(s->torque);
     const double way = (s->torque < 0.0) ? -1.0 : 1.0, asked = way * s->wref;
-    const double w = (fabs(asked) > 0.0) ? fmin(asked, way * s->wf + 1.5) : asked;
+    const double w = (fabs(asked) > 0.0) ? fmin(asked, way * s->wf + 0.4 * least) : asked;
     const double slip_Wb2 = (double)p->motor.Rr_ohm / pp * torque;
-    const double field = fabs(w + slip_Wb2 / (nominal * nominal));
-    const bool leave =
-        (torque < (double)f->torque_min_Nm) || (field > least + (double)f->hysteresis_rad_s);
-    s->steering = !leave && (s->steering || (field < least));
+    const double field = w + slip_Wb2 / (nominal * nominal);
     double target = nominal;
-    if (s->steering && (w < least)) {
-        target =
-            fmax(sqrt(slip_Wb2 / (least - w)), torque / (pp * kr * 0.95 * (double)f->i_q_max_A));
-        target = fmax((double)f->lambda_min_Wb, fmin(nominal, target));
+    if ((torque < (double)f->torque_min_Nm) || (w >= least) ||
+        (fabs(field) > least + (double)f->hysteresis_rad_s)) {
+        s->steering = false;
+    } else {
+        const double needed = least - ((w < 0.0) ? (1.25 * w) : w);
+        const double lam =
+            fmax(sqrt(slip_Wb2 / needed), torque / (pp * kr * 0.95 * (double)f->i_q_max_A));
+        const double low = fmax((double)f->lambda_min_Wb, fmin(nominal, lam));
+        const double there = w + slip_Wb2 / (low * low), enough = fmin(least, -field);
+        const bool begins = (fabs(field) < least) && (there >= enough);
+        s->steering = (there >= 0.5 * enough) && (s->steering || begins);
+        target = s->steering ? low : nominal;
     }
     const double slew = T * (double)f->slew_Wb_per_s, wanted = nominal - target - s->below;
     const double step = limit(wanted, slew);
@@ -438,7 +443,7 @@ static drive_params_t with_means(int n)
     p.steering = (flux_steering_params_t){.min_rad_s = 9.0f,
                                           .hysteresis_rad_s = 1.0f,
                                           .lambda_nominal_Wb = p.motor.M_H * p.flux.i_d_A,
-                                          .lambda_min_Wb = 0.4f * p.motor.M_H * p.flux.i_d_A,
+                                          .lambda_min_Wb = 0.1f * p.motor.M_H * p.flux.i_d_A,
                                           .torque_min_Nm = 0.1f,
                                           .torque_filter_s = 2e-3f,
                                           .slew_Wb_per_s = 20.0f,

@@ -152,9 +152,10 @@ static void test_init_accepts_the_ends_of_the_ranges(void)
     ASSERT_SAME_FLOAT(1e-3f, cfg.min_rad_s);
     cfg = simple;
     cfg.min_rad_s = 0.5f;
-    /* Field -.75 with nominal slip: not slow enough; -.25: .5 + .75 of slip, T/(4 lambda^2). */
+    /* Field -.75 with nominal slip: not slow enough; -.25: .5 + 1.25 x .75 of slip, T/(4 lambda^2).
+     */
     ASSERT_SAME_FLOAT(1.0f, fresh_flux_Wb(-1.25f, 2.0f));
-    ASSERT_NEAR(1e-6, sqrt(0.5 / 1.25), fresh_flux_Wb(-0.75f, 2.0f));
+    ASSERT_NEAR(1e-6, sqrt(0.5 / 1.4375), fresh_flux_Wb(-0.75f, 2.0f));
 }
 
 static void test_switched_off_nothing_is_looked_at_and_nothing_moves(void)
@@ -183,28 +184,27 @@ static void test_a_slow_field_is_given_the_slip_it_lacks(void)
 {
     /* Standstill: slip 4 = 8/(4 lambda^2). */
     ASSERT_NEAR(1e-7, sqrt(0.5), fresh_flux_Wb(0.0f, 8.0f));
-    /* Braking from 4 rad/s: slip 8. */
-    ASSERT_SAME_FLOAT(0.5f, fresh_flux_Wb(-4.0f, 8.0f));
+    /* Braking from 4 rad/s: slip 4 + 1.25 x 4. */
+    ASSERT_NEAR(1e-7, sqrt(2.0 / 9.0), fresh_flux_Wb(-4.0f, 8.0f));
     TEST_ASSERT_TRUE(st.steering);
 }
 
-/* Braking from 4 rad/s needs slip 8, from 2 only 6: sqrt(8/(4 slip)). The estimate counts 1.5 rad/s
- * beyond the reference. */
+/* Slip 4 + 1.25 w braking, flux sqrt(8/(4 slip)). The estimate counts .4 x 4 rad/s beyond the
+ * reference. */
 static void test_the_speed_further_against_the_torque_counts(void)
 {
     const struct {
         float ref_rad_s, hat_rad_s, torque_Nm;
-        double lambda_Wb;
-    } of[] = {{-2.0f, -5.5f, 8.0f, 0.5},        {-4.0f, -5.0f, 8.0f, 0.5},
-              {-2.0f, -3.5f, 8.0f, 0.57735027}, {-2.0f, 1.0f, 8.0f, 0.57735027},
-              {2.0f, 5.5f, -8.0f, 0.5},         {4.0f, 5.0f, -8.0f, 0.5},
-              {2.0f, 3.5f, -8.0f, 0.57735027},  {2.0f, -1.0f, -8.0f, 0.57735027},
-              {9.0f, -2.5f, 8.0f, 0.63245553},  {0.0f, -5.5f, 8.0f, 0.5}};
+        double slip_rad_s;
+    } of[] = {{-2.0f, -5.6f, 8.0f, 9.0}, {-4.0f, -5.0f, 8.0f, 9.0}, {-2.0f, -3.5f, 8.0f, 6.5},
+              {-2.0f, 1.0f, 8.0f, 6.5},  {2.0f, 5.6f, -8.0f, 9.0},  {4.0f, 5.0f, -8.0f, 9.0},
+              {2.0f, 3.5f, -8.0f, 6.5},  {2.0f, -1.0f, -8.0f, 6.5}, {9.0f, -2.6f, 8.0f, 5.25},
+              {0.0f, -5.6f, 8.0f, 9.0},  {1.0f, 0.5f, 8.0f, 3.0}};
     for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
         st = (flux_steering_state_t){0};
         const flux_steering_out_t out =
             flux_steering_step(&cfg, &st, of[k].ref_rad_s, of[k].hat_rad_s, of[k].torque_Nm);
-        ASSERT_NEAR(1e-6, of[k].lambda_Wb, 1.0 - (double)out.reduction_Wb);
+        ASSERT_NEAR(1e-6, sqrt(2.0 / of[k].slip_rad_s), 1.0 - (double)out.reduction_Wb);
         TEST_ASSERT_TRUE(st.steering);
     }
 }
@@ -219,7 +219,7 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         st = (flux_steering_state_t){.torque_Nm = -6.0f, .reduction_Wb = 0.2f, .steering = true};
         const double torque = -6.0 + 0.2 / 32.2 * (-7.0 + 6.0);
         /* 1 rad/s against the torque. */
-        const double slip = 4.23 + 1.0;
+        const double slip = 4.23 + 1.25;
         const double pairs = (double)reference_machine[m].pole_pairs;
         const double lambda = sqrt((double)reference_machine[m].Rr_ohm * -torque / (pairs * slip));
         const double below = 0.52 - fmin(lambda, 0.52);
@@ -248,16 +248,36 @@ static void test_the_mirror_image_has_the_same_flux(void)
 
 static void test_the_flux_stays_between_its_floor_and_nominal(void)
 {
-    /* 1 Nm braking at 4: slip 8 would take .177 Wb. */
-    ASSERT_SAME_FLOAT(0.25f, fresh_flux_Wb(-4.0f, 1.0f));
-    /* 12 Nm braking at 6.9: the field of -3.9 would need slip 10.9, .52 Wb. */
-    ASSERT_NEAR(1e-6, sqrt(3.0 / 10.9), fresh_flux_Wb(-6.9f, 12.0f));
-    /* The torque itself: 40 Nm take .625 Wb, though the slip of 17 would take .767. */
-    ASSERT_NEAR(1e-6, sqrt(10.0 / 17.0), fresh_flux_Wb(-13.0f, 40.0f));
-    cfg.flux_per_torque_Wb_per_Nm = 0.02f;
-    ASSERT_NEAR(1e-6, 0.8, fresh_flux_Wb(-13.0f, 40.0f));
+    /* 2 Nm braking at 4: slip 9 would take .236 Wb. */
+    ASSERT_SAME_FLOAT(0.25f, fresh_flux_Wb(-4.0f, 2.0f));
+    /* 12 Nm braking at 6.9: the field of -3.9 needs slip 12.625, .487 Wb. */
+    ASSERT_NEAR(1e-6, sqrt(3.0 / 12.625), fresh_flux_Wb(-6.9f, 12.0f));
+    /* The torque itself: 40 Nm take .625 Wb, the slip of 20.25 takes .703. */
+    ASSERT_NEAR(1e-6, sqrt(10.0 / 20.25), fresh_flux_Wb(-13.0f, 40.0f));
+    cfg.flux_per_torque_Wb_per_Nm = 0.019f;
+    ASSERT_NEAR(1e-6, 0.76, fresh_flux_Wb(-13.0f, 40.0f));
     cfg.flux_per_torque_Wb_per_Nm = 0.0625f; /* more than nominal: as much as there is */
     ASSERT_SAME_FLOAT(1.0f, fresh_flux_Wb(-13.0f, 40.0f));
+}
+
+/* Braking at 4 with .25 Wb the field turns with T - 4 times 4 at most, with nominal flux at
+ * T/4 - 4: what is further from zero is chosen, and kept until it is half as far. */
+static void test_a_flux_that_brings_the_field_nearer_to_zero_is_not_chosen(void)
+{
+    const struct {
+        float torque_Nm;
+        bool from_rest, once_begun;
+    } of[] = {{1.86f, false, true},  {1.89f, true, true},   {1.46f, false, true},
+              {1.45f, false, false}, {1.0f, false, false},  {-1.86f, false, true},
+              {-1.89f, true, true},  {-1.46f, false, true}, {-1.45f, false, false}};
+    for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
+        const float torque_Nm = of[k].torque_Nm, w_rad_s = (torque_Nm < 0.0f) ? 4.0f : -4.0f;
+        ASSERT_SAME_FLOAT(of[k].from_rest ? 0.25f : 1.0f, fresh_flux_Wb(w_rad_s, torque_Nm));
+        TEST_ASSERT_EQUAL(of[k].from_rest, st.steering);
+        st = (flux_steering_state_t){.steering = true};
+        ASSERT_SAME_FLOAT(of[k].once_begun ? 0.25f : 1.0f, flux_Wb(w_rad_s, torque_Nm));
+        TEST_ASSERT_EQUAL(of[k].once_begun, st.steering);
+    }
 }
 
 static void test_a_torque_below_its_threshold_keeps_nominal_flux(void)
@@ -293,16 +313,19 @@ static void test_thresholds_on_either_side_of_zero(void)
 /* In the hysteresis, motoring: w_min - w is no slip to divide by. */
 static void test_motoring_faster_than_the_minimum_needs_no_slip(void)
 {
-    st.steering = true;
-    ASSERT_SAME_FLOAT(1.0f, flux_Wb(4.0f, 1.0f));
-    TEST_ASSERT_TRUE(st.steering);
-    ASSERT_SAME_FLOAT(1.0f, flux_Wb(4.5f, 1.0f));
-    TEST_ASSERT_TRUE(st.steering);
-    cfg.torque_min_Nm = 0.0f;
-    ASSERT_SAME_FLOAT(1.0f, flux_Wb(4.5f, 0.0f));
-    TEST_ASSERT_TRUE(st.steering);
+    const float w_rad_s[] = {4.0f, 4.5f};
+    for (int k = 0; k < 2; k++) {
+        for (int n = 0; n < 2; n++) {
+            cfg.torque_min_Nm = (n == 0) ? 1.0f : 0.0f;
+            st.steering = true;
+            ASSERT_SAME_FLOAT(1.0f, flux_Wb(w_rad_s[k], (n == 0) ? 1.0f : 0.0f));
+            TEST_ASSERT_FALSE(st.steering);
+        }
+    }
     /* Just below, the flux is nominal as well: nothing jumps. */
+    st.steering = true;
     ASSERT_SAME_FLOAT(1.0f, flux_Wb(nextafterf(4.0f, 0.0f), 1.0f));
+    TEST_ASSERT_TRUE(st.steering);
 }
 
 static void test_the_flux_moves_by_the_slew_step_and_says_so(void)
@@ -310,7 +333,7 @@ static void test_the_flux_moves_by_the_slew_step_and_says_so(void)
     cfg.step_Wb = 0.125f;
     const float reduction_Wb[] = {0.125f, 0.25f, 0.375f, 0.5f, 0.5f};
     for (unsigned k = 0; k < 5u; k++) {
-        const flux_steering_out_t out = flux_steering_step(&cfg, &st, -4.0f, -4.0f, 8.0f);
+        const flux_steering_out_t out = flux_steering_step(&cfg, &st, -3.2f, -3.2f, 8.0f);
         ASSERT_SAME_FLOAT(reduction_Wb[k], out.reduction_Wb);
         ASSERT_NEAR(0.0, (k < 4u) ? -512.0 : 0.0, out.rate_Wb_per_s);
         TEST_ASSERT_EQUAL(k < 4u, out.moving);
@@ -332,10 +355,10 @@ static void test_no_number_is_remembered(void)
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         const float x = not_finite(i);
         st = (flux_steering_state_t){.torque_Nm = 8.0f, .reduction_Wb = 0.5f, .steering = true};
-        ASSERT_SAME_FLOAT(0.5f, flux_Wb(-4.0f, x));
+        ASSERT_SAME_FLOAT(0.5f, flux_Wb(-3.2f, x));
         ASSERT_SAME_FLOAT(8.0f, st.torque_Nm);
         ASSERT_SAME_FLOAT(1.0f, flux_Wb(x, 8.0f)); /* a reference without sense: nominal flux */
-        ASSERT_SAME_FLOAT(0.5f, flux_Wb(-4.0f, 8.0f));
+        ASSERT_SAME_FLOAT(0.5f, flux_Wb(-3.2f, 8.0f));
     }
 }
 
@@ -359,9 +382,9 @@ static double slip_rad_s(int machine, double torque_Nm, double lambda_Wb)
     return (double)m->Rr_ohm / (double)m->Lr_H * (double)m->M_H * i_q_A / lambda_Wb;
 }
 
-static void test_the_field_keeps_away_from_zero_wherever_the_flux_is_not_at_its_floor(void)
+static void test_the_field_keeps_as_far_from_zero_as_the_flux_can_bring_it(void)
 {
-    int steered = 0, floored = 0, points = 0;
+    int steered = 0, floored = 0, nearer = 0, points = 0;
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const flux_steering_params_t p = of_machine(m);
         const motor_model_t model = reference_derived(m);
@@ -382,17 +405,27 @@ static void test_the_field_keeps_away_from_zero_wherever_the_flux_is_not_at_its_
                 steered += st.steering;
                 floored += st.steering && at_floor;
                 TEST_ASSERT_TRUE(i_q_A < 15.0);
-                if ((torque_Nm * torque_Nm >= p.torque_min_Nm * p.torque_min_Nm) && !at_floor) {
-                    TEST_ASSERT_TRUE(fabs(field) >= 4.23 - 1e-4);
-                }
+                const double with_Nm = (torque_Nm < 0.0f) ? -field : field;
+                const double braking = fmax((torque_Nm < 0.0f) ? w_rad_s : -w_rad_s, 0.0);
                 if (st.steering && (flux < (double)p.lambda_nominal_Wb - 1e-6) && !at_floor) {
-                    ASSERT_NEAR(1e-4, 4.23, (torque_Nm < 0.0f) ? -field : field);
+                    ASSERT_NEAR(1e-4, 4.23 + 0.25 * braking, with_Nm);
+                } else if ((torque_Nm * torque_Nm >= p.torque_min_Nm * p.torque_min_Nm) &&
+                           !st.steering && (fabs(field) < 4.23 - 1e-4)) {
+                    /* The floor is nearer to zero on the other side. */
+                    const double floor_Wb =
+                        fmax((double)p.lambda_min_Wb, i_q_A * flux / (0.95 * 15.0));
+                    const double low = slip_rad_s(m, fabs((double)torque_Nm), floor_Wb) - braking;
+                    TEST_ASSERT_TRUE((with_Nm < 0.0) && (low < -with_Nm + 1e-4));
+                    nearer++;
+                } else {
+                    /* fast enough, or no torque, or at the floor */
                 }
             }
         }
     }
     /* The grid does visit all of it. */
-    TEST_ASSERT_TRUE((steered > points / 20) && (floored > 0) && (floored < steered / 2));
+    TEST_ASSERT_TRUE((steered > points / 20) && (floored > 0) && (floored < steered / 2) &&
+                     (nearer > 0));
 }
 
 /* A reference that wanders by less than the hysteresis around a threshold, and torque ripple. */
@@ -475,12 +508,13 @@ int main(void)
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
     RUN_TEST(test_the_mirror_image_has_the_same_flux);
     RUN_TEST(test_the_flux_stays_between_its_floor_and_nominal);
+    RUN_TEST(test_a_flux_that_brings_the_field_nearer_to_zero_is_not_chosen);
     RUN_TEST(test_a_torque_below_its_threshold_keeps_nominal_flux);
     RUN_TEST(test_thresholds_on_either_side_of_zero);
     RUN_TEST(test_motoring_faster_than_the_minimum_needs_no_slip);
     RUN_TEST(test_the_flux_moves_by_the_slew_step_and_says_so);
     RUN_TEST(test_no_number_is_remembered);
-    RUN_TEST(test_the_field_keeps_away_from_zero_wherever_the_flux_is_not_at_its_floor);
+    RUN_TEST(test_the_field_keeps_as_far_from_zero_as_the_flux_can_bring_it);
     RUN_TEST(test_noise_within_the_hysteresis_switches_once);
     RUN_TEST(test_zero_frequency_is_crossed_in_one_go);
     RUN_TEST(test_two_steerings_share_a_config_and_nothing_else);

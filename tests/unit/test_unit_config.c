@@ -165,7 +165,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(flux.bandwidth_rad_s, 10.0f);
     EXPECT(flux.i_d_max_A, 8.89599991f);
     EXPECT(steering.min_rad_s, 2.2996459f);
-    EXPECT(steering.hysteresis_rad_s, 0.649231374f);
+    EXPECT(steering.hysteresis_rad_s, 1.37978754f);
     EXPECT(steering.lambda_nominal_Wb, 0.518660784f);
     EXPECT(steering.lambda_min_Wb, 0.233189881f);
     EXPECT(steering.torque_min_Nm, 0.896705747f);
@@ -337,14 +337,18 @@ static void test_dwelling_gets_its_numbers(void)
     unit_config_drive(&drive, &params);
     TEST_ASSERT_EQUAL(DWELL_FLUX, drive.dwell.kind);
     EXPECT(dwell.amplitude_pu, 0.125f);
-    EXPECT(dwell.window_rad_s, 1.88495559f);
+    /* Half of what steering holds; without steering .3 Hz. */
+    EXPECT(dwell.window_rad_s, 0.5f * 6.2831853f * params.steer_min_Hz);
     EXPECT(dwell.wait_s, 0.5f);
     EXPECT(dwell.filter_s, 0.3f);
     EXPECT(dwell.fade_s, 0.5f);
     EXPECT(dwell.settle_s, 3.0f);
     EXPECT(dwell.slew_rad_s2, 0.628318531f);
     EXPECT(dwell.load_A, 0.3f);
-    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 1.0f);
+    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 0.7f * (params.Rs_ohm + params.Rr_ohm));
+    params.steer_min_Hz = 0.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(dwell.window_rad_s, 1.88495559f);
     /* .01 of the largest torque, 1.67 times: J k tau^2/p. */
     params.speed_J_kg_m2 = 0.5f;
     params.Rr_ohm = 0.5f;

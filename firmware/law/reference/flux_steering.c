@@ -3,9 +3,17 @@
 /* Share of the largest torque current the lowered flux may need. */
 #define STEERING_I_Q_SHARE 0.95f
 
-/* The estimate counts only where it is further than this beyond the reference, so that its noise
- * does not move the flux: without, points of zh atlas --standard lost their orientation. */
-#define STEERING_BEYOND_RAD_S 1.5f
+/* The estimate counts only where it is further than this share of w_min beyond the reference, so
+ * that its noise does not move the flux: without, points of zh atlas --standard lost their
+ * orientation. */
+#define STEERING_BEYOND_PU 0.4f
+
+/* Rr may be less than known: with .8 of it .8 w_min is left, with .74 of it and no margin the field
+ * stood at zero, and the shaft ran away (zh envelope). */
+#define STEERING_SLIP_PU 1.25f
+
+/* Of what nominal flux keeps: less is given up. */
+#define STEERING_WORSE_PU 0.5f
 
 static bool params_valid(const flux_steering_params_t *p)
 {
@@ -45,11 +53,12 @@ bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_
     return true;
 }
 
-/* Flux at which the field turns with w_min in the sense of the torque. */
+/* Flux at which the field turns with w_min in the sense of the torque, or faster. */
 static float steered_flux(const flux_steering_config_t *cfg, float speed_with_torque_rad_s,
                           float torque_Nm)
 {
-    const float slip_rad_s = cfg->min_rad_s - speed_with_torque_rad_s;
+    const float slip_rad_s =
+        cfg->min_rad_s - minf(speed_with_torque_rad_s, STEERING_SLIP_PU * speed_with_torque_rad_s);
     const float lambda_Wb = sqrtf(cfg->slip_Wb2_per_Nm_s * torque_Nm / slip_rad_s);
     const float for_torque_Wb = cfg->flux_per_torque_Wb_per_Nm * torque_Nm;
     return clampf(maxf(lambda_Wb, for_torque_Wb), cfg->lambda_min_Wb, cfg->lambda_nominal_Wb);
@@ -63,20 +72,28 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
     /* Seen in the sense of the torque: braking is negative. */
     const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
     const float speed_rad_s =
-        minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_RAD_S);
-    const float field_rad_s = absf(speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm);
-
-    if (!(torque_Nm >= cfg->torque_min_Nm) || !(field_rad_s <= cfg->leave_rad_s)) {
+        minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
+    const float nominal_rad_s = speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm;
+    /* Motoring faster than w_min needs no slip at all. */
+    if (!(torque_Nm >= cfg->torque_min_Nm) || !(absf(nominal_rad_s) <= cfg->leave_rad_s) ||
+        !(speed_rad_s < cfg->min_rad_s)) {
         st->steering = false;
-    } else if (field_rad_s < cfg->min_rad_s) {
+        return cfg->lambda_nominal_Wb;
+    }
+    /* Under little torque the flux cannot fall far enough: the field must not come nearer to zero
+     * than it is with nominal flux. */
+    const float lambda_Wb = steered_flux(cfg, speed_rad_s, torque_Nm);
+    const float steered_rad_s =
+        speed_rad_s + cfg->slip_Wb2_per_Nm_s * torque_Nm / (lambda_Wb * lambda_Wb);
+    const float least_rad_s = minf(cfg->min_rad_s, -nominal_rad_s);
+    if (steered_rad_s < STEERING_WORSE_PU * least_rad_s) {
+        st->steering = false;
+    } else if ((absf(nominal_rad_s) < cfg->min_rad_s) && (steered_rad_s >= least_rad_s)) {
         st->steering = true;
     } else {
-        /* Between the two thresholds it stays as it was. */
+        /* Between the thresholds it stays as it was. */
     }
-    /* Motoring faster than w_min needs no slip at all. */
-    return (st->steering && (speed_rad_s < cfg->min_rad_s))
-               ? steered_flux(cfg, speed_rad_s, torque_Nm)
-               : cfg->lambda_nominal_Wb;
+    return st->steering ? lambda_Wb : cfg->lambda_nominal_Wb;
 }
 
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
