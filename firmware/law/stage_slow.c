@@ -29,6 +29,7 @@ COLD static void dwell(const drive_config_t *cfg, drive_state_t *st, const drive
     const dwell_in_t dwell_in = {.omega_s_hat_rad_s = e->omega_s_rad_s,
                                  .i_q_A = ab_cross(axis, i_s_A),
                                  .omega_ref_rad_s = vector_unmodulated_rad_s(&st->modes.vector),
+                                 .steered = vector_steers(&st->modes.vector),
                                  .speed_free = asked->aim == DRIVE_AIM_TORQUE};
     const bool idle = dwell_idle(&st->dwell);
     dwell_step(&cfg->dwell, &st->dwell, &dwell_in);

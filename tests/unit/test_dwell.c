@@ -153,7 +153,7 @@ static void assert_never_begins(dwell_in_t in)
     ASSERT_SAME_FLOAT(0.0f, st.reduction_pu);
 }
 
-static void test_outside_the_window_or_without_load_it_never_begins(void)
+static void test_outside_the_window_without_load_or_steered_it_never_begins(void)
 {
     for (int sign = -1; sign <= 1; sign += 2) {
         dwell_in_t in = standing;
@@ -161,6 +161,9 @@ static void test_outside_the_window_or_without_load_it_never_begins(void)
         assert_never_begins(in);
         in = standing;
         in.i_q_A = 0.95f * (float)sign;
+        assert_never_begins(in);
+        in = standing;
+        in.steered = true;
         assert_never_begins(in);
     }
     dwell_in_t in = standing;
@@ -186,6 +189,20 @@ static void test_a_crossing_by_the_reference_never_begins_it(void)
         }
         TEST_ASSERT_EQUAL(slow != 0, began);
     }
+}
+
+static void test_steering_ends_it(void)
+{
+    dwell_in_t in = standing;
+    steps(steps_in(5.0f), in);
+    TEST_ASSERT_TRUE(st.active);
+    in.steered = true;
+    steps(1, in);
+    TEST_ASSERT_FALSE(st.standing);
+    TEST_ASSERT_FALSE(st.active);
+    in.steered = false; /* and it waits again */
+    steps(155, in);
+    TEST_ASSERT_FALSE(st.standing);
 }
 
 static void test_it_stays_while_inside_twice_the_window_and_loaded_by_half(void)
@@ -364,8 +381,9 @@ int main(void)
     RUN_TEST(test_flux_can_be_asked_for);
     RUN_TEST(test_it_begins_after_the_wait_and_not_before);
     RUN_TEST(test_a_field_that_stands_without_load_is_not_modulated);
-    RUN_TEST(test_outside_the_window_or_without_load_it_never_begins);
+    RUN_TEST(test_outside_the_window_without_load_or_steered_it_never_begins);
     RUN_TEST(test_a_crossing_by_the_reference_never_begins_it);
+    RUN_TEST(test_steering_ends_it);
     RUN_TEST(test_it_stays_while_inside_twice_the_window_and_loaded_by_half);
     RUN_TEST(test_half_of_any_load_is_enough_to_stay);
     RUN_TEST(test_the_phase_stays_between_0_and_1);

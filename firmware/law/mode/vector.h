@@ -126,6 +126,12 @@ COLD void vector_seed(const vector_config_t *cfg, vector_state_t *st, float i_q_
 /* The speed controller starts from rest. */
 COLD void vector_rest(vector_state_t *st);
 
+/* The flux is lowered to keep the field away from zero. */
+static inline bool vector_steers(const vector_state_t *st)
+{
+    return st->steering.steering;
+}
+
 /* Resets flux steering. */
 COLD void vector_stop_steering(const vector_config_t *cfg, vector_state_t *st);
 

@@ -74,7 +74,8 @@ static void decide(const dwell_config_t *cfg, dwell_state_t *st, const dwell_in_
     const float moved_rad_s = in->omega_ref_rad_s - st->reference_rad_s;
     st->reference_rad_s = in->omega_ref_rad_s;
     const float window_rad_s = st->standing ? (DWELL_LEAVE * cfg->window_rad_s) : cfg->window_rad_s;
-    if (!(absf(st->omega_s_rad_s) < window_rad_s) || !(absf(moved_rad_s) < cfg->moved_rad_s)) {
+    if (in->steered || !(absf(st->omega_s_rad_s) < window_rad_s) ||
+        !(absf(moved_rad_s) < cfg->moved_rad_s)) {
         st->inside_steps = 0u;
         st->standing = false;
     } else if (st->inside_steps < cfg->wait_steps) {

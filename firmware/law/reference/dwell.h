@@ -6,7 +6,9 @@
  * there: u = Rs i (rs_tracking_dwell).
  *
  * The field stands when the low-passed stator frequency has stayed inside a window about zero while
- * the reference hardly moved: a ramp that crosses zero never gets there. Rs is found from then on.
+ * the reference hardly moved: a ramp that crosses zero never gets there. Where the flux is steered
+ * the field ought to turn: one that stands there is lost, and the supervisor says so (STILL). Rs is
+ * found from then on.
  * Under load the speed reference also gets A sin(W t) on top, A = k max(|w|, tau), W = 1.67 tau, at
  * first 1.8 times that; where the speed is not controlled, or may not move, the flux swings by
  * k (1 - cos W t) of itself instead. `share` fades all of it in and out, what the estimator makes
@@ -75,6 +77,7 @@ typedef struct {
     float omega_s_hat_rad_s;
     float i_q_A;
     float omega_ref_rad_s; /* without the modulation */
+    bool steered;          /* the flux is lowered so that the field turns */
     bool speed_free;       /* a torque is asked for, not a speed */
 } dwell_in_t;
 
