@@ -165,7 +165,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(flux.bandwidth_rad_s, 10.0f);
     EXPECT(flux.i_d_max_A, 8.89599991f);
     EXPECT(steering.min_rad_s, 2.2996459f);
-    EXPECT(steering.hysteresis_rad_s, 1.37978754f);
+    EXPECT(steering.hysteresis_rad_s, 0.804876065f);
     EXPECT(steering.lambda_nominal_Wb, 0.518660784f);
     EXPECT(steering.lambda_min_Wb, 0.233189881f);
     EXPECT(steering.torque_min_Nm, 0.896705747f);
