@@ -23,9 +23,9 @@
 #define CONFIG_TRACK_QUIET_S     0.5f
 #define CONFIG_TRACK_ERR_RAD_S   3.0f
 #define CONFIG_TRACK_SLEW_RAD_S2 20.0f
-/* While dwelling, over Rs + Rr: an error of Rs dies in a second. The current misses dRs i/(Rs +
- * Rr). */
-#define CONFIG_TRACK_DWELL_PER_S 0.7f
+/* While dwelling, over Rs + Rr, as the current misses dRs i/(Rs + Rr): 1 ohm/s for Table 1's motor,
+ * an error of Rs dies in a second. */
+#define CONFIG_TRACK_DWELL_PER_S 0.6993007f
 
 /* Without flux steering the field may come to rest under load, and then Rs has to be right: tracked
  * this many times as fast, at less torque, sooner after a disturbance, and further down. */

@@ -345,7 +345,7 @@ static void test_dwelling_gets_its_numbers(void)
     EXPECT(dwell.settle_s, 3.0f);
     EXPECT(dwell.slew_rad_s2, 0.628318531f);
     EXPECT(dwell.load_A, 0.3f);
-    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 0.7f * (params.Rs_ohm + params.Rr_ohm));
+    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 0.6993007f * (params.Rs_ohm + params.Rr_ohm));
     params.steer_min_Hz = 0.0f;
     unit_config_drive(&drive, &params);
     EXPECT(dwell.window_rad_s, 1.88495559f);
