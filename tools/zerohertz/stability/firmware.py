@@ -21,14 +21,14 @@ from zerohertz.motor import Circuit
 Real = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
-_STEERING_I_Q_SHARE = 0.95  # flux_steering.c
+_STEERING_I_Q_SHARE, _STEERING_SLIP_PU, _STEERING_WORSE_PU = 0.95, 1.25, 0.5  # flux_steering.c
 # Constants of unit_config.c.
 _PHI_RAMP_TAU = 1.7760728
 _SPEED_FAST_PU = 1.5079365
 _SPEED_SLIP_MAX = 2.0
 _SPEED_FILTER_PU = 0.35
 _FLUX_RAD_S = 10.0
-_STEER_HYSTERESIS_PU = 0.28231797
+_STEER_HYSTERESIS_PU = 0.35
 _STEER_TORQUE_PU = 0.051262339
 _STEER_FILTER_S = 0.032
 
@@ -94,21 +94,29 @@ class Steering:
         speed = np.where(torque_Nm < 0.0, -omega_ref_rad_s, omega_ref_rad_s)
         for share in np.linspace(0.0, 1.0, 201):
             torque = share * np.abs(torque_Nm)
-            slip = self.slip_Wb2_per_Nm_s * torque / self.lambda_nominal_Wb**2
-            field = np.abs(speed + slip)
-            on |= field < self.min_rad_s
-            on &= (torque >= self.torque_min_Nm) & (field <= self.leave_rad_s)
+            slip_Wb2 = self.slip_Wb2_per_Nm_s * torque
+            nominal = speed + slip_Wb2 / self.lambda_nominal_Wb**2
+            steered = speed + slip_Wb2 / self.steered_Wb(speed, torque) ** 2
+            least = np.minimum(self.min_rad_s, -nominal)
+            on |= (np.abs(nominal) < self.min_rad_s) & (steered >= least)
+            on &= steered >= _STEERING_WORSE_PU * least
+            on &= (torque >= self.torque_min_Nm) & (np.abs(nominal) <= self.leave_rad_s)
         return on & (speed < self.min_rad_s)
+
+    def steered_Wb(self, speed_with_torque_rad_s: Real, torque_Nm: Real) -> Real:
+        """The flux that steering asks for under a torque of this size."""
+        asked = np.minimum(speed_with_torque_rad_s, _STEERING_SLIP_PU * speed_with_torque_rad_s)
+        slip = np.maximum(self.min_rad_s - asked, 1e-9)
+        wanted = np.maximum(
+            np.sqrt(self.slip_Wb2_per_Nm_s * torque_Nm / slip),
+            self.flux_per_torque_Wb_per_Nm * torque_Nm,
+        )
+        return np.clip(wanted, self.lambda_min_Wb, self.lambda_nominal_Wb)
 
     def below_Wb(self, omega_ref_rad_s: Real, torque_Nm: Real, on: npt.NDArray[np.bool_]) -> Real:
         """Nominal flux minus the steered one."""
-        size = np.maximum(np.abs(torque_Nm), 1e-9)
         speed = np.where(torque_Nm < 0.0, -omega_ref_rad_s, omega_ref_rad_s)
-        slip = np.maximum(self.min_rad_s - speed, 1e-9)
-        wanted = np.maximum(
-            np.sqrt(self.slip_Wb2_per_Nm_s * size / slip), self.flux_per_torque_Wb_per_Nm * size
-        )
-        steered = np.clip(wanted, self.lambda_min_Wb, self.lambda_nominal_Wb)
+        steered = self.steered_Wb(speed, np.maximum(np.abs(torque_Nm), 1e-9))
         return np.where(on, self.lambda_nominal_Wb - steered, 0.0)
 
 
