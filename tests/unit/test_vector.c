@@ -575,6 +575,18 @@ static void test_a_modulated_flux_takes_its_current_along(void)
     ASSERT_NEAR(1e-5, 0.75 * (double)cfg->flux.i_d_A, cfg->flux.i_d_A - st.i_d_reduction_A);
 }
 
+static void test_it_steers_while_the_flux_is_lowered_and_the_shaft_is_to_turn(void)
+{
+    vector_state_t state = {.steering = {.steering = true}};
+    state.speed.omega_ref_rad_s = -3.0f;
+    TEST_ASSERT_TRUE(vector_steers(&state));
+    state.modulation.speed_rad_s = -3.0f; /* of a shaft that is asked to stand */
+    TEST_ASSERT_FALSE(vector_steers(&state));
+    state.modulation.speed_rad_s = 0.0f;
+    state.steering.steering = false;
+    TEST_ASSERT_FALSE(vector_steers(&state));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -598,6 +610,7 @@ int main(void)
     RUN_TEST(test_a_seed_begins_with_torque_and_speed_of_then);
     RUN_TEST(test_at_rest_the_speed_controller_begins_again);
     RUN_TEST(test_steering_that_is_stopped_leaves_the_other_reference);
+    RUN_TEST(test_it_steers_while_the_flux_is_lowered_and_the_shaft_is_to_turn);
     RUN_TEST(test_in_a_dip_the_shaft_holds_the_link);
     RUN_TEST(test_in_a_dip_the_limit_of_the_current_holds);
     RUN_TEST(test_a_shaft_too_slow_to_feed_is_a_fault);
