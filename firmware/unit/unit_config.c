@@ -39,10 +39,10 @@
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
 
-/* Dwelling at zero stator frequency: window over steer_min_Hz, and without steering (the drive dwells
- * on up to twice the window, no further than steering holds the field); time inside it, filter,
- * time of fading in, time in which the larger modulation of the beginning settles; a reference that
- * moves this fast crosses; torque current over i_d that is load. */
+/* Dwelling at zero stator frequency: window over steer_min_Hz, or in Hz without steering (the drive
+ * dwells on up to twice the window, no further than steering holds the field); time inside it,
+ * filter, time of fading in, time in which the larger modulation of the beginning settles; a
+ * reference that moves this fast crosses; torque current over i_d that is load. */
 #define CONFIG_DWELL_WINDOW_PU  0.5f
 #define CONFIG_DWELL_WINDOW_HZ  0.3f
 #define CONFIG_DWELL_WAIT_S     0.5f
