@@ -35,7 +35,7 @@
 /* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
  * nominal flux. */
 #define CONFIG_STEER_HYSTERESIS_PU 0.35f
-#define CONFIG_STEER_TORQUE_PU     0.051262339f
+#define CONFIG_STEER_TORQUE_PU     0.1f
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
 

@@ -105,18 +105,17 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
     const double w = (fabs(asked) > 0.0) ? fmin(asked, way * s->wf + 0.4 * least) : asked;
     const double slip_Wb2 = (double)p->motor.Rr_ohm / pp * torque;
     const double field = w + slip_Wb2 / (nominal * nominal);
+    const double share = s->steering ? 0.4 : 1.0;
+    const double within = s->steering ? (least + (double)f->hysteresis_rad_s) : least;
     double target = nominal;
-    if ((torque < (double)f->torque_min_Nm) || (w >= least) ||
-        (fabs(field) > least + (double)f->hysteresis_rad_s)) {
+    if ((torque < share * (double)f->torque_min_Nm) || (w >= least) || (fabs(field) > within)) {
         s->steering = false;
     } else {
         const double needed = least - ((w < 0.0) ? (1.25 * w) : w);
         const double lam =
             fmax(sqrt(slip_Wb2 / needed), torque / (pp * kr * 0.95 * (double)f->i_q_max_A));
         const double low = fmax((double)f->lambda_min_Wb, fmin(nominal, lam));
-        const double there = w + slip_Wb2 / (low * low), enough = fmin(least, -field);
-        const bool begins = (fabs(field) < least) && (there >= enough);
-        s->steering = (there >= 0.5 * enough) && (s->steering || begins);
+        s->steering = w + slip_Wb2 / (low * low) >= 0.95 * share * least;
         target = s->steering ? low : nominal;
     }
     const double slew = T * (double)f->slew_Wb_per_s, wanted = nominal - target - s->below;

@@ -260,16 +260,16 @@ static void test_the_flux_stays_between_its_floor_and_nominal(void)
     ASSERT_SAME_FLOAT(1.0f, fresh_flux_Wb(-13.0f, 40.0f));
 }
 
-/* Braking at 4 with .25 Wb the field turns with T - 4 times 4 at most, with nominal flux at
- * T/4 - 4: what is further from zero is chosen, and kept until it is half as far. */
-static void test_a_flux_that_brings_the_field_nearer_to_zero_is_not_chosen(void)
+/* Braking at 4 with .25 Wb, the least, the slip is 4 T: the field turns with 4 T - 4. Steering
+ * takes .95 of w_min to begin, and .4 of that to go on. */
+static void test_a_torque_that_cannot_turn_the_field_keeps_nominal_flux(void)
 {
     const struct {
         float torque_Nm;
         bool from_rest, once_begun;
-    } of[] = {{1.86f, false, true},  {1.89f, true, true},   {1.46f, false, true},
-              {1.45f, false, false}, {1.0f, false, false},  {-1.86f, false, true},
-              {-1.89f, true, true},  {-1.46f, false, true}, {-1.45f, false, false}};
+    } of[] = {{1.94f, false, true},  {1.96f, true, true},   {1.39f, false, true},
+              {1.37f, false, false}, {1.0f, false, false},  {-1.94f, false, true},
+              {-1.96f, true, true},  {-1.39f, false, true}, {-1.37f, false, false}};
     for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
         const float torque_Nm = of[k].torque_Nm, w_rad_s = (torque_Nm < 0.0f) ? 4.0f : -4.0f;
         ASSERT_SAME_FLOAT(of[k].from_rest ? 0.25f : 1.0f, fresh_flux_Wb(w_rad_s, torque_Nm));
@@ -285,10 +285,13 @@ static void test_a_torque_below_its_threshold_keeps_nominal_flux(void)
     ASSERT_SAME_FLOAT(1.0f, fresh_flux_Wb(0.0f, 0.99f));
     ASSERT_SAME_FLOAT(1.0f, fresh_flux_Wb(0.0f, 0.0f));
     ASSERT_SAME_FLOAT(0.25f, fresh_flux_Wb(0.0f, 1.0f));
-    /* It ends the steering, whatever the frequency. */
     TEST_ASSERT_TRUE(st.steering);
-    ASSERT_SAME_FLOAT(1.0f, flux_Wb(0.0f, 0.5f));
+    /* Once begun, .4 of it will do: motoring at 2, where the field would turn with less as well. */
+    ASSERT_NEAR(1e-6, 0.25, flux_Wb(2.0f, 0.41f));
+    TEST_ASSERT_TRUE(st.steering);
+    ASSERT_SAME_FLOAT(1.0f, flux_Wb(2.0f, 0.39f));
     TEST_ASSERT_FALSE(st.steering);
+    ASSERT_SAME_FLOAT(1.0f, flux_Wb(2.0f, 0.41f));
 }
 
 /* Slip 2 at nominal flux: the field is w + 2. */
@@ -298,8 +301,8 @@ static void test_thresholds_on_either_side_of_zero(void)
         float w_rad_s;
         bool from_rest;  /* steering afterwards, when it was off ... */
         bool once_begun; /* ... and when it was on */
-    } point[] = {{1.99f, true, true},   {2.0f, false, true},   {3.0f, false, true},
-                 {3.01f, false, false}, {-5.99f, true, true},  {-6.0f, false, true},
+    } point[] = {{2.0f, true, true},    {2.01f, false, true},  {3.0f, false, true},
+                 {3.01f, false, false}, {-6.0f, true, true},   {-6.01f, false, true},
                  {-7.0f, false, true},  {-7.01f, false, false}};
     for (unsigned k = 0; k < sizeof point / sizeof point[0]; k++) {
         (void)fresh_flux_Wb(point[k].w_rad_s, 8.0f);
@@ -384,7 +387,7 @@ static double slip_rad_s(int machine, double torque_Nm, double lambda_Wb)
 
 static void test_the_field_keeps_as_far_from_zero_as_the_flux_can_bring_it(void)
 {
-    int steered = 0, floored = 0, nearer = 0, points = 0;
+    int steered = 0, floored = 0, dwelling = 0, points = 0;
     for (int m = 0; m < REFERENCE_MACHINES; m++) {
         const flux_steering_params_t p = of_machine(m);
         const motor_model_t model = reference_derived(m);
@@ -411,12 +414,13 @@ static void test_the_field_keeps_as_far_from_zero_as_the_flux_can_bring_it(void)
                     ASSERT_NEAR(1e-4, 4.23 + 0.25 * braking, with_Nm);
                 } else if ((torque_Nm * torque_Nm >= p.torque_min_Nm * p.torque_min_Nm) &&
                            !st.steering && (fabs(field) < 4.23 - 1e-4)) {
-                    /* The floor is nearer to zero on the other side. */
+                    /* Not even the floor turns the field. */
                     const double floor_Wb =
                         fmax((double)p.lambda_min_Wb, i_q_A * flux / (0.95 * 15.0));
-                    const double low = slip_rad_s(m, fabs((double)torque_Nm), floor_Wb) - braking;
-                    TEST_ASSERT_TRUE((with_Nm < 0.0) && (low < -with_Nm + 1e-4));
-                    nearer++;
+                    const double way = (torque_Nm < 0.0f) ? -1.0 : 1.0;
+                    const double low = slip_rad_s(m, fabs((double)torque_Nm), floor_Wb);
+                    TEST_ASSERT_TRUE(low + way * (double)w_rad_s < 0.95 * 4.23 + 1e-4);
+                    dwelling++;
                 } else {
                     /* fast enough, or no torque, or at the floor */
                 }
@@ -425,7 +429,7 @@ static void test_the_field_keeps_as_far_from_zero_as_the_flux_can_bring_it(void)
     }
     /* The grid does visit all of it. */
     TEST_ASSERT_TRUE((steered > points / 20) && (floored > 0) && (floored < steered / 2) &&
-                     (nearer > 0));
+                     (dwelling > 0));
 }
 
 /* A reference that wanders by less than the hysteresis around a threshold, and torque ripple. */
@@ -452,6 +456,31 @@ static void test_noise_within_the_hysteresis_switches_once(void)
         before = st.steering;
     }
     TEST_ASSERT_TRUE(switches > 50);
+}
+
+/* Around the torque with which it begins, and around the least that turns the field. */
+static void test_a_torque_that_swings_switches_once(void)
+{
+    const struct {
+        float w_rad_s, torque_Nm;
+    } of[] = {{2.0f, 0.8f}, {-1.5f, 1.0f}};
+    uint32_t seed = 12u;
+    for (int n = 0; n < 2; n++) {
+        TEST_ASSERT_TRUE(flux_steering_init(&cfg, &good, &table1, PERIOD_S));
+        st = (flux_steering_state_t){0};
+        int switches = 0;
+        bool before = false;
+        for (int k = 0; k < 50000; k++) {
+            /* A swing of .1 s, by a third. */
+            const float swing = 1.0f + 0.33f * sinf(0.0126f * (float)k);
+            (void)flux_steering_step(&cfg, &st, of[n].w_rad_s, of[n].w_rad_s,
+                                     swing * of[n].torque_Nm + 0.2f * noise(&seed));
+            switches += st.steering != before;
+            before = st.steering;
+        }
+        TEST_ASSERT_EQUAL_INT(1, switches);
+        TEST_ASSERT_TRUE(st.steering);
+    }
 }
 
 /* Braking at 60 to -60 min^-1 at 5 min^-1/s, full torque: zero frequency is passed once, and fast;
@@ -508,7 +537,7 @@ int main(void)
     RUN_TEST(test_one_step_agrees_with_double_arithmetic_on_both_machines);
     RUN_TEST(test_the_mirror_image_has_the_same_flux);
     RUN_TEST(test_the_flux_stays_between_its_floor_and_nominal);
-    RUN_TEST(test_a_flux_that_brings_the_field_nearer_to_zero_is_not_chosen);
+    RUN_TEST(test_a_torque_that_cannot_turn_the_field_keeps_nominal_flux);
     RUN_TEST(test_a_torque_below_its_threshold_keeps_nominal_flux);
     RUN_TEST(test_thresholds_on_either_side_of_zero);
     RUN_TEST(test_motoring_faster_than_the_minimum_needs_no_slip);
@@ -516,6 +545,7 @@ int main(void)
     RUN_TEST(test_no_number_is_remembered);
     RUN_TEST(test_the_field_keeps_as_far_from_zero_as_the_flux_can_bring_it);
     RUN_TEST(test_noise_within_the_hysteresis_switches_once);
+    RUN_TEST(test_a_torque_that_swings_switches_once);
     RUN_TEST(test_zero_frequency_is_crossed_in_one_go);
     RUN_TEST(test_two_steerings_share_a_config_and_nothing_else);
     return UNITY_END();

@@ -168,7 +168,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(steering.hysteresis_rad_s, 0.804876065f);
     EXPECT(steering.lambda_nominal_Wb, 0.518660784f);
     EXPECT(steering.lambda_min_Wb, 0.233189881f);
-    EXPECT(steering.torque_min_Nm, 0.896705747f);
+    EXPECT(steering.torque_min_Nm, 1.749248599f);
     EXPECT(steering.torque_filter_s, 0.0320000015f);
     EXPECT(steering.slew_Wb_per_s, 0.368905246f);
     EXPECT(steering.i_q_max_A, 16.5f);
@@ -333,6 +333,8 @@ static void test_dwelling_gets_its_numbers(void)
     params.dwell = 2u;
     params.dwell_amplitude = 0.125f;
     params.i_d_A = 5.0f;
+    params.Rs_ohm = 0.93f; /* Table 1's */
+    params.Rr_ohm = 0.5f;
     params.pole_pairs = 4.0f;
     unit_config_drive(&drive, &params);
     TEST_ASSERT_EQUAL(DWELL_FLUX, drive.dwell.kind);
@@ -345,7 +347,7 @@ static void test_dwelling_gets_its_numbers(void)
     EXPECT(dwell.settle_s, 3.0f);
     EXPECT(dwell.slew_rad_s2, 0.628318531f);
     EXPECT(dwell.load_A, 0.3f);
-    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 0.6993007f * (params.Rs_ohm + params.Rr_ohm));
+    EXPECT(rs_tracking.dwell_gain_ohm_per_s, 1.0f);
     params.steer_min_Hz = 0.0f;
     unit_config_drive(&drive, &params);
     EXPECT(dwell.window_rad_s, 1.88495559f);

@@ -126,8 +126,8 @@ COLD void vector_seed(const vector_config_t *cfg, vector_state_t *st, float i_q_
 /* The speed controller starts from rest. */
 COLD void vector_rest(vector_state_t *st);
 
-/* The flux is lowered to keep the field away from zero. Asked to stand, friction may hold the shaft
- * all the same. */
+/* The field ought to turn: one that stands all the same is lost. Not where the drive is asked to
+ * stand: there friction may hold the shaft. */
 static inline bool vector_steers(const vector_state_t *st)
 {
     return st->steering.steering && (absf(vector_unmodulated_rad_s(st)) > 0.0f);

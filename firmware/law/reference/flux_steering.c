@@ -3,17 +3,21 @@
 /* Share of the largest torque current the lowered flux may need. */
 #define STEERING_I_Q_SHARE 0.95f
 
-/* The estimate counts only where it is further than this share of w_min beyond the reference, so
- * that its noise does not move the flux: without, points of zh atlas --standard lost their
- * orientation. */
+/* The estimate counts only where it is further than this share of w_min beyond the reference: its
+ * noise would move the flux, and points of zh atlas --standard lost their orientation. */
 #define STEERING_BEYOND_PU 0.4f
 
 /* Rr may be less than known: with .8 of it .8 w_min is left, with .74 of it and no margin the field
  * stood at zero, and the shaft ran away (zh envelope). */
 #define STEERING_SLIP_PU 1.25f
 
-/* Of what nominal flux keeps: less is given up. */
-#define STEERING_WORSE_PU 0.5f
+/* Steering begins where the field will turn with w_min, or nearly: elsewhere it would stand, which
+ * is dwelling's to hold (dwell.h). */
+#define STEERING_ENOUGH_PU 0.95f
+
+/* Once it steers, so much of that and of the least torque will do. The estimate sees up to a third
+ * less torque once the flux is low: with .7 the flux went up and down every second. */
+#define STEERING_KEEP_PU 0.4f
 
 static bool params_valid(const flux_steering_params_t *p)
 {
@@ -74,25 +78,15 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
     const float speed_rad_s =
         minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
     const float nominal_rad_s = speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm;
-    /* Motoring faster than w_min needs no slip at all. */
-    if (!(torque_Nm >= cfg->torque_min_Nm) || !(absf(nominal_rad_s) <= cfg->leave_rad_s) ||
-        !(speed_rad_s < cfg->min_rad_s)) {
-        st->steering = false;
-        return cfg->lambda_nominal_Wb;
-    }
-    /* Under little torque the flux cannot fall far enough: the field must not come nearer to zero
-     * than it is with nominal flux. */
     const float lambda_Wb = steered_flux(cfg, speed_rad_s, torque_Nm);
     const float steered_rad_s =
         speed_rad_s + cfg->slip_Wb2_per_Nm_s * torque_Nm / (lambda_Wb * lambda_Wb);
-    const float least_rad_s = minf(cfg->min_rad_s, -nominal_rad_s);
-    if (steered_rad_s < STEERING_WORSE_PU * least_rad_s) {
-        st->steering = false;
-    } else if ((absf(nominal_rad_s) < cfg->min_rad_s) && (steered_rad_s >= least_rad_s)) {
-        st->steering = true;
-    } else {
-        /* Between the thresholds it stays as it was. */
-    }
+    const float within_rad_s = st->steering ? cfg->leave_rad_s : cfg->min_rad_s;
+    const float share = st->steering ? STEERING_KEEP_PU : 1.0f;
+    /* Motoring faster than w_min needs no slip at all. */
+    st->steering = (torque_Nm >= share * cfg->torque_min_Nm) &&
+                   (absf(nominal_rad_s) <= within_rad_s) && (speed_rad_s < cfg->min_rad_s) &&
+                   (steered_rad_s >= share * STEERING_ENOUGH_PU * cfg->min_rad_s);
     return st->steering ? lambda_Wb : cfg->lambda_nominal_Wb;
 }
 

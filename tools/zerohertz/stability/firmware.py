@@ -21,7 +21,9 @@ from zerohertz.motor import Circuit
 Real = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
-_STEERING_I_Q_SHARE, _STEERING_SLIP_PU, _STEERING_WORSE_PU = 0.95, 1.25, 0.5  # flux_steering.c
+# flux_steering.c
+_STEERING_I_Q_SHARE, _STEERING_SLIP_PU = 0.95, 1.25
+_STEERING_ENOUGH_PU, _STEERING_KEEP_PU = 0.95, 0.4
 # Constants of unit_config.c.
 _PHI_RAMP_TAU = 1.7760728
 _SPEED_FAST_PU = 1.5079365
@@ -29,7 +31,7 @@ _SPEED_SLIP_MAX = 2.0
 _SPEED_FILTER_PU = 0.35
 _FLUX_RAD_S = 10.0
 _STEER_HYSTERESIS_PU = 0.35
-_STEER_TORQUE_PU = 0.051262339
+_STEER_TORQUE_PU = 0.1
 _STEER_FILTER_S = 0.032
 
 
@@ -97,11 +99,12 @@ class Steering:
             slip_Wb2 = self.slip_Wb2_per_Nm_s * torque
             nominal = speed + slip_Wb2 / self.lambda_nominal_Wb**2
             steered = speed + slip_Wb2 / self.steered_Wb(speed, torque) ** 2
-            least = np.minimum(self.min_rad_s, -nominal)
-            on |= (np.abs(nominal) < self.min_rad_s) & (steered >= least)
-            on &= steered >= _STEERING_WORSE_PU * least
-            on &= (torque >= self.torque_min_Nm) & (np.abs(nominal) <= self.leave_rad_s)
-        return on & (speed < self.min_rad_s)
+            need = np.where(on, _STEERING_KEEP_PU, 1.0)
+            within = np.where(on, self.leave_rad_s, self.min_rad_s)
+            on = (np.abs(nominal) <= within) & (torque >= need * self.torque_min_Nm)
+            on &= steered >= need * _STEERING_ENOUGH_PU * self.min_rad_s
+            on &= speed < self.min_rad_s
+        return on
 
     def steered_Wb(self, speed_with_torque_rad_s: Real, torque_Nm: Real) -> Real:
         """The flux that steering asks for under a torque of this size."""
