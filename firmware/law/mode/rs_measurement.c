@@ -10,6 +10,9 @@
 #define RS_SHARE_MIN 0.05f
 #define RS_TINY_V    1e-6f
 
+/* Least c/i of the high level over its voltage: less is noise. */
+#define RS_TAIL_MIN_PU 0.0025f
+
 #define RS_MAX_PERIODS 1000000.0f
 
 /* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor. */
@@ -99,11 +102,12 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
     const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float bent_ohm = slope_ohm(low, bend) - slope_ohm(high, low);
-    const float teeth_ohm = tooth_ohm(cfg, low) - tooth_ohm(cfg, high);
-    const float levels_V = bent_ohm * bend->i_A / (high->i_A - bend->i_A);
-    const float teeth_V =
-        teeth_ohm * low->i_A * high->i_A / ((high->i_A - low->i_A) * (high->i_A + low->i_A));
-    return low->i_A * maxf(minf(levels_V, teeth_V), 0.0f);
+    const float steeper_ohm = tooth_ohm(cfg, low) - tooth_ohm(cfg, high);
+    const float levels_ohm = bent_ohm * bend->i_A / (high->i_A - bend->i_A);
+    const float teeth_ohm =
+        steeper_ohm * low->i_A * high->i_A / ((high->i_A - low->i_A) * (high->i_A + low->i_A));
+    const float c_V = low->i_A * minf(levels_ohm, teeth_ohm);
+    return (c_V > RS_TAIL_MIN_PU * high->u_duty_V) ? c_V : 0.0f;
 }
 
 /* The leg current at which the line through the small current ends. Leg u carries x there, the

@@ -4,8 +4,9 @@
  * Rs, free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage of
  * the duties minus the one that arrives is the loss in dead time and devices (identified, per leg).
  * Where the curve of the loss is wanted, two more levels show how it bends. A leg with capacitance
- * loses whole (1 - tail/i) of a current i, so that u = Rs i + u_0 - c/i: three levels give c.
- * Behind the voltage of the duties c also makes Rs too large, and is taken off. A small current
+ * loses whole (1 - tail/i) of a current i, so that u = Rs i + u_0 - c/i. Three levels
+ * show c, and so do the teeth (below) of two of them: the smaller counts. Behind the voltage of the
+ * duties c also makes Rs too large, and is taken off. A small current
  * finds the line on which the loss begins: it ends where the loss is whole, or at the tail.
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
