@@ -3,6 +3,10 @@
 /* Torque current from this share of its limit on is all there is (square of .95). */
 #define GUARD_AT_LIMIT_PU2 0.9f
 
+/* No more flux is expected than turns with this EMF over the dc link. Field weakening asks for more
+ * than twice the flux that is there where the leakage is larger than known (zh envelope). */
+#define GUARD_EMF_PU 0.6f
+
 bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,
                 const plausibility_params_t *plausibility, const guard_sensor_params_t *sensors)
 {
@@ -35,9 +39,10 @@ static bool estimate_wrong(const guard_config_t *cfg, guard_state_t *st, const g
     const ab_t i_A = in->meas->i_s_A;
     const float heat_W = in->Rs_ohm * ab_norm2(i_A);
     const float force_Wb_A = cfg->kr * ab_cross(e->lambda_r_hat_Wb, i_A);
+    const float room_Wb = GUARD_EMF_PU * in->meas->u_dc_V / absf(e->omega_e_rad_s);
     const plausibility_estimate_t claim = {.e1_A = e->i_residual_A,
                                            .lambda_Wb = e->lambda_Wb,
-                                           .lambda_ref_Wb = in->lambda_ref_Wb,
+                                           .lambda_ref_Wb = minf(room_Wb, in->lambda_ref_Wb),
                                            .omega_rad_s = e->omega_e_rad_s,
                                            .air_gap_W = ab_dot(in->u_s_V, i_A) - heat_W,
                                            .torque_power_W = force_Wb_A * e->omega_s_rad_s};

@@ -216,6 +216,25 @@ static void test_a_flux_far_below_its_reference(void)
     assert_never_comes();
 }
 
+/* 360 V allow 216/600 = .36 Wb. Half of that is enough, whatever is asked for. */
+static void test_no_more_flux_is_expected_than_the_voltage_allows(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        estimate.omega_e_rad_s = (float)way * 600.0f;
+        meas.u_dc_V = 360.0f;
+        estimate.lambda_Wb = 0.181f;
+        in.lambda_ref_Wb = 0.6f;
+        assert_never_comes();
+        setUp();
+        estimate.omega_e_rad_s = (float)way * 600.0f;
+        meas.u_dc_V = 360.0f;
+        estimate.lambda_Wb = 0.179f;
+        in.lambda_ref_Wb = 0.6f;
+        assert_comes(FAULT_OBSERVER, SLOT_GUARD_ESTIMATE, ESTIMATE_TURNS);
+    }
+}
+
 /* (u - Rs i) . i against (M/Lr) lambda x i w_s: 1.2 A across .4 Wb at 400 rad/s are 172.8 W. */
 static void test_power_that_the_torque_does_not_explain(void)
 {
@@ -431,6 +450,7 @@ int main(void)
     RUN_TEST(test_the_current_asked_for_is_turned_into_the_phases);
     RUN_TEST(test_a_residual_that_no_current_explains);
     RUN_TEST(test_a_flux_far_below_its_reference);
+    RUN_TEST(test_no_more_flux_is_expected_than_the_voltage_allows);
     RUN_TEST(test_power_that_the_torque_does_not_explain);
     RUN_TEST(test_a_speed_that_no_shaft_follows);
     RUN_TEST(test_all_torque_without_speed);
