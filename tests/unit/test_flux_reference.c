@@ -24,12 +24,14 @@ static const flux_reference_params_t good = {.voltage_share = 0.9f,
 static flux_reference_config_t cfg;
 static flux_reference_state_t st;
 static motor_model_t table1;
+static float lambda_hat_Wb;
 
 void setUp(void)
 {
     table1 = reference_derived(0);
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &good, &table1, TURN_S));
     st = (flux_reference_state_t){0};
+    lambda_hat_Wb = 0.0f;
 }
 
 void tearDown(void)
@@ -38,7 +40,7 @@ void tearDown(void)
 
 static void step(float u_V, float u_dc_V, float omega_s_rad_s, float torque_Nm)
 {
-    const flux_reference_in_t in = {u_V, u_dc_V, omega_s_rad_s, torque_Nm};
+    const flux_reference_in_t in = {u_V, u_dc_V, omega_s_rad_s, torque_Nm, lambda_hat_Wb};
     flux_reference_step(&cfg, &st, &in);
 }
 
@@ -228,6 +230,15 @@ static void test_torque_current_keeps_away_from_pull_out(void)
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 1500.0f, 100.0f);
     const double i_q = 0.8 * 0.110 / 0.008 * (0.10 / 0.102);
     ASSERT_NEAR(0.05, 15.0 - i_q, st.i_q_reduction_A);
+    /* The flux that is there: less than is asked for changes nothing, more takes more current. */
+    const float asked_A = st.i_q_reduction_A;
+    lambda_hat_Wb = 0.099f;
+    step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 1500.0f, 100.0f);
+    ASSERT_NEAR(1e-3, asked_A, st.i_q_reduction_A);
+    lambda_hat_Wb = 0.12f;
+    step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 1500.0f, 100.0f);
+    ASSERT_NEAR(0.05, 15.0 - 1.2 * i_q, st.i_q_reduction_A);
+    lambda_hat_Wb = 0.0f;
     st.weakened_Wb = 0.30f;
     step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 900.0f, 100.0f);
     ASSERT_SAME_FLOAT(0.0f, st.i_q_reduction_A);

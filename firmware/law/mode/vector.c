@@ -39,6 +39,7 @@ static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->legs_V)),
                                               .u_dc_V = in->meas->u_dc_V,
                                               .omega_s_rad_s = in->estimate->omega_s_rad_s,
+                                              .lambda_Wb = in->estimate->lambda_Wb,
                                               .torque_Nm = torque_Nm(cfg, in, axis)};
     flux_reference_step(&cfg->reference, &st->reference, &reference_in);
     choose_flux(cfg, st);

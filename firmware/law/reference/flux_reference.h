@@ -7,7 +7,8 @@
  * |T|/(p kr) sqrt(1 + kr^2 Rr/Rs). The lower of the two fluxes counts.
  *
  * At the voltage limit the torque has its maximum at sigma Ls i_q = Ls i_d (pull-out); i_q stays a
- * share below that.
+ * share below that. i_d is that of the reference or of the estimated flux, whichever is larger:
+ * where the leakage is less than known, weakening asks for half of the flux that is there.
  */
 #ifndef FLUX_REFERENCE_H
 #define FLUX_REFERENCE_H
@@ -58,6 +59,7 @@ typedef struct {
     float u_dc_V;
     float omega_s_rad_s;
     float torque_Nm; /* wanted */
+    float lambda_Wb; /* estimated */
 } flux_reference_in_t;
 
 /* False for a number that is not finite or of the wrong sign, or a share or flux above its maximum.
