@@ -5,6 +5,10 @@
 /* A deviation of the flux up to this may be noise of the torque. */
 #define FLUX_REFERENCE_NEAR_PU 0.1f
 
+/* Flux that is there counts up to this share of what the voltage allows. After a sag of the dc link
+ * it is more, and with .7, pull-out, the currents took more voltage than there was (zh modes). */
+#define FLUX_REFERENCE_THERE_PU 0.5f
+
 static bool params_valid(const flux_reference_params_t *p)
 {
     const bool shares = ALL_NONNEGATIVE(p->voltage_share, p->economy_from_rad_s) &&
@@ -61,14 +65,12 @@ static float at_least(const flux_reference_config_t *cfg, float omega_s_rad_s, f
 /* Where economy lowers the flux further, the voltage is scaled to the flux weakening allows: its
  * controller is then right when a torque step gives the flux back. */
 static void weaken(const flux_reference_config_t *cfg, flux_reference_state_t *st,
-                   const flux_reference_in_t *in)
+                   const flux_reference_in_t *in, float u_max_V, float omega_s_rad_s)
 {
-    const float u_max_V = cfg->voltage_share * in->u_dc_V;
     const float allowed_Wb = cfg->lambda_nominal_Wb - st->weakened_Wb;
     const float lambda_Wb = minf(allowed_Wb, cfg->lambda_nominal_Wb - st->economy_Wb);
     const float u_V = in->u_V * (allowed_Wb / lambda_Wb);
-    const float change_Wb =
-        cfg->gain_Wb_rad_s_per_V * (u_V - u_max_V) / at_least(cfg, in->omega_s_rad_s, u_max_V);
+    const float change_Wb = cfg->gain_Wb_rad_s_per_V * (u_V - u_max_V) / omega_s_rad_s;
     if (is_finite(change_Wb)) {
         st->weakened_Wb = clampf(st->weakened_Wb + change_Wb, 0.0f, cfg->reduction_max_Wb);
     }
@@ -100,16 +102,18 @@ void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_stat
     } else {
         st->economy_Wb = 0.0f; /* switched off while it acted */
     }
+    const float u_max_V = cfg->voltage_share * in->u_dc_V;
+    const float omega_s_rad_s = at_least(cfg, in->omega_s_rad_s, u_max_V);
     if (cfg->voltage_share > 0.0f) {
-        weaken(cfg, st, in);
+        weaken(cfg, st, in, u_max_V, omega_s_rad_s);
     } else {
         st->weakened_Wb = 0.0f;
     }
     const float reduction_Wb = maxf(st->weakened_Wb, st->economy_Wb);
     st->rate_Wb_per_s = (st->reduction_Wb - reduction_Wb) * cfg->inv_period_per_s;
     st->reduction_Wb = reduction_Wb;
-    const float i_q_A =
-        cfg->i_q_per_Wb_A * maxf(cfg->lambda_nominal_Wb - reduction_Wb, in->lambda_Wb);
+    const float there_Wb = minf(FLUX_REFERENCE_THERE_PU * u_max_V / omega_s_rad_s, in->lambda_Wb);
+    const float i_q_A = cfg->i_q_per_Wb_A * maxf(cfg->lambda_nominal_Wb - reduction_Wb, there_Wb);
     st->i_q_reduction_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
 }
 
