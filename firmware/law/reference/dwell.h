@@ -7,12 +7,13 @@
  *
  * The field stands when the low-passed stator frequency has stayed inside a window about zero while
  * the reference hardly moved: a ramp that crosses zero never gets there. Where the flux is steered
- * the field ought to turn: one that stands there is lost, and the supervisor says so (STILL). Rs is
- * found from then on.
- * Under load the speed reference also gets A sin(W t) on top, A = k max(|w|, tau), W = 1.67 tau, at
- * first 1.8 times that; where the speed is not controlled, or may not move, the flux swings by
- * k (1 - cos W t) of itself instead. `share` fades all of it in and out, what the estimator makes
- * of it included: neither entry nor exit is a step.
+ * the field ought to turn: one that stands there is lost, and the supervisor says so (STILL). A
+ * drive that is asked to stand dwells all the same.
+ *
+ * While the field stands Rs is found. Under load the speed reference also gets A sin(W t) on top, A
+ * = k max(|w|, tau), W = 1.67 tau, at first 1.8 times that; where the speed is not controlled, or
+ * may not move, the flux swings by k (1 - cos W t) of itself instead. `share` fades all of it in
+ * and out, what the estimator makes of it included: neither entry nor exit is a step.
  */
 #ifndef DWELL_H
 #define DWELL_H
