@@ -17,8 +17,8 @@
 #define PLAUSIBILITY_MIRRORED_PU2     0.01f
 #define PLAUSIBILITY_SIN_THIRD        0.86602540378f /* of a turn */
 
-/* Of its reference: less is no flux of this current. At speed the voltage shows the flux, and less
- * than half means that the dc link is not what its word says. */
+/* Of what is expected: less is no flux of this current. At speed the voltage shows the flux, and
+ * less than half means that the dc link is not what its word says. */
 #define PLAUSIBILITY_FLUX_PU      0.25f
 #define PLAUSIBILITY_FLUX_FAST_PU 0.5f
 #define PLAUSIBILITY_FAST_RAD_S   60.0f /* electrical */

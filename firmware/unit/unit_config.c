@@ -32,8 +32,8 @@
 #define CONFIG_I_F_RETURN_HZ 1.5f       /* above, the estimator may take back */
 #define CONFIG_I_F_TIMEOUT_S 5.0f       /* above that and still lost for so long: fault */
 
-/* Flux steering: hysteresis over steer_min_Hz, least torque over that of i_q_max_A, rate over
- * nominal flux. */
+/* Flux steering: hysteresis over steer_min_Hz, torque at which it begins over that of i_q_max_A,
+ * rate over nominal flux. */
 #define CONFIG_STEER_HYSTERESIS_PU 0.35f
 #define CONFIG_STEER_TORQUE_PU     0.1f
 #define CONFIG_STEER_FILTER_S      0.032f

@@ -105,7 +105,7 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
     const double w = (fabs(asked) > 0.0) ? fmin(asked, way * s->wf + 0.4 * least) : asked;
     const double slip_Wb2 = (double)p->motor.Rr_ohm / pp * torque;
     const double field = w + slip_Wb2 / (nominal * nominal);
-    const double share = s->steering ? 0.4 : 1.0;
+    const double share = (s->steering || !(fabs(s->wref) > 0.0)) ? 0.5 : 0.99;
     const double within = s->steering ? (least + (double)f->hysteresis_rad_s) : least;
     double target = nominal;
     if ((torque < share * (double)f->torque_min_Nm) || (w >= least) || (fabs(field) > within)) {
@@ -115,7 +115,7 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
         const double lam =
             fmax(sqrt(slip_Wb2 / needed), torque / (pp * kr * 0.95 * (double)f->i_q_max_A));
         const double low = fmax((double)f->lambda_min_Wb, fmin(nominal, lam));
-        s->steering = w + slip_Wb2 / (low * low) >= 0.95 * share * least;
+        s->steering = w + slip_Wb2 / (low * low) >= share * least;
         target = s->steering ? low : nominal;
     }
     const double slew = T * (double)f->slew_Wb_per_s, wanted = nominal - target - s->below;

@@ -190,6 +190,16 @@ static void test_a_number_that_is_none_changes_nothing(void)
         step(220.0f, NAN, 500.0f, 100.0f);
         ASSERT_SAME_FLOAT(before_Wb, st.weakened_Wb);
     }
+    st = (flux_reference_state_t){.weakened_Wb = 0.42f};
+    step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 700.0f, 100.0f);
+    const float asked_A = st.i_q_reduction_A;
+    TEST_ASSERT_TRUE(asked_A > 0.0f);
+    lambda_hat_Wb = NAN;
+    st = (flux_reference_state_t){.weakened_Wb = 0.42f};
+    step(0.9f * NUM_SQRT_1_2 * 283.0f, 283.0f, 700.0f, 100.0f);
+    ASSERT_SAME_FLOAT(asked_A, st.i_q_reduction_A);
+    st = (flux_reference_state_t){.weakened_Wb = before_Wb};
+    lambda_hat_Wb = 0.0f;
     step(220.0f, 283.0f, 500.0f, 0.0f);
     const float economy_Wb = st.economy_Wb;
     TEST_ASSERT_TRUE(economy_Wb > 0.0f);

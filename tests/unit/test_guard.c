@@ -235,6 +235,17 @@ static void test_no_more_flux_is_expected_than_the_voltage_allows(void)
     }
 }
 
+/* A word of the dc link that is no number is no excuse. */
+static void test_a_flux_beside_a_link_that_is_no_number(void)
+{
+    estimate.omega_e_rad_s = 600.0f;
+    estimate.lambda_Wb = 0.179f;
+    in.lambda_ref_Wb = 0.36f;
+    meas.u_dc_V = NAN;
+    uint32_t slots;
+    TEST_ASSERT_TRUE((turns(ESTIMATE_TURNS, &slots) & FAULT_OBSERVER) != 0u);
+}
+
 /* (u - Rs i) . i against (M/Lr) lambda x i w_s: 1.2 A across .4 Wb at 400 rad/s are 172.8 W. */
 static void test_power_that_the_torque_does_not_explain(void)
 {
@@ -451,6 +462,7 @@ int main(void)
     RUN_TEST(test_a_residual_that_no_current_explains);
     RUN_TEST(test_a_flux_far_below_its_reference);
     RUN_TEST(test_no_more_flux_is_expected_than_the_voltage_allows);
+    RUN_TEST(test_a_flux_beside_a_link_that_is_no_number);
     RUN_TEST(test_power_that_the_torque_does_not_explain);
     RUN_TEST(test_a_speed_that_no_shaft_follows);
     RUN_TEST(test_all_torque_without_speed);

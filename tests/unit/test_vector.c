@@ -304,13 +304,15 @@ static void test_the_voltage_limit_lowers_the_flux_in_its_slot(void)
         vector_slow(cfg, &drive.limits, &st, &in);
         TEST_ASSERT_EQUAL(in.slot == SLOT_FLUX_REFERENCE, st.reference.reduction_Wb > 0.0f);
     }
-    flux_reference_state_t expected = {0};
+    /* Weakened below the flux that is there: the estimate decides about pull-out. */
+    flux_reference_state_t expected = {.weakened_Wb = 0.9f * cfg->reference.lambda_nominal_Wb};
     st.reference = expected;
     in.slot = SLOT_FLUX_REFERENCE;
     const flux_reference_in_t reference_in = {
         .u_V = sqrtf(300.0f * 300.0f + 330.0f * 330.0f),
         .u_dc_V = 540.0f,
         .omega_s_rad_s = 103.0f,
+        .lambda_Wb = estimate.lambda_Wb,
         .torque_Nm =
             motor_torque_Nm(&cfg->motor, estimate.lambda_Wb, ab_cross(axis(), meas.i_s_A))};
     flux_reference_step(&cfg->reference, &expected, &reference_in);

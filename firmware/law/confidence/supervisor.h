@@ -42,9 +42,9 @@ typedef struct {
     float lost_pu;           /* likewise, LOST at once; >= residual_pu */
     float confirm_s;         /* RESIDUAL or FLUX for this long: LOST */
     float return_s;          /* all quiet for this long: CLOSED again */
-    float still_rad_s; /* the flux is steered so that |w_s| stays above twice this; 0: it is not */
-    float still_A;     /* torque current from which it counts in full */
-    float still_s;     /* STILL for this long: LOST */
+    float still_rad_s;       /* the flux is steered to twice this of |w_s|; 0: it is not */
+    float still_A;           /* torque current from which it counts in full */
+    float still_s;           /* STILL for this long: LOST */
     float lambda_nominal_Wb;
     float omega_max_rad_s; /* bound that is reported when there is none */
 } supervisor_params_t;

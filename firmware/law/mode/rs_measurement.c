@@ -107,7 +107,7 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
     const float teeth_ohm =
         steeper_ohm * low->i_A * high->i_A / ((high->i_A - low->i_A) * (high->i_A + low->i_A));
     const float c_V = low->i_A * minf(levels_ohm, teeth_ohm);
-    return (c_V > RS_TAIL_MIN_PU * high->u_duty_V) ? c_V : 0.0f;
+    return (c_V > RS_TAIL_MIN_PU * absf(high->u_duty_V)) ? c_V : 0.0f;
 }
 
 /* The leg current at which the line through the small current ends. Leg u carries x there, the

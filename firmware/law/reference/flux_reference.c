@@ -6,7 +6,8 @@
 #define FLUX_REFERENCE_NEAR_PU 0.1f
 
 /* Flux that is there counts up to this share of what the voltage allows. After a sag of the dc link
- * it is more, and with .7, pull-out, the currents took more voltage than there was (zh modes). */
+ * there is more: with .7, the share at pull-out, the currents then took more voltage than there was
+ * (zh modes). */
 #define FLUX_REFERENCE_THERE_PU 0.5f
 
 static bool params_valid(const flux_reference_params_t *p)
@@ -113,7 +114,7 @@ void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_stat
     st->rate_Wb_per_s = (st->reduction_Wb - reduction_Wb) * cfg->inv_period_per_s;
     st->reduction_Wb = reduction_Wb;
     const float there_Wb = minf(FLUX_REFERENCE_THERE_PU * u_max_V / omega_s_rad_s, in->lambda_Wb);
-    const float i_q_A = cfg->i_q_per_Wb_A * maxf(cfg->lambda_nominal_Wb - reduction_Wb, there_Wb);
+    const float i_q_A = cfg->i_q_per_Wb_A * maxf(there_Wb, cfg->lambda_nominal_Wb - reduction_Wb);
     st->i_q_reduction_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
 }
 

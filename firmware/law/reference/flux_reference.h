@@ -7,8 +7,9 @@
  * |T|/(p kr) sqrt(1 + kr^2 Rr/Rs). The lower of the two fluxes counts.
  *
  * At the voltage limit the torque has its maximum at sigma Ls i_q = Ls i_d (pull-out); i_q stays a
- * share below that. i_d is that of the reference or of the estimated flux, whichever is larger:
- * where the leakage is less than known, weakening asks for half of the flux that is there.
+ * share below that. i_d is that of the reference, or of the estimated flux where that is larger, up
+ * to half of what the voltage allows: where the leakage is less than known, weakening asks for half
+ * of the flux that is there.
  */
 #ifndef FLUX_REFERENCE_H
 #define FLUX_REFERENCE_H

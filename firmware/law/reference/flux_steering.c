@@ -11,13 +11,12 @@
  * stood at zero, and the shaft ran away (zh envelope). */
 #define STEERING_SLIP_PU 1.25f
 
-/* Steering begins where the field will turn with w_min, or nearly: elsewhere it would stand, which
- * is dwelling's to hold (dwell.h). */
-#define STEERING_ENOUGH_PU 0.95f
-
-/* Once it steers, so much of that and of the least torque will do. The estimate sees up to a third
- * less torque once the flux is low: with .7 the flux went up and down every second. */
-#define STEERING_KEEP_PU 0.4f
+/* Of torque_min and w_min. Steering begins where the torque can turn the field with w_min, rounding
+ * aside. Under less the field would stand, which is dwelling's to hold (dwell.h). While it steers,
+ * or is asked to stand, half of both is enough: the estimate sees up to a third less torque once
+ * the flux is low, and with .7 the flux went up and down every second. */
+#define STEERING_BEGIN_PU 0.99f
+#define STEERING_KEEP_PU  0.5f
 
 static bool params_valid(const flux_steering_params_t *p)
 {
@@ -78,15 +77,19 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
     const float speed_rad_s =
         minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
     const float nominal_rad_s = speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm;
+    const float within_rad_s = st->steering ? cfg->leave_rad_s : cfg->min_rad_s;
+    const float share =
+        (st->steering || is_zero(omega_ref_rad_s)) ? STEERING_KEEP_PU : STEERING_BEGIN_PU;
+    st->steering = false;
+    /* Motoring faster than w_min needs no slip at all. */
+    if (!(torque_Nm >= share * cfg->torque_min_Nm) || !(absf(nominal_rad_s) <= within_rad_s) ||
+        !(speed_rad_s < cfg->min_rad_s)) {
+        return cfg->lambda_nominal_Wb;
+    }
     const float lambda_Wb = steered_flux(cfg, speed_rad_s, torque_Nm);
     const float steered_rad_s =
         speed_rad_s + cfg->slip_Wb2_per_Nm_s * torque_Nm / (lambda_Wb * lambda_Wb);
-    const float within_rad_s = st->steering ? cfg->leave_rad_s : cfg->min_rad_s;
-    const float share = st->steering ? STEERING_KEEP_PU : 1.0f;
-    /* Motoring faster than w_min needs no slip at all. */
-    st->steering = (torque_Nm >= share * cfg->torque_min_Nm) &&
-                   (absf(nominal_rad_s) <= within_rad_s) && (speed_rad_s < cfg->min_rad_s) &&
-                   (steered_rad_s >= share * STEERING_ENOUGH_PU * cfg->min_rad_s);
+    st->steering = steered_rad_s >= share * cfg->min_rad_s;
     return st->steering ? lambda_Wb : cfg->lambda_nominal_Wb;
 }
 

@@ -4,8 +4,8 @@
  * be below w_min, the flux is reduced until the field rotates with w_min in the direction of the
  * torque: slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). Braking, where the field has
  * to pass zero, w* counts 1.25 times, as Rr may be less than known. Hysteresis and a fast
- * transition make the drive cross zero frequency without staying there. Under little torque even
- * the least flux cannot turn the field with w_min: nominal flux stays, and the drive dwells.
+ * transition make the drive cross zero frequency without staying there. Where the flux
+ * may not fall far enough for that, because of its floor or of the torque, it stays nominal.
  *
  * w* is the speed reference, or the estimated speed less .4 w_min where that lies further against
  * the torque. A load that drives pushes the shaft beyond its reference: steered by the reference
@@ -24,7 +24,7 @@ typedef struct {
     float hysteresis_rad_s; /* steering ends where nominal flux turns faster than w_min + this */
     float lambda_nominal_Wb;
     float lambda_min_Wb;
-    float torque_min_Nm; /* steering begins above, and ends below .4 of it */
+    float torque_min_Nm; /* steering begins above, and ends below half of it */
     float torque_filter_s;
     float slew_Wb_per_s;
     float i_q_max_A; /* the flux stays high enough for the torque with this */

@@ -23,7 +23,7 @@ Complex = npt.NDArray[np.complex128]
 
 # flux_steering.c
 _STEERING_I_Q_SHARE, _STEERING_SLIP_PU = 0.95, 1.25
-_STEERING_ENOUGH_PU, _STEERING_KEEP_PU = 0.95, 0.4
+_STEERING_BEGIN_PU, _STEERING_KEEP_PU = 0.99, 0.5
 # Constants of unit_config.c.
 _PHI_RAMP_TAU = 1.7760728
 _SPEED_FAST_PU = 1.5079365
@@ -99,10 +99,10 @@ class Steering:
             slip_Wb2 = self.slip_Wb2_per_Nm_s * torque
             nominal = speed + slip_Wb2 / self.lambda_nominal_Wb**2
             steered = speed + slip_Wb2 / self.steered_Wb(speed, torque) ** 2
-            need = np.where(on, _STEERING_KEEP_PU, 1.0)
+            need = np.where(on | (speed == 0.0), _STEERING_KEEP_PU, _STEERING_BEGIN_PU)
             within = np.where(on, self.leave_rad_s, self.min_rad_s)
             on = (np.abs(nominal) <= within) & (torque >= need * self.torque_min_Nm)
-            on &= steered >= need * _STEERING_ENOUGH_PU * self.min_rad_s
+            on &= steered >= need * self.min_rad_s
             on &= speed < self.min_rad_s
         return on
 
