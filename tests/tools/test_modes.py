@@ -44,6 +44,7 @@ def test_a_sagging_dc_link_is_ridden_out_at_twice_rated_speed():
         ("ideal", 0.05, True),
         ("atlas", 0.2, False),
         ("atlas", 0.0, False),
+        ("atlas", 0.0, True),
     ],
 )
 def test_a_turning_shaft_is_caught(rig, speed_pu, residual):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -157,3 +158,12 @@ def test_steering_keeps_away_from_zero_frequency_and_has_hysteresis():
     # Braking, it asks for 1.25 times the slip that would do.
     assert (omega + slip)[2] == pytest.approx(-2.0 * np.pi * 0.67 - 0.25 * 12.0, rel=1e-6)
     assert (flux[~on] == fw.lambda_nominal_Wb).all()
+    # At nominal flux the field would turn with so much of w_min, in the sense of the torque: on up
+    # to w_min, then only what was on before.
+    w_min = 2.0 * np.pi * 0.67
+    slip_per_Nm = fw.circuit.Rr_ohm / (fw.pole_pairs * fw.lambda_nominal_Wb**2)
+    share = np.array([0.9, 1.1, 1.3, 1.4])
+    torque = -(4.0 + share * w_min) / slip_per_Nm
+    np.testing.assert_array_equal(fw.steering.steers(np.full(4, 4.0), torque), share < 1.35)
+    at_once = dataclasses.replace(fw.steering, leave_rad_s=fw.steering.min_rad_s)
+    np.testing.assert_array_equal(at_once.steers(np.full(4, 4.0), torque), share < 1.0)
