@@ -85,6 +85,14 @@ static void test_the_limit_falls_in_a_line_and_holds_at_the_continuous_current(v
     st = (overload_state_t){.heat_pu = {0.0f, 1.1f}};
     TEST_ASSERT_FALSE(overload_step(&cfg, &st, 144.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 12.0f, st.i_max_A);
+    /* Just as warm as the continuous current makes it: nothing is taken away. */
+    for (int n = 0; n < OVERLOAD_MODELS; n++) {
+        cfg.warm_per_A2[n] = 0.0f;
+        cfg.fade[n] = 0.0f;
+    }
+    st = (overload_state_t){.heat_pu = {1.0f, 1.0f}};
+    TEST_ASSERT_FALSE(overload_step(&cfg, &st, 100.0f));
+    TEST_ASSERT_FALSE(st.derating);
 }
 
 /* A drive that obeys its limit is never stopped. */

@@ -993,6 +993,19 @@ static void test_torque_beside_the_load_changes_the_speed(void)
     }
 }
 
+/* A gain below that of low speed, as a swing leaves it: no acceleration is expected, nor the
+ * opposite. */
+static void test_no_change_of_speed_is_expected_of_less_gain(void)
+{
+    const speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    speed_control_state_t st = {.gain_extra = 0.5f};
+    TEST_ASSERT_TRUE(speed_control_expected_rad_s(&cfg, &st, 2.0f) > 0.0f);
+    st.gain_extra = -0.5f;
+    ASSERT_SAME_FLOAT(0.0f, speed_control_expected_rad_s(&cfg, &st, 2.0f));
+}
+
 /* Whoever else sets the torque current: nobody knows what is left to accelerate. */
 static void test_no_change_of_speed_is_expected_unless_the_controller_acts(void)
 {
@@ -1014,6 +1027,7 @@ int main(void)
     RUN_TEST(test_at_the_limit_is_within_a_twentieth_of_it);
     RUN_TEST(test_one_that_is_tracked_follows_the_speed);
     RUN_TEST(test_torque_beside_the_load_changes_the_speed);
+    RUN_TEST(test_no_change_of_speed_is_expected_of_less_gain);
     RUN_TEST(test_no_change_of_speed_is_expected_unless_the_controller_acts);
     RUN_TEST(test_init_derives_the_gains_of_both_machines);
     RUN_TEST(test_init_takes_the_square_of_the_pole_pairs);

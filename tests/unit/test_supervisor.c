@@ -890,6 +890,7 @@ static void test_a_field_that_swings_about_zero_may_be_closed(void)
         in.swing_rad_s = 0.8f; /* too little to tell a quarter of the flux */
         judge_with(0.03f, 0.0f);
         TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+        TEST_ASSERT_TRUE(st.found.swings);
         in.swing_rad_s = 0.0f;
         judge_times(20, 0.03f, 0.0f);
         TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
