@@ -3,9 +3,9 @@
 /* Torque current from this share of its limit on is all there is (square of .95). */
 #define GUARD_AT_LIMIT_PU2 0.9f
 
-/* No more flux is expected than has this EMF over the dc link at the speed of the rotor: nominal
- * flux has .58 at nominal speed. Field weakening asks for more than twice the flux that is there
- * where the leakage is larger than known (zh envelope). */
+/* No more flux is expected than has this EMF over the dc link at the speed of the rotor: Table
+ * 1's nominal flux has .58 at nominal speed. Field weakening asks for more than twice the flux that
+ * is there where the leakage is larger than known (zh envelope). */
 #define GUARD_EMF_PU 0.6f
 
 bool guard_init(guard_config_t *cfg, const monitor_config_t *monitor,

@@ -2,12 +2,12 @@
  *
  * u = Rs i + u_0 along a fixed axis once the flux is constant. The difference of two levels gives
  * Rs, free of sensor offsets and of a dead-time voltage that is saturated at both. The voltage of
- * the duties minus the one that arrives is the loss in dead time and devices (identified, per leg).
- * Where the curve of the loss is wanted, two more levels show how it bends. A leg with capacitance
- * loses whole (1 - tail/i) of a current i, so that u = Rs i + u_0 - c/i. Three levels
- * show c, and so do the teeth (below) of two of them: the smaller counts. Behind the voltage of the
- * duties c also makes Rs too large, and is taken off. A small current
- * finds the line on which the loss begins: it ends where the loss is whole, or at the tail.
+ * the duties minus the one that arrives is the loss in dead time and devices (identified, per
+ * leg). Where the curve of the loss is wanted, two more levels show how it bends. A leg with
+ * capacitance loses whole (1 - tail/i) of a current i, so that u = Rs i + u_0 - c/i. Three levels
+ * show c, and so do the teeth (below) of two of them: the smaller counts. Behind the voltage of
+ * the duties c also makes Rs too large, and is taken off. A small current finds the line on which
+ * the loss begins: it ends where the loss is whole, or at the tail.
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
  * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
