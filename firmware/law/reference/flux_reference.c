@@ -113,6 +113,8 @@ void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_stat
     const float reduction_Wb = maxf(st->weakened_Wb, st->economy_Wb);
     st->rate_Wb_per_s = (st->reduction_Wb - reduction_Wb) * cfg->inv_period_per_s;
     st->reduction_Wb = reduction_Wb;
+    /* With weakening off u_max is 0, and what was asked for counts; at standstill 0/0 leaves the
+     * estimate. */
     const float there_Wb = minf(FLUX_REFERENCE_THERE_PU * u_max_V / omega_s_rad_s, in->lambda_Wb);
     const float i_q_A = cfg->i_q_per_Wb_A * maxf(there_Wb, cfg->lambda_nominal_Wb - reduction_Wb);
     st->i_q_reduction_A = maxf(cfg->i_q_max_A - i_q_A, 0.0f);
