@@ -33,7 +33,7 @@ static bool init_vector(vector_config_t *cfg, const drive_params_t *p, const mot
     const float quarter_s = (float)SLOT_QUARTERS * p->period_s;
     return speed_control_init(&cfg->speed, &p->speed, motor, p->period_s) &&
            speed_ramp_init(&cfg->ramp, &p->ramp, quarter_s) &&
-           flux_control_init(&cfg->flux, &p->flux, motor, quarter_s) &&
+           flux_control_init(&cfg->flux, &p->flux, motor) &&
            flux_steering_init(&cfg->steering, &p->steering, motor, schedule_s) &&
            flux_reference_init(&cfg->reference, &p->modes.flux, motor, schedule_s) &&
            mains_loss_init(&cfg->mains, &p->modes.mains, motor, p->period_s);

@@ -19,7 +19,6 @@ static const uint16_t of_control[] = {
     VECTOR(speed.slow_A),
     VECTOR(speed.low_A),
     VECTOR(speed.high_A),
-    VECTOR(flux.pi.x),
     VECTOR(flux_reduction_Wb),
     VECTOR(i_d_reduction_A),
     VECTOR(torque_gain_extra_pu),

@@ -6,9 +6,6 @@
 /* Speed loop: the bandwidth changes from speed_slow_rad_s to so many times that. */
 #define CONFIG_SPEED_FAST_PU 1.5079365f
 
-/* Flux PI, as slow as the flux itself wants it. */
-#define CONFIG_FLUX_RAD_S 10.0f
-
 /* Overload of the inverter: a heat sink with its own fan or a cold plate is slower. */
 #define CONFIG_INVERTER_S 10.0f
 
@@ -158,10 +155,7 @@ static void config_protection(drive_params_t *d, const params_t *p)
 
 static void config_flux(drive_params_t *d, const params_t *p)
 {
-    d->flux = (flux_control_params_t){.mode = (flux_control_mode_t)p->flux_mode,
-                                      .i_d_A = p->i_d_A,
-                                      .bandwidth_rad_s = CONFIG_FLUX_RAD_S,
-                                      .i_d_max_A = p->i_d_max_A};
+    d->flux = (flux_control_params_t){.i_d_A = p->i_d_A, .i_d_max_A = p->i_d_max_A};
     const float lambda_Wb = p->M_H * p->i_d_A;
     const float torque_Nm = p->pole_pairs * (p->M_H / p->Lr_H) * lambda_Wb * p->i_q_max_A;
     d->steering = (flux_steering_params_t){.min_rad_s = NUM_TWO_PI * p->steer_min_Hz,

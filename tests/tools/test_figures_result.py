@@ -31,11 +31,6 @@ def test_the_limit_is_the_one_in_force():
     assert with_params(i_max_A=4.0, i_d_A=5.0).i_q_limit_A() == 0.0
 
 
-def test_a_limit_that_moves_is_refused():
-    with pytest.raises(UserError, match=r"params\.flux_mode: is 1; .* not recorded"):
-        with_params(flux_mode=1).i_q_limit_A()
-
-
 def test_the_firmware_runs_into_the_limit_that_is_judged_by():
     """Fig. 17 ends with i_q* at its limit: that is where the firmware clamps."""
     small = with_params(i_max_A=8.0, i_d_A=5.0)
@@ -47,7 +42,7 @@ def test_the_firmware_runs_into_the_limit_that_is_judged_by():
 
 
 def test_no_figure_moves_a_limit_of_its_own():
-    limits = {"i_q_max_A", "i_max_A", "i_d_A", "flux_mode", "lambda_max_Wb", "omega_max_rad_s"}
+    limits = {"i_q_max_A", "i_max_A", "i_d_A", "lambda_max_Wb", "omega_max_rad_s"}
     for figure in range(6, 19):
         text = setup.scenario_file(setup.figure_scenario(figure)).read_text(encoding="utf-8")
         assert not limits & set(tomllib.loads(text)["firmware"])

@@ -159,7 +159,7 @@ def test_nothing_the_paper_states_is_searched():
     fixed = ("Rs_ohm", "Rr_ohm", "Ls_H", "Lr_H", "M_H", "i_q_max_A", "period_s")
     assert not set(params) & set(fixed)
     # Nor is anything that the paper's law does not have.
-    assert not any(params[name] for name in ("phi_factor", "flux_mode"))
+    assert params["phi_factor"] == 0
     assert set(params) <= set(param_list.defaults())
 
 

@@ -29,7 +29,6 @@ PLAIN = {
     "speed_filter_s": 0.003,
     "current_bandwidth_rad_s": 400.0,
     "i_d_A": 5.3,
-    "flux_mode": 0,
     "voltage_source": 0,
     "observer_method": 0,
     "dead_time_fraction": 0.0,
@@ -159,8 +158,8 @@ def test_followers_have_the_eigenvalues_of_their_own_equations():
 CASES = {
     "motoring, Rs 10 % low": ({}, 60.0, 4.0, 1.1),
     "L = 0, regenerating at speed": (NO_GAIN, 300.0, -4.0, 0.9),
-    "voltage from duty, second order, flux PI": (
-        {"voltage_source": 1, "observer_method": 1, "flux_mode": 1},
+    "voltage from duty, second order": (
+        {"voltage_source": 1, "observer_method": 1},
         120.0,
         3.0,
         1.1,

@@ -291,7 +291,7 @@ static void test_every_other_parameter_is_read_only(void)
                                   params_name(i));
         TEST_ASSERT_EQUAL_FLOAT(before, params_get(&unit()->params, i));
     }
-    TEST_ASSERT_EQUAL_size_t(8u, writable);
+    TEST_ASSERT_EQUAL_size_t(7u, writable);
 }
 
 static void test_parameters_need_leave_and_rest(void)

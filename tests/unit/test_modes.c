@@ -146,7 +146,7 @@ static void test_before_run_the_search_says_how_flux_is_built_up(void)
     TEST_ASSERT_EQUAL(MODE_PREMAGNETISE, selected(DRIVE_PREMAGNETISE, MODE_OFF));
 }
 
-/* Direct current along phase u; the flux controller's, or the one of the measurement. */
+/* Direct current along phase u: that of nominal flux, or the one of the measurement. */
 static void test_premagnetisation_asks_for_current_along_u(void)
 {
     const request_t out = step(MODE_PREMAGNETISE);
@@ -173,19 +173,6 @@ static void test_premagnetisation_asks_for_current_along_u(void)
     assert_request(REQUEST_CURRENT, (ab_t){1.0f, 0.0f}, (dq_t){4.0f, 0.0f}, &refused);
     TEST_ASSERT_FALSE(refused.busy);
     TEST_ASSERT_EQUAL_HEX32(FAULT_STATOR_RESISTANCE, faults);
-}
-
-/* The flux controller is told the flux there is, in its PI mode as well. */
-static void test_premagnetisation_controls_the_flux(void)
-{
-    p.flux.mode = FLUX_CONTROL_PI;
-    configure();
-    flux_control_state_t expected = {0};
-    const flux_control_in_t flux_in = {.lambda_hat_Wb = 0.5f};
-    const float i_d_A = flux_control_step(&cfg->vector.flux, &expected, &flux_in);
-    const request_t out = step(MODE_PREMAGNETISE);
-    ASSERT_SAME_FLOAT(i_d_A, out.i_ref_A.d);
-    TEST_ASSERT_EQUAL_MEMORY(&expected, &st.vector.flux, sizeof expected);
 }
 
 /* A fault is added to those of the period, none is taken away. */
@@ -351,7 +338,6 @@ int main(void)
     RUN_TEST(test_the_brake_acts_in_vector_control_where_zero_is_wanted);
     RUN_TEST(test_before_run_the_search_says_how_flux_is_built_up);
     RUN_TEST(test_premagnetisation_asks_for_current_along_u);
-    RUN_TEST(test_premagnetisation_controls_the_flux);
     RUN_TEST(test_faults_of_others_stay);
     RUN_TEST(test_commissioning_asks_for_the_current_it_is_given);
     RUN_TEST(test_the_search_asks_for_the_voltage_of_a_standing_current);

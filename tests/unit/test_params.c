@@ -75,7 +75,7 @@ static void test_a_choice_is_a_whole_number_with_a_name_for_each_value(void)
             }
         }
     }
-    TEST_ASSERT_EQUAL_size_t(18u, enumerated);
+    TEST_ASSERT_EQUAL_size_t(17u, enumerated);
     const param_info_t *action = params_info(params_find("lost_action"));
     TEST_ASSERT_EQUAL_FLOAT(2.0f, action->maximum);
     TEST_ASSERT_EQUAL_STRING("fault", param_choices(action)[1]);

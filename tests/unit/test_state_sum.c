@@ -111,7 +111,6 @@ static void test_control_is_seen_once_in_sixteen(void)
                             &v->modulation.speed_rad_s,
                             &v->modulation.flux_pu,
                             &v->modulation.rate_pu_per_s,
-                            &v->flux.pi.x,
                             &v->flux_reduction_Wb,
                             &v->i_d_reduction_A,
                             &v->torque_gain_extra_pu};

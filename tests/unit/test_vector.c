@@ -128,23 +128,21 @@ static void test_without_flux_the_frame_stands(void)
     ASSERT_SAME_FLOAT(1.0f, axis().alpha);
 }
 
-/* Bit for bit the two controllers, at nominal flux: flux and limits of every fourth period, the
+/* Bit for bit the speed controller, at nominal flux: flux and limits of every fourth period, the
  * speed of each. The first period plans wherever it falls. */
 static void test_a_speed_is_wanted_of_flux_and_speed_control(void)
 {
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         use_machine(machine);
         speed_control_state_t speed = st.speed;
-        flux_control_state_t flux = st.flux;
         speed_control_in_t speed_in = {.flux_pu = 1.0f, .inv_flux_pu = 1.0f};
         in.slot = 6u;
         for (int k = 0; k < 40; k++) {
             asked.omega_e_ref_rad_s = 120.0f + (float)k;
             estimate.omega_e_rad_s = 100.0f + 0.25f * (float)k;
             if ((k == 0) || (slot_next(in.slot) % 4u == 1u)) {
-                const flux_control_in_t flux_in = {.lambda_hat_Wb = estimate.lambda_Wb};
                 speed_in.omega_ref_rad_s = asked.omega_e_ref_rad_s;
-                speed_in.i_d_ref_A = flux_control_step(&cfg->flux, &flux, &flux_in);
+                speed_in.i_d_ref_A = cfg->flux.i_d_A;
                 speed_control_limit(&cfg->speed, &speed, &speed_in);
                 TEST_ASSERT_FALSE(speed_control_expects(&cfg->speed));
                 speed.expected_step_rad_s = 0.0f; /* one bandwidth: nothing is expected */
@@ -438,14 +436,11 @@ static void test_a_seed_begins_with_torque_and_speed_of_then(void)
 
 static void test_at_rest_the_speed_controller_begins_again(void)
 {
-    const flux_control_state_t flux = {.pi = {1.5f}};
-    st.flux = flux;
     st.planned = true;
     vector_rest(&st);
     const speed_control_state_t rested = {0};
     TEST_ASSERT_EQUAL_MEMORY(&rested, &st.speed, sizeof rested);
     TEST_ASSERT_FALSE(st.planned);
-    TEST_ASSERT_EQUAL_MEMORY(&flux, &st.flux, sizeof flux);
 }
 
 /* What the voltage limit took stays taken. */

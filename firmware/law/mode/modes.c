@@ -58,8 +58,7 @@ static request_t premagnetise(const modes_config_t *cfg, modes_state_t *st, cons
     const bool busy =
         premagnetise_measure(&cfg->premagnetise, &st->premagnetise, in, &i_d_A, faults);
     if (!busy) {
-        const flux_control_in_t flux_in = {.lambda_hat_Wb = in->estimate->lambda_Wb};
-        i_d_A = flux_control_step(&cfg->vector.flux, &st->vector.flux, &flux_in);
+        i_d_A = cfg->vector.flux.i_d_A;
     }
     request_t request = current_along_u(i_d_A);
     request.busy = busy;

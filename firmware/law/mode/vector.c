@@ -109,10 +109,7 @@ static void expect(const vector_config_t *cfg, vector_state_t *st)
 static void plan(const vector_config_t *cfg, const torque_limits_config_t *limits,
                  vector_state_t *st, const mode_in_t *in)
 {
-    const flux_control_in_t flux_in = {.lambda_hat_Wb = in->estimate->lambda_Wb,
-                                       .reduction_Wb = st->flux_reduction_Wb,
-                                       .reduction_A = st->i_d_reduction_A};
-    const float i_d_A = flux_control_step(&cfg->flux, &st->flux, &flux_in);
+    const float i_d_A = cfg->flux.i_d_A - st->i_d_reduction_A;
     torque_window_t window;
     const bool limited = torque_limits_active(in->limits) || st->pull_out_near;
     if (limited) {

@@ -41,7 +41,6 @@ typedef struct {
 typedef struct {
     speed_control_state_t speed;
     speed_ramp_state_t ramp;
-    flux_control_state_t flux;
     flux_steering_state_t steering;
     flux_steering_out_t steer; /* of its last step */
     flux_reference_state_t reference;

@@ -30,7 +30,6 @@ from zerohertz.sim import Commissioned
 OTHER_MOTOR_S = {
     "observer_gain_enable": 0.0,
     "control_mode": 0.0,
-    "flux_mode": 0.0,
     "economy_flux_min": 0.0,
     "dc_brake_A": 0.0,
     "eps1_mode": 0.0,

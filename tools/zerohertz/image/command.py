@@ -32,7 +32,6 @@ ALL_OPTIONS = {
     "voltage_source": 0,
     "observer_method": 1,
     "phi_factor": 0.5,
-    "flux_mode": 1,
     "dead_time_fraction": 1.0,
     "eps1_mode": 2,
     "decoupling": 1.0,

@@ -52,16 +52,8 @@ class Setup:
         return param_list.defaults() | dict(self.params)
 
     def i_q_limit_A(self) -> float:
-        """The limit of i_q* in force, i_d having priority: eq. of speed_control.h.
-
-        UserError with the flux PI: the limit then follows i_d*, which no record has.
-        """
+        """The limit of i_q* in force, i_d having priority: eq. of speed_control.h."""
         known = self.parameters()
-        if known["flux_mode"] != 0:
-            raise UserError(
-                f"{self.name}: params.flux_mode: is {known['flux_mode']}; the limit of i_q* "
-                "follows i_d*, which is not recorded; the figures need 0"
-            )
         room_A = math.sqrt(max(known["i_max_A"] ** 2 - known["i_d_A"] ** 2, 0.0))
         return min(known["i_q_max_A"], room_A)
 

@@ -177,10 +177,9 @@ def firmware_params(point: Point) -> dict[str, float | int]:
     """The firmware's tuning; it knows the inverter's dead time, not the sensors' errors."""
     params: dict[str, float | int] = {name: _rounded(point[name]) for name in _DIRECT}
     return params | {
-        # Not the paper's: adaptation angle, flux loop. The flux is never at its bound (a bound
+        # Not the paper's: adaptation angle. The flux is never at its bound (a bound
         # that acts made Fig. 16 look stable), the current bound leaves i_q its 15 A.
         "phi_factor": 0.0,
-        "flux_mode": 0,
         "lambda_max_Wb": 20.0,
         "i_max_A": 16.0,
         "eps1_unit": 0,

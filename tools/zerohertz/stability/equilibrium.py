@@ -87,7 +87,6 @@ def first_guess(loop: Loop, p: Points, steering: npt.NDArray[np.bool_]) -> Real:
     put("x_speed", i.imag * flux / fw.lambda_nominal_Wb)
     put("x_d", (u - feed).real)
     put("x_q", (u - feed).imag)
-    put("x_flux", i.real * fw.flux_by_pi)
     put("torque_filtered", torque)
     put("flux_below", below)
     return x

@@ -29,7 +29,6 @@ _PHI_RAMP_TAU = 1.7760728
 _SPEED_FAST_PU = 1.5079365
 _SPEED_SLIP_MAX = 2.0
 _SPEED_FILTER_PU = 0.35
-_FLUX_RAD_S = 10.0
 _STEER_HYSTERESIS_PU = 0.35
 _STEER_TORQUE_PU = 0.1
 _STEER_FILTER_S = 0.032
@@ -151,9 +150,7 @@ class Firmware:
     speed_slow_rad_s: float
     i_q_max_A: float
     i_max_A: float
-    flux_by_pi: bool
     i_d_A: float
-    flux: Pi
     current: Pi
     decoupling: float
     steering: Steering
@@ -204,9 +201,7 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         speed_slow_rad_s=p["speed_slow_rad_s"],
         i_q_max_A=p["i_q_max_A"],
         i_max_A=p["i_max_A"],
-        flux_by_pi=p["flux_mode"] == 1,
         i_d_A=p["i_d_A"],
-        flux=_flux_pi(p, circuit),
         current=_current_pi(p, circuit),
         decoupling=p["decoupling"],
         steering=_steering(p, circuit, lambda_Wb),
@@ -239,11 +234,6 @@ def _speed_pi(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Pi:
     left = kp / wanted
     ki_factor = p["speed_ki_factor"] * (1.0 + (1.0 - left) ** 2)
     return Pi(kp, ki_factor * bandwidth * left * kp * p["period_s"])
-
-
-def _flux_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
-    ki = _FLUX_RAD_S / circuit.M_H
-    return Pi(ki / circuit.tau_per_s, ki * p["period_s"])
 
 
 def _current_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:

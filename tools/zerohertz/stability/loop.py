@@ -22,7 +22,7 @@ STATES = (
     "i_s.re i_s.im lambda_r.re lambda_r.im omega_e filter.re filter.im filter_slope.re "
     "filter_slope.im i_s_hat.re i_s_hat.im lambda_hat x_adaptation omega_e_hat omega_s_hat "
     "omega_filtered x_speed x_d x_q u_acting.re u_acting.im u_pending.re u_pending.im "
-    "lagging.re lagging.im lag_step.re lag_step.im x_flux torque_filtered flux_below"
+    "lagging.re lagging.im lag_step.re lag_step.im torque_filtered flux_below"
 ).split()
 N = len(STATES)
 # What is a small change of each: A, Wb, rad/s, V, Nm. Steps and residuals are measured in these.
@@ -250,19 +250,14 @@ def _references(
     size: Real,
     i_dq: Complex,
 ) -> tuple[Complex, tuple[Real, ...]]:
-    """Steering, flux control and speed control; new states: filtered speed, x_speed, x_flux,
-    filtered torque, flux below nominal."""
+    """Steering, flux control and speed control; new states: filtered speed, x_speed, filtered
+    torque, flux below nominal."""
     torque = fw.pole_pairs * fw.kr * size * i_dq.imag
     filtered = s.torque_filtered + fw.steering.filter_gain * (torque - s.torque_filtered)
     below = fw.steering.below_Wb(p.omega_ref_rad_s, filtered, steering)
-    if fw.flux_by_pi:
-        error = fw.lambda_nominal_Wb - below - size
-        i_d = fw.flux.kp * error + s.x_flux
-        x_flux = s.x_flux + fw.flux.ki_T * error
-    else:
-        rate = (s.flux_below - below) / fw.period_s  # of the reference
-        less = below - rate / fw.circuit.tau_per_s
-        i_d, x_flux = fw.i_d_A - less / fw.circuit.M_H, np.zeros_like(s.x_flux)
+    rate = (s.flux_below - below) / fw.period_s  # of the reference
+    less = below - rate / fw.circuit.tau_per_s
+    i_d = fw.i_d_A - less / fw.circuit.M_H
     omega_f = s.omega_filtered + fw.speed_filter_gain * (omega_hat - s.omega_filtered)
     above = np.abs(omega_f) - fw.speed_slow_rad_s
     more = np.clip(fw.speed_more_per_rad_s * above, 0.0, fw.speed_more_max)
@@ -272,7 +267,7 @@ def _references(
     asked = fw.speed.kp * error + s.x_speed
     x_speed = s.x_speed + fw.speed.ki_T * faster * error
     i_q = asked / flux_pu
-    return i_d + 1j * i_q, (omega_f, x_speed, x_flux, filtered, below)
+    return i_d + 1j * i_q, (omega_f, x_speed, filtered, below)
 
 
 def _current(
