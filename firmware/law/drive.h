@@ -29,6 +29,7 @@
 #include "rs_tracking.h"
 #include "supervisor.h"
 #include "torque_limits.h"
+#include "unbalance_tracking.h"
 #include "voltage.h"
 
 /* Reaction to a lost orientation. */
@@ -48,6 +49,7 @@ typedef struct {
     heating_config_t heating;
     m_tracking_config_t m_tracking;
     offset_tracking_config_t offset_tracking;
+    unbalance_tracking_config_t unbalance_tracking;
     dwell_config_t dwell;
     torque_limits_config_t limits;
     modes_config_t modes;

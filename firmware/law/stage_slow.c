@@ -82,6 +82,18 @@ static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
         offset_tracking_step(&cfg->offset_tracking, st->measurement.moved_A, &in);
 }
 
+/* What does not turn with the field in voltages and currents that are balanced. */
+static void track_unbalance(const drive_config_t *cfg, drive_state_t *st, const measured_t *meas)
+{
+    const ab_t expected_V = st->acting.lagging_V;
+    const unbalance_tracking_in_t in = {.residual_V = ab_sub(meas->u_line_V, expected_V),
+                                        .expected_V = expected_V,
+                                        .i_s_A = meas->i_s_A,
+                                        .i_sum_A = meas->i_A.u + meas->i_A.v + meas->i_A.w,
+                                        .omega_s_hat_rad_s = st->estimator.estimate.omega_s_rad_s};
+    unbalance_tracking_step(&cfg->unbalance_tracking, &st->measurement.unbalance, &in);
+}
+
 void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                 const drive_out_t *out)
 {
@@ -101,6 +113,9 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     }
     if (offsets_are_due(cfg, st)) {
         track_offsets(cfg, st);
+    }
+    if ((st->slot == SLOT_UNBALANCE_TRACKING) && unbalance_tracking_on(&cfg->unbalance_tracking)) {
+        track_unbalance(cfg, st, &out->meas);
     }
     vector_slow(&cfg->modes.vector, &cfg->limits, &st->modes.vector, &in);
 }

@@ -531,6 +531,40 @@ static void test_offsets_that_move_are_followed_at_speed_and_kept(void)
     ASSERT_SAME_FLOAT(-found_A.alpha, out.meas.i_s_A.alpha);
 }
 
+/* The gains of the sensors are followed in their slot, at speed, and kept with the gates off. */
+static void test_unequal_gains_are_followed_at_speed_and_kept(void)
+{
+    p.offset_tracking = (offset_tracking_params_t){.on = true, .full_scale_A = 25.0f};
+    configure();
+    sample.i_w_counts = (uint16_t)(sample.i_w_counts + 20u);
+    (void)faults_in(TURN);
+    TEST_ASSERT_TRUE(unbalance_tracking_on(&cfg.unbalance_tracking));
+    ASSERT_SAME_FLOAT(0.0f, st.measurement.unbalance.u.alpha); /* standing */
+    int moved = 0;
+    for (int k = 0; k < TURN; k++) {
+        const unbalance_t before = st.measurement.unbalance;
+        st.estimator.adaptation.x_rad_s = 50.0f;
+        st.estimator.estimate.omega_e_rad_s = 50.0f;
+        (void)faults_in(1);
+        const ab_t step_u = ab_sub(st.measurement.unbalance.u, before.u);
+        if (ab_norm2(step_u) > 0.0f) {
+            moved++;
+            TEST_ASSERT_EQUAL_UINT32(SLOT_UNBALANCE_TRACKING, st.slot);
+            const ab_t u_V = st.acting.lagging_V;
+            const ab_t turned = ab_mul(ab_sub(out.meas.u_line_V, u_V), u_V);
+            TEST_ASSERT_TRUE(ab_dot(turned, step_u) > 0.0f);
+            const ab_t seen =
+                ab_scale(ab_conj(out.meas.i_s_A), out.meas.i_A.u + out.meas.i_A.v + out.meas.i_A.w);
+            TEST_ASSERT_TRUE(ab_dot(seen, st.measurement.unbalance.i) > 0.0f);
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(1, moved);
+    const unbalance_t found = st.measurement.unbalance;
+    in.mode = DRIVE_OFF;
+    (void)faults_in(2 * TURN);
+    TEST_ASSERT_EQUAL_MEMORY(&found, &st.measurement.unbalance, sizeof found);
+}
+
 static void test_init_refuses_an_m_without_a_speed(void)
 {
     p.m_tracking = (m_tracking_params_t){.on = true};
@@ -581,6 +615,7 @@ int main(void)
     RUN_TEST(test_init_refuses_a_heat_that_is_none);
     RUN_TEST(test_the_main_inductance_is_found_at_speed_and_kept);
     RUN_TEST(test_offsets_that_move_are_followed_at_speed_and_kept);
+    RUN_TEST(test_unequal_gains_are_followed_at_speed_and_kept);
     RUN_TEST(test_init_refuses_an_m_without_a_speed);
     RUN_TEST(test_gates_off_warns_of_no_limit);
     return UNITY_END();

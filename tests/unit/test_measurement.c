@@ -352,10 +352,32 @@ static void test_offsets_that_moved_are_taken_out_of_the_vector_alone(void)
     ASSERT_SAME_FLOAT(before.i_s_A.alpha, step(&paper_params, &st, centre).i_s_A.alpha);
 }
 
+/* n conj(x) of the vectors, whose offsets are gone by then; the phases stay as they are. */
+static void test_an_unbalance_is_taken_out_of_the_vectors_alone(void)
+{
+    measurement_state_t st = {0};
+    measurement_set_offsets(&st, (uvw_t){1.0f, 2.0f, 3.0f}, (ab_t){5.0f, -4.0f});
+    const measured_t before = step(&paper_params, &st, centre);
+    st.unbalance = (unbalance_t){{0.25f, -0.5f}, {0.125f, 0.0625f}};
+    const measured_t after = step(&paper_params, &st, centre);
+    const double i[] = {(double)before.i_s_A.alpha, (double)before.i_s_A.beta};
+    const double u[] = {(double)before.u_line_V.alpha, (double)before.u_line_V.beta};
+    ASSERT_NEAR(1e-6, i[0] - (0.25 * i[0] - 0.5 * i[1]), after.i_s_A.alpha);
+    ASSERT_NEAR(1e-6, i[1] - (-0.5 * i[0] - 0.25 * i[1]), after.i_s_A.beta);
+    ASSERT_NEAR(1e-6, u[0] - (0.125 * u[0] + 0.0625 * u[1]), after.u_line_V.alpha);
+    ASSERT_NEAR(1e-6, u[1] - (0.0625 * u[0] - 0.125 * u[1]), after.u_line_V.beta);
+    TEST_ASSERT_EQUAL_MEMORY(&before.i_A, &after.i_A, sizeof before.i_A);
+    measurement_set_offsets(&st, (uvw_t){1.0f, 2.0f, 3.0f}, (ab_t){5.0f, -4.0f});
+    const measured_t again = step(&paper_params, &st, centre);
+    TEST_ASSERT_EQUAL_MEMORY(&before.i_s_A, &again.i_s_A, sizeof before.i_s_A);
+    TEST_ASSERT_EQUAL_MEMORY(&before.u_line_V, &again.u_line_V, sizeof before.u_line_V);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_offsets_that_moved_are_taken_out_of_the_vector_alone);
+    RUN_TEST(test_an_unbalance_is_taken_out_of_the_vectors_alone);
     RUN_TEST(test_centre_words_are_zero);
     RUN_TEST(test_every_word_length_spans_the_full_scale);
     RUN_TEST(test_step_is_the_scaling_in_double_precision);

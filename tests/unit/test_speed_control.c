@@ -174,28 +174,49 @@ static void test_init_derives_the_schedule(void)
     ASSERT_NEAR(1e-7, 0.1, cfg.gain_extra_per_rad_s);
     ASSERT_SAME_FLOAT(30.0f, cfg.slow_rad_s);
     ASSERT_NEAR(1e-6, 4.0 / 3.0, cfg.weakening);
-    ASSERT_SAME_FLOAT(0.0f, cfg.bounded); /* slip takes nothing: not one bit changes */
+    TEST_ASSERT_TRUE(cfg.slip_room > 1.0f); /* slip takes nothing */
 }
 
-/* Where slip leaves a quarter of the gain, half the flux takes .7 of a quarter more. */
-static void test_bounded_by_slip_the_gain_falls_towards_the_square_of_the_flux(void)
+/* Where slip takes gain, it falls with weakened flux as 1.25 times the square. */
+static void test_bounded_by_slip_the_gain_falls_as_the_square_of_weakened_flux(void)
 {
     speed_control_params_t p = scheduled();
     speed_control_config_t cfg = {0};
     speed_control_state_t st = {.omega_filtered_rad_s = 100.0f};
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
-    const float first = cfg.pi.kp;
-    while (!(cfg.bounded > 0.0f)) { /* up to where slip bounds it */
+    while (cfg.slip_room > 1.0f) { /* up to where slip bounds it */
         p.J_kg_m2 *= 2.0f;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     }
-    p.J_kg_m2 = 4.0f * cfg.pi.kp / first * good.J_kg_m2; /* asks for four times the bound */
+    ASSERT_SAME_FLOAT(1.0f, cfg.slip_room);
+    const struct {
+        float flux_pu, weakened_pu;
+        double gain;
+    } expected[] = {{1.0f, 1.0f, 1.0},           {0.75f, 0.75f, 0.75 * 0.9375},
+                    {0.5f, 0.5f, 0.5 * 0.625},   {0.875f, 0.875f, 0.875},
+                    {0.5f, 1.0f, 0.5},           /* economy, dwelling */
+                    {0.5f, 0.75f, 0.5 * 0.9375}, /* both */
+                    {1.25f, 1.0f, 1.0}};
+    for (unsigned k = 0; k < 7u; k++) {
+        speed_control_schedule(&cfg, &st, expected[k].flux_pu, expected[k].weakened_pu);
+        ASSERT_NEAR(1e-5, 4.0 * expected[k].gain - 1.0, st.gain_extra);
+    }
+}
+
+/* A gain of half the bound is weakened as the flux down to .4, where 1.25 r f is 1. */
+static void test_with_room_to_the_bound_the_gain_falls_as_the_flux(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg = {0};
+    speed_control_state_t st = {.omega_filtered_rad_s = 100.0f};
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
-    ASSERT_NEAR(1e-6, 0.7, cfg.bounded);
-    speed_control_schedule(&cfg, &st, 1.0f);
-    ASSERT_NEAR(1e-6, 3.0, st.gain_extra);
-    speed_control_schedule(&cfg, &st, 0.5f);
-    ASSERT_NEAR(1e-6, 4.0 * (0.5 - 0.7 * 0.25) - 1.0, st.gain_extra);
+    p.J_kg_m2 *= 0.5f * cfg.slip_room;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    ASSERT_NEAR(1e-5, 2.0, cfg.slip_room);
+    speed_control_schedule(&cfg, &st, 0.5f, 0.5f);
+    ASSERT_NEAR(1e-5, 4.0 * 0.5 - 1.0, st.gain_extra);
+    speed_control_schedule(&cfg, &st, 0.25f, 0.25f);
+    ASSERT_NEAR(1e-5, 4.0 * 0.25 * 0.625 - 1.0, st.gain_extra);
 }
 
 static void test_init_refuses_a_schedule_the_wrong_way_round(void)
@@ -253,7 +274,7 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
                                         .omega_ref_rad_s = w + (float)sign};
             const speed_control_in_t in = {
                 .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = w + (float)sign};
-            speed_control_schedule(&cfg, &st, 1.0f);
+            speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
             ASSERT_SAME_FLOAT((float)sign * 0.5f * faster[k], step(&cfg, &st, &in, w));
             ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
         }
@@ -270,14 +291,14 @@ static void test_less_flux_takes_the_gain_back_at_high_speed(void)
     const double left[] = {1.0, 1.0, 0.8, 0.5, 0.25};
     for (unsigned k = 0; k < 5u; k++) {
         speed_control_state_t st = {.omega_filtered_rad_s = -90.0f};
-        speed_control_schedule(&cfg, &st, flux_pu[k]);
+        speed_control_schedule(&cfg, &st, flux_pu[k], 1.0f);
         ASSERT_NEAR(1e-5, 4.0 * left[k] - 1.0, st.gain_extra);
         TEST_ASSERT_TRUE(speed_control_expected_rad_s(&cfg, &st, 2.0f) >= 0.0f);
         st.omega_filtered_rad_s = 45.0f; /* half way */
-        speed_control_schedule(&cfg, &st, flux_pu[k]);
+        speed_control_schedule(&cfg, &st, flux_pu[k], 1.0f);
         ASSERT_NEAR(1e-5, 1.5 - 2.0 * (1.0 - left[k]), st.gain_extra);
         st.omega_filtered_rad_s = 30.0f; /* steering may act here */
-        speed_control_schedule(&cfg, &st, flux_pu[k]);
+        speed_control_schedule(&cfg, &st, flux_pu[k], 1.0f);
         ASSERT_SAME_FLOAT(0.0f, st.gain_extra);
     }
 }
@@ -567,7 +588,7 @@ static void swing(const speed_control_config_t *cfg, speed_control_state_t *st, 
     for (int k = 0; k < (int)lrint(time_s / schedule_s); k++) {
         const double turn = 6.283185307 * 60.0 * schedule_s * (double)k;
         st->i_q_A = st->pi.x + (float)(amplitude_A * sin(turn));
-        speed_control_schedule(cfg, st, 1.0f);
+        speed_control_schedule(cfg, st, 1.0f, 1.0f);
     }
 }
 
@@ -597,7 +618,7 @@ static void test_a_load_step_is_too_short_to_be_a_swing(void)
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     for (int k = 0; k < 16; k++) {
         st.i_q_A = p.i_q_max_A * (1.0f - (float)k / 16.0f);
-        speed_control_schedule(&cfg, &st, 1.0f);
+        speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
     }
     TEST_ASSERT_TRUE(st.gain_change > -0.09f);
 }
@@ -616,7 +637,7 @@ static void test_a_moving_reference_is_no_swing(void)
                                    sin(6.283185307 * 40.0 * schedule_s * (double)k);
         st.omega_ref_rad_s = (float)asked_rad_s;
         st.i_q_A = cfg.pi.kp * (float)asked_rad_s;
-        speed_control_schedule(&cfg, &st, 1.0f);
+        speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
         TEST_ASSERT_TRUE(st.gain_change > -0.05f);
     }
 }
@@ -630,7 +651,7 @@ static void test_what_a_moving_reference_asks_for_counts_as_nothing(void)
     cfg.swing_share = 0.5f;
     cfg.lost_max = 1.0f;
     speed_control_state_t st = {.lost = 0.5f, .omega_ref_rad_s = 0.1f, .i_q_A = 4.0f};
-    speed_control_schedule(&cfg, &st, 1.0f);
+    speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
     ASSERT_NEAR(1e-6, 0.5 - 0.5 * (double)SPEED_CONTROL_SWING_MEAN, st.lost);
 }
 
@@ -676,11 +697,11 @@ static void test_a_lost_share_out_of_range_comes_back(void)
     TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     for (int i = 0; i < 4; i++) {
         speed_control_state_t st = {.lost = wrong[i]};
-        speed_control_schedule(&cfg, &st, 1.0f);
+        speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
         ASSERT_SAME_FLOAT(0.0f, st.gain_change);
     }
     speed_control_state_t st = {.lost = 5.0f};
-    speed_control_schedule(&cfg, &st, 1.0f);
+    speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
     ASSERT_NEAR(1e-6, -0.7, st.gain_change);
 }
 
@@ -753,7 +774,7 @@ static void test_the_scheduled_loop_has_the_fast_bandwidth_at_speed(void)
         speed_control_state_t st = {.omega_filtered_rad_s = 100.0f, .omega_ref_rad_s = ref_rad_s};
         double w_rad_s = 100.0;
         TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &model, PERIOD_S));
-        speed_control_schedule(&cfg, &st, 1.0f);
+        speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
         for (int k = 0; k < 40; k++) {
             const speed_control_in_t in = {
                 .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = ref_rad_s};
@@ -986,7 +1007,7 @@ static void test_torque_beside_the_load_changes_the_speed(void)
         const double shares[3] = {0.0, 0.5, 1.0};
         for (int k = 0; k < 3; k++) {
             st.omega_filtered_rad_s = speeds[k];
-            speed_control_schedule(&cfg, &st, 1.0f);
+            speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
             ASSERT_NEAR(1e-5, shares[k] * accel_rad_s2_per_A * (double)PERIOD_S * 3.5,
                         speed_control_expected_rad_s(&cfg, &st, 2.0f));
         }
@@ -1035,7 +1056,8 @@ int main(void)
     RUN_TEST(test_init_refuses_wrong_signs_that_cancel);
     RUN_TEST(test_init_accepts_no_integral_action_and_no_filter);
     RUN_TEST(test_init_derives_the_schedule);
-    RUN_TEST(test_bounded_by_slip_the_gain_falls_towards_the_square_of_the_flux);
+    RUN_TEST(test_bounded_by_slip_the_gain_falls_as_the_square_of_weakened_flux);
+    RUN_TEST(test_with_room_to_the_bound_the_gain_falls_as_the_flux);
     RUN_TEST(test_init_refuses_a_schedule_the_wrong_way_round);
     RUN_TEST(test_a_fast_bandwidth_that_is_not_faster_is_no_schedule);
     RUN_TEST(test_the_gains_grow_with_the_speed_either_way);

@@ -655,6 +655,28 @@ static void test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator
     TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
 }
 
+/* At the limit of the torque, and within twice the corner of zero, .85 of that is enough. */
+static void test_less_flux_is_one_under_all_torque_near_zero_frequency(void)
+{
+    const float near_rad_s = 1.9f * cfg.p.corner_rad_s, far_rad_s = 2.1f * cfg.p.corner_rad_s;
+    in.at_limit = true;
+    const struct {
+        float lambda_Wb, omega_rad_s;
+        bool at_limit, high;
+    } cases[] = {
+        {0.637f, near_rad_s, true, false}, {0.638f, near_rad_s, true, true},
+        {0.638f, -near_rad_s, true, true}, {0.638f, near_rad_s, false, false},
+        {0.638f, far_rad_s, true, false},  {0.751f, far_rad_s, true, true},
+    };
+    for (unsigned k = 0; k < 6u; k++) {
+        in.lambda_r_hat_Wb.alpha = cases[k].lambda_Wb;
+        in.at_limit = cases[k].at_limit;
+        judge_with(0.0f, cases[k].omega_rad_s);
+        TEST_ASSERT_EQUAL_MESSAGE(cases[k].high, (st.reasons & SUPERVISOR_FLUX) != 0u,
+                                  cases[k].high ? "high" : "not high");
+    }
+}
+
 /* Steered away from zero, and yet a field that stands under torque: it is not where it is believed
  * to be. */
 static void configure_steered(void)
@@ -952,6 +974,7 @@ int main(void)
     RUN_TEST(test_a_residual_below_the_corner_is_no_loss);
     RUN_TEST(test_at_zero_frequency_nothing_is_sure_and_the_bound_is_finite);
     RUN_TEST(test_more_flux_than_one_and_a_half_times_nominal_is_a_loss_indicator);
+    RUN_TEST(test_less_flux_is_one_under_all_torque_near_zero_frequency);
     RUN_TEST(test_a_field_that_stands_under_torque_is_a_loss);
     RUN_TEST(test_a_field_that_mostly_stands_is_a_loss_too);
     RUN_TEST(test_a_field_that_stands_under_little_torque_is_a_loss_later);

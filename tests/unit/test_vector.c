@@ -383,12 +383,18 @@ static void test_the_speed_schedule_has_a_slot_of_its_own(void)
         vector_slow(cfg, &drive.limits, &st, &in);
         ASSERT_NEAR(1e-6, (in.slot == SLOT_SPEED_SCHEDULE) ? 1.0 : 0.0, st.speed.gain_extra);
     }
-    /* It sees the flux reference: at half of nominal flux half of the doubled bandwidth is left,
-     * but for what slip has taken. */
+    /* It sees the flux reference: at half of nominal flux half of the doubled bandwidth is left.
+     * And what the voltage limit leaves: then slip takes of it. */
     in.slot = SLOT_SPEED_SCHEDULE;
     st.plan.flux_pu = 0.5f;
     vector_slow(cfg, &drive.limits, &st, &in);
-    ASSERT_NEAR(1e-6, -0.5 * (double)cfg->speed.bounded, st.speed.gain_extra);
+    ASSERT_NEAR(1e-6, 0.0, st.speed.gain_extra);
+    st.reference.weakened_Wb = 0.75f * cfg->flux.lambda_ref_Wb;
+    st.plan.flux_pu = 0.25f;
+    vector_slow(cfg, &drive.limits, &st, &in);
+    const double bound = fmin(1.25 * (double)cfg->speed.slip_room * 0.25, 1.0);
+    TEST_ASSERT_TRUE(bound < 1.0);
+    ASSERT_NEAR(1e-5, 2.0 * 0.25 * bound - 1.0, st.speed.gain_extra);
 }
 
 /* The lower reference counts, with its own rate: half the rate over tau is what i_d anticipates. */

@@ -36,6 +36,7 @@
 #define SLOT_GUARD_PHASES       7u
 #define SLOT_STATE_START        7u
 #define SLOT_SPEED_SCHEDULE     8u
+#define SLOT_UNBALANCE_TRACKING 8u
 #define SLOT_OFFSET_TRACKING    9u
 #define SLOT_FLUX_STEERING      10u
 #define SLOT_STATE_DWELL        10u /* before it is used */

@@ -17,6 +17,11 @@
  * and a quarter on top). */
 #define SUPERVISOR_FLUX_HIGH_PU 1.5f
 
+/* Under all torque and near zero frequency .85 of that: 1.28. A lost drive stands there with the
+ * torque current along the field, which magnetises it to about 1.4. |w_s| over the corner. */
+#define SUPERVISOR_FLUX_SPENT     0.85f
+#define SUPERVISOR_SPENT_OMEGA_PU 2.0f
+
 /* Floor of the flux that errors are measured by, and of w_s that bounds are divided by. */
 #define SUPERVISOR_FLUX_LOW_PU       0.05f
 #define SUPERVISOR_OMEGA_S_MIN_RAD_S 1e-3f
@@ -187,6 +192,9 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     st->standing_pu += cfg->standing_gain * ((stands ? 1.0f : 0.0f) - st->standing_pu);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && (cfg->p.still_rad_s > 0.0f));
+    const bool spent =
+        in->at_limit && (absf(st->omega_s_rad_s) < SUPERVISOR_SPENT_OMEGA_PU * cfg->p.corner_rad_s);
+    const float high_Wb = (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
@@ -196,8 +204,7 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
         .still = stands && !swings && (st->confidence != SUPERVISOR_IMPRESSED),
         .light = !(torque_Wb_A > still_Wb_A),
         /* I-f does not control the flux. */
-        .flux_high =
-            (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= cfg->lambda_high_Wb),
+        .flux_high = (st->confidence != SUPERVISOR_IMPRESSED) && !(estimate_Wb <= high_Wb),
     };
 }
 

@@ -57,6 +57,12 @@ COLD static uint32_t range_flags(uint32_t max_counts, const measurement_in_t *in
     return MEASUREMENT_SATURATED | ((bits > max_counts) ? MEASUREMENT_OUT_OF_RANGE : 0u);
 }
 
+/* Without the negative sequence of unequal gains; n^2 is left. */
+static inline ab_t balanced(ab_t x, ab_t unbalance)
+{
+    return ab_sub(x, ab_mul(unbalance, ab_conj(x)));
+}
+
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
                       const measurement_in_t *in, measured_t *out)
 {
@@ -77,8 +83,8 @@ void measurement_step(const measurement_config_t *cfg, const measurement_state_t
     const uvw_t i_A = {raw_A.u - st->offset_A.u, raw_A.v - st->offset_A.v,
                        raw_A.w - st->offset_A.w};
     out->i_A = i_A;
-    out->i_s_A = ab_sub(ab_from_uvw(i_A), st->moved_A);
-    out->u_line_V = ab_sub(ab_from_line(uv_V, vw_V), st->offset_V);
+    out->i_s_A = balanced(ab_sub(ab_from_uvw(i_A), st->moved_A), st->unbalance.i);
+    out->u_line_V = balanced(ab_sub(ab_from_line(uv_V, vw_V), st->offset_V), st->unbalance.u);
     out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
     out->flags = 0u;
     if (saturated(cfg->max_counts, in)) {

@@ -36,7 +36,8 @@ typedef struct {
 typedef struct {
     uvw_t offset_A;
     ab_t offset_V;
-    ab_t moved_A; /* of offset_A, since then (offset_tracking.h) */
+    ab_t moved_A;          /* of offset_A, since then (offset_tracking.h) */
+    unbalance_t unbalance; /* of the gains (unbalance_tracking.h) */
 } measurement_state_t;
 
 /* ADC words from the port; other members of the sample are not read. */
@@ -57,6 +58,7 @@ static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset
     st->offset_A = offset_A;
     st->offset_V = offset_V;
     st->moved_A = (ab_t){0.0f, 0.0f};
+    st->unbalance = (unbalance_t){{0.0f, 0.0f}, {0.0f, 0.0f}};
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,

@@ -149,7 +149,8 @@ void vector_slow(const vector_config_t *cfg, const torque_limits_config_t *limit
         }
     }
     if (in->slot == SLOT_SPEED_SCHEDULE) {
-        speed_control_schedule(&cfg->speed, &st->speed, st->plan.flux_pu);
+        speed_control_schedule(&cfg->speed, &st->speed, st->plan.flux_pu,
+                               1.0f - st->reference.weakened_Wb * cfg->inv_lambda_ref_per_Wb);
     }
     if (slot_is_quarter(in->slot, SLOT_QUARTER_REFERENCES) || !st->planned) {
         plan(cfg, limits, st, in);

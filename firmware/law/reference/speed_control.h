@@ -14,13 +14,15 @@
  * estimate takes each change of the torque current for one of the speed. Without the slower filter
  * the loop swings at 50 to 80 Hz.
  *
- * With weakened flux the same torque slips more, as 1/flux^2, and the gain bounded for nominal flux
- * is too large: with an Rr of .75 of what was told, large inertias swung at 2 to 4 Hz between the
- * limits of the torque. So at high speed bandwidth and gain fall with the flux f, as f (1 - b (1 -
- * f)) with b = max(1 - 1.2 Kp/Kp unbounded, 0). A small inertia has b = 0: they fall as f. A large
- * one has b near 1: they fall nearly as f^2, which would make load steps of a small inertia dip too
- * far (zh modes). At low speed they do not fall at all, because there it is steering that lowers
- * the flux. Nor do they with one bandwidth for every speed.
+ * With weakened flux the same torque slips more, as 1/flux^2, and a gain that slip allows at
+ * nominal flux is too large. An estimate with an Rr of .7 of what was told takes .3 of the slip for
+ * speed, which the loop answers with more torque: it swung at 2 to 8 Hz, up to the limits of the
+ * torque. So at high speed bandwidth and gain fall with the flux f, as f; and as f 1.25 r f_w where
+ * that is less: r is slip_room, f_w the flux that weakening leaves. 1.25: with the whole bound load
+ * steps at twice the rated speed dip too far. Economy alone makes f smaller than f_w: it acts with
+ * little torque, and a load step has to be met at once (zh modes). At low speed they do not fall at
+ * all, because there it is steering that lowers the flux. Nor do they with one bandwidth for every
+ * speed.
  *
  * The gain falls while the torque swings. With a leakage, a resistance or an inertia other than
  * told the loop may swing with the whole gain. What the proportional part does above 25 Hz is the
@@ -48,8 +50,8 @@
 /* Bandwidth over Rr/Lr up to which a loop bears more slip, twice that at most. */
 #define SPEED_CONTROL_SLOWER_PU 0.2f
 
-/* The factor 1.2 of b: where slip leaves more than 1/1.2 of the gain, b is 0. */
-#define SPEED_CONTROL_LITTLE 1.2f
+/* Over the bound of slip, with weakened flux. */
+#define SPEED_CONTROL_WEAKENED 1.25f
 
 /* Filter that the bound of the gain adds, over the 1/bandwidth that is left, where that is much
  * longer than without the bound. */
@@ -91,7 +93,7 @@ typedef struct {
     float gain_extra_per_rad_s; /* bandwidth over that of slow speed: 1 + this (|w| - slow) ... */
     float gain_extra_max;       /* ... up to 1 + this */
     float weakening; /* gain_extra falls by so much of itself as the gain falls from 1 to 0 */
-    float bounded;   /* b above */
+    float slip_room; /* the gain that slip allows at nominal flux over Kp, >= 1 */
     float slow_rad_s;
     float swing_share;      /* of the new value, per schedule */
     float swing_per_A;      /* 0: not looked at */
@@ -141,10 +143,10 @@ typedef struct {
 CHECKED bool speed_control_init(speed_control_config_t *cfg, const speed_control_params_t *params,
                                 const motor_model_t *motor, float period_s);
 
-/* Bandwidth at the present speed, swing and flux_pu, the flux reference over nominal, > 0: once per
- * schedule of 16 periods. */
+/* Bandwidth at the present speed, swing and flux: once per schedule of 16 periods. Over nominal,
+ * and > 0: flux_pu, the flux reference, and weakened_pu, what the voltage limit leaves. */
 COLD void speed_control_schedule(const speed_control_config_t *cfg, speed_control_state_t *st,
-                                 float flux_pu);
+                                 float flux_pu, float weakened_pu);
 
 /* i_q reference in A. In torque mode that is the slew-limited i_q of the torque. The speed
  * controller takes over where the speed would pass a limit, whatever drives it. The speed reference

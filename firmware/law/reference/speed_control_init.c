@@ -60,7 +60,7 @@ static float ki_per_s(const speed_control_params_t *params, float kp, float left
 static void with_schedule(speed_control_config_t *cfg, const speed_control_params_t *params,
                           float most, float wanted, float period_s)
 {
-    cfg->bounded = maxf(1.0f - SPEED_CONTROL_LITTLE * cfg->pi.kp / wanted, 0.0f);
+    cfg->slip_room = most / cfg->pi.kp;
     cfg->weakening = 1.0f + 1.0f / cfg->gain_extra_max; /* 1 + max becomes flux (1 + max) */
     cfg->swing_share = minf((float)SLOT_COUNT / SPEED_CONTROL_SWING_S * period_s, 1.0f);
     cfg->lost_max = maxf(1.0f - SPEED_CONTROL_SWING_GAIN * most / cfg->pi.kp, 0.0f);

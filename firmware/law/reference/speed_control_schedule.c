@@ -17,12 +17,13 @@ static void look_for_swing(const speed_control_config_t *cfg, speed_control_stat
 }
 
 void speed_control_schedule(const speed_control_config_t *cfg, speed_control_state_t *st,
-                            float flux_pu)
+                            float flux_pu, float weakened_pu)
 {
     const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
     const float extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
     const float flux = minf(flux_pu, 1.0f);
-    const float missing = (1.0f - flux) * (1.0f + cfg->bounded * flux);
+    const float bound = minf(SPEED_CONTROL_WEAKENED * cfg->slip_room * weakened_pu, 1.0f);
+    const float missing = 1.0f - flux * bound;
     st->gain_extra = extra - extra * cfg->weakening * missing;
     look_for_swing(cfg, st);
     st->gain_change = st->gain_extra - st->lost * (1.0f + st->gain_extra);
