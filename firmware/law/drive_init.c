@@ -10,7 +10,7 @@ static bool init_scheduled(drive_config_t *cfg, const drive_params_t *p)
         return false;
     }
     offset_tracking_init(&cfg->offset_tracking, &p->offset_tracking, &cfg->motor, schedule_s);
-    unbalance_tracking_init(&cfg->unbalance_tracking, p->offset_tracking.on, schedule_s);
+    unbalance_tracking_init(&cfg->unbalance_tracking, p->unbalance_tracking, schedule_s);
     return dwell_init(&cfg->dwell, &p->dwell, &cfg->motor, schedule_s);
 }
 

@@ -33,6 +33,7 @@ struct drive_params {
     heating_params_t heating;
     m_tracking_params_t m_tracking;
     offset_tracking_params_t offset_tracking;
+    bool unbalance_tracking;
     dwell_params_t dwell;
     flux_steering_params_t steering;
     monitor_config_t monitor;

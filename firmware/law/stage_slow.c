@@ -82,7 +82,7 @@ static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
         offset_tracking_step(&cfg->offset_tracking, st->measurement.moved_A, &in);
 }
 
-/* What does not turn with the field in voltages and currents that are balanced. */
+/* The negative sequence that the sensors show of balanced voltages and currents. */
 static void track_unbalance(const drive_config_t *cfg, drive_state_t *st, const measured_t *meas)
 {
     const ab_t expected_V = st->acting.lagging_V;

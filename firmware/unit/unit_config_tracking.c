@@ -80,6 +80,7 @@ static void config_heating(drive_params_t *d, const params_t *p)
     d->offset_tracking =
         (offset_tracking_params_t){.on = (p->offset_track & p->observer_gain_enable) != 0u,
                                    .full_scale_A = p->current_full_scale_A};
+    d->unbalance_tracking = p->offset_track != 0u;
     d->heating = (heating_params_t){.winding_pu = p->heat_rise,
                                     .rated_A = p->com_rated_A,
                                     .i_d_A = p->i_d_A,

@@ -4,6 +4,7 @@
 
 #include <complex.h>
 #include <math.h>
+#include <string.h>
 
 #include "drive_fixture.h"
 #include "exact.h"
@@ -531,38 +532,61 @@ static void test_offsets_that_move_are_followed_at_speed_and_kept(void)
     ASSERT_SAME_FLOAT(-found_A.alpha, out.meas.i_s_A.alpha);
 }
 
-/* The gains of the sensors are followed in their slot, at speed, and kept with the gates off. */
+/* A turn with slip, at 50 rad/s; how often the gains found have moved, each time as one step on the
+ * period's own values. */
+static int gains_moved_in_a_turn(void)
+{
+    unbalance_tracking_config_t expected_cfg;
+    unbalance_tracking_init(&expected_cfg, true, (float)TURN * p.period_s);
+    int moved = 0;
+    for (int k = 0; k < TURN; k++) {
+        unbalance_t expected = st.measurement.unbalance;
+        st.estimator.adaptation.x_rad_s = 50.0f;
+        st.estimator.estimate.omega_e_rad_s = 50.0f;
+        (void)faults_in(1);
+        if (memcmp(&expected, &st.measurement.unbalance, sizeof expected) != 0) {
+            moved++;
+            TEST_ASSERT_EQUAL_UINT32(SLOT_UNBALANCE_TRACKING, st.slot);
+            const estimate_t *e = &st.estimator.estimate;
+            TEST_ASSERT_TRUE(absf(e->omega_s_rad_s - e->omega_e_rad_s) > 0.1f);
+            TEST_ASSERT_TRUE(ab_norm2(ab_sub(st.acting.lagging_V, st.acting.ended_V)) > 0.0f);
+            const uvw_t i_A = out.meas.i_A;
+            const unbalance_tracking_in_t step_in = {
+                .residual_V = ab_sub(out.meas.u_line_V, st.acting.lagging_V),
+                .expected_V = st.acting.lagging_V,
+                .i_s_A = out.meas.i_s_A,
+                .i_sum_A = i_A.u + i_A.v + i_A.w,
+                .omega_s_hat_rad_s = e->omega_s_rad_s};
+            unbalance_tracking_step(&expected_cfg, &expected, &step_in);
+            TEST_ASSERT_EQUAL_MEMORY(&expected, &st.measurement.unbalance, sizeof expected);
+        }
+    }
+    return moved;
+}
+
 static void test_unequal_gains_are_followed_at_speed_and_kept(void)
 {
-    p.offset_tracking = (offset_tracking_params_t){.on = true, .full_scale_A = 25.0f};
+    p.unbalance_tracking = true;
     configure();
+    sample = sampled(4.0 + 3.0 * I, 20.0, 540.0);
     sample.i_w_counts = (uint16_t)(sample.i_w_counts + 20u);
     (void)faults_in(TURN);
     TEST_ASSERT_TRUE(unbalance_tracking_on(&cfg.unbalance_tracking));
     ASSERT_SAME_FLOAT(0.0f, st.measurement.unbalance.u.alpha); /* standing */
-    int moved = 0;
-    for (int k = 0; k < TURN; k++) {
-        const unbalance_t before = st.measurement.unbalance;
-        st.estimator.adaptation.x_rad_s = 50.0f;
-        st.estimator.estimate.omega_e_rad_s = 50.0f;
-        (void)faults_in(1);
-        const ab_t step_u = ab_sub(st.measurement.unbalance.u, before.u);
-        if (ab_norm2(step_u) > 0.0f) {
-            moved++;
-            TEST_ASSERT_EQUAL_UINT32(SLOT_UNBALANCE_TRACKING, st.slot);
-            const ab_t u_V = st.acting.lagging_V;
-            const ab_t turned = ab_mul(ab_sub(out.meas.u_line_V, u_V), u_V);
-            TEST_ASSERT_TRUE(ab_dot(turned, step_u) > 0.0f);
-            const ab_t seen =
-                ab_scale(ab_conj(out.meas.i_s_A), out.meas.i_A.u + out.meas.i_A.v + out.meas.i_A.w);
-            TEST_ASSERT_TRUE(ab_dot(seen, st.measurement.unbalance.i) > 0.0f);
-        }
-    }
-    TEST_ASSERT_EQUAL_INT(1, moved);
+    TEST_ASSERT_EQUAL_INT(1, gains_moved_in_a_turn());
     const unbalance_t found = st.measurement.unbalance;
+    TEST_ASSERT_TRUE((ab_norm2(found.i) > 0.0f) && (ab_norm2(found.u) > 0.0f));
     in.mode = DRIVE_OFF;
     (void)faults_in(2 * TURN);
     TEST_ASSERT_EQUAL_MEMORY(&found, &st.measurement.unbalance, sizeof found);
+}
+
+static void test_off_no_gain_is_followed(void)
+{
+    p.offset_tracking = (offset_tracking_params_t){.on = true, .full_scale_A = 25.0f};
+    configure();
+    sample = sampled(4.0 + 3.0 * I, 20.0, 540.0);
+    TEST_ASSERT_EQUAL_INT(0, gains_moved_in_a_turn());
 }
 
 static void test_init_refuses_an_m_without_a_speed(void)
@@ -616,6 +640,7 @@ int main(void)
     RUN_TEST(test_the_main_inductance_is_found_at_speed_and_kept);
     RUN_TEST(test_offsets_that_move_are_followed_at_speed_and_kept);
     RUN_TEST(test_unequal_gains_are_followed_at_speed_and_kept);
+    RUN_TEST(test_off_no_gain_is_followed);
     RUN_TEST(test_init_refuses_an_m_without_a_speed);
     RUN_TEST(test_gates_off_warns_of_no_limit);
     return UNITY_END();

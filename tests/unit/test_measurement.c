@@ -352,7 +352,7 @@ static void test_offsets_that_moved_are_taken_out_of_the_vector_alone(void)
     ASSERT_SAME_FLOAT(before.i_s_A.alpha, step(&paper_params, &st, centre).i_s_A.alpha);
 }
 
-/* n conj(x) of the vectors, whose offsets are gone by then; the phases stay as they are. */
+/* Of the vectors, whose offsets are gone by then; the phases stay as they are. */
 static void test_an_unbalance_is_taken_out_of_the_vectors_alone(void)
 {
     measurement_state_t st = {0};
@@ -364,20 +364,48 @@ static void test_an_unbalance_is_taken_out_of_the_vectors_alone(void)
     const double u[] = {(double)before.u_line_V.alpha, (double)before.u_line_V.beta};
     ASSERT_NEAR(1e-6, i[0] - (0.25 * i[0] - 0.5 * i[1]), after.i_s_A.alpha);
     ASSERT_NEAR(1e-6, i[1] - (-0.5 * i[0] - 0.25 * i[1]), after.i_s_A.beta);
-    ASSERT_NEAR(1e-6, u[0] - (0.125 * u[0] + 0.0625 * u[1]), after.u_line_V.alpha);
-    ASSERT_NEAR(1e-6, u[1] - (0.0625 * u[0] - 0.125 * u[1]), after.u_line_V.beta);
+    ASSERT_NEAR(1e-6, u[0] - (0.125 * u[0] + 2.0 * 0.0625 * u[1]), after.u_line_V.alpha);
+    ASSERT_NEAR(1e-6, u[1] + 0.125 * u[1], after.u_line_V.beta);
     TEST_ASSERT_EQUAL_MEMORY(&before.i_A, &after.i_A, sizeof before.i_A);
-    /* Offsets are measured again before every start; gains do not change with them. */
+    /* After a fault that may have spoiled it, it begins again with the offsets. */
     measurement_set_offsets(&st, (uvw_t){1.0f, 2.0f, 3.0f}, (ab_t){5.0f, -4.0f});
     const measured_t again = step(&paper_params, &st, centre);
-    TEST_ASSERT_EQUAL_MEMORY(&after.i_s_A, &again.i_s_A, sizeof after.i_s_A);
-    TEST_ASSERT_EQUAL_MEMORY(&after.u_line_V, &again.u_line_V, sizeof after.u_line_V);
+    TEST_ASSERT_EQUAL_MEMORY(&before.i_s_A, &again.i_s_A, sizeof before.i_s_A);
+    TEST_ASSERT_EQUAL_MEMORY(&before.u_line_V, &again.u_line_V, sizeof before.u_line_V);
+}
+
+static measurement_in_t voltages(double uv_counts, double vw_counts)
+{
+    measurement_in_t in = centre;
+    in.u_uv_counts = (uint16_t)(centre.u_uv_counts + lrint(uv_counts));
+    in.u_vw_counts = (uint16_t)(centre.u_vw_counts + lrint(vw_counts));
+    return in;
+}
+
+/* Lines with gains of 1.01 and .99: with their n the vector is that of equal gains again, the
+ * direction included. With v and w swapped n is conjugated. */
+static void test_two_lines_of_unequal_gains_show_the_vector_of_equal_ones(void)
+{
+    const double d = 0.99 - 1.01;
+    for (int swap = 0; swap < 2; swap++) {
+        measurement_params_t params = paper_params;
+        params.swap_vw = swap != 0;
+        measurement_state_t st = {0};
+        const measured_t equal = step(&params, &st, voltages(3000.0, -5000.0));
+        st.unbalance.u =
+            (ab_t){(float)(-0.5 * d), (float)(((swap != 0) ? -0.5 : 0.5) * d / sqrt(3.0))};
+        const measured_t seen = step(&params, &st, voltages(1.01 * 3000.0, 0.99 * -5000.0));
+        const double size_V = sqrt((double)ab_norm2(equal.u_line_V));
+        ASSERT_NEAR(4e-4 * size_V, (double)equal.u_line_V.alpha, seen.u_line_V.alpha);
+        ASSERT_NEAR(4e-4 * size_V, (double)equal.u_line_V.beta, seen.u_line_V.beta);
+    }
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_offsets_that_moved_are_taken_out_of_the_vector_alone);
+    RUN_TEST(test_two_lines_of_unequal_gains_show_the_vector_of_equal_ones);
     RUN_TEST(test_an_unbalance_is_taken_out_of_the_vectors_alone);
     RUN_TEST(test_centre_words_are_zero);
     RUN_TEST(test_every_word_length_spans_the_full_scale);

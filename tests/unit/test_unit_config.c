@@ -387,10 +387,12 @@ static void test_offsets_that_move_get_their_sensors_range(void)
     params.observer_gain_enable = 0u; /* the residual of L = 0 is turned otherwise */
     unit_config_drive(&drive, &params);
     TEST_ASSERT_FALSE(drive.offset_tracking.on);
+    TEST_ASSERT_TRUE(drive.unbalance_tracking); /* no residual tells it */
     params.observer_gain_enable = 1u;
     params.offset_track = 0u;
     unit_config_drive(&drive, &params);
     TEST_ASSERT_FALSE(drive.offset_tracking.on);
+    TEST_ASSERT_FALSE(drive.unbalance_tracking);
 }
 
 int main(void)

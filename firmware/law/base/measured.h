@@ -19,8 +19,8 @@ typedef struct {
     uint32_t flags;
 } measured_t;
 
-/* Gains that differ among the sensors of a kind show a vector x as x + n conj(x), which adds a
- * negative sequence: n. */
+/* Gains that differ among the sensors of a kind show a vector x as x + n conj(x): n, a negative
+ * sequence. */
 typedef struct {
     ab_t i; /* of the current sensors */
     ab_t u; /* of the line-voltage sensors */

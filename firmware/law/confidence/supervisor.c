@@ -18,9 +18,9 @@
 #define SUPERVISOR_FLUX_HIGH_PU 1.5f
 
 /* Under all torque and near zero frequency .85 of that: 1.28. A lost drive stands there with the
- * torque current along the field, which magnetises it to about 1.4. |w_s| over the corner. */
+ * torque current along the field, which magnetises it to about 1.4. */
 #define SUPERVISOR_FLUX_SPENT     0.85f
-#define SUPERVISOR_SPENT_OMEGA_PU 2.0f
+#define SUPERVISOR_SPENT_OMEGA_PU 2.0f /* near zero: |w_s| over the corner */
 
 /* Floor of the flux that errors are measured by, and of w_s that bounds are divided by. */
 #define SUPERVISOR_FLUX_LOW_PU       0.05f

@@ -4,7 +4,8 @@
 #define UNBALANCE_MIN_RAD_S 12.566371f /* 2 Hz */
 #define UNBALANCE_MAX_RAD_S 62.831853f /* 10 Hz */
 
-/* In either coordinate. Gains of +-1 % make .012 of voltages and .007 of currents. */
+/* In either coordinate: room beyond the .012 of voltages and .007 of currents that gains of +-1 %
+ * make. A sensor that is further off is broken, and the guard sees what is left. */
 #define UNBALANCE_MAX 0.02f
 
 #define UNBALANCE_SUM 0.81649658f /* 2/sqrt(6) */

@@ -57,10 +57,17 @@ COLD static uint32_t range_flags(uint32_t max_counts, const measurement_in_t *in
     return MEASUREMENT_SATURATED | ((bits > max_counts) ? MEASUREMENT_OUT_OF_RANGE : 0u);
 }
 
-/* Without the negative sequence of unequal gains; n^2 is left. */
-static inline ab_t balanced(ab_t x, ab_t unbalance)
+/* i - n conj(i): without the negative sequence of unequal gains; n^2 is left. */
+static inline ab_t balanced_phases(ab_t i, ab_t n)
 {
-    return ab_sub(x, ab_mul(unbalance, ab_conj(x)));
+    return ab_sub(i, ab_mul(n, ab_conj(i)));
+}
+
+/* The same, and u + j Im(n) u: line voltages with unequal gains turn the vector as well. Together
+ * they scale beta, which is that of one line alone. */
+static inline ab_t balanced_lines(ab_t u, ab_t n)
+{
+    return (ab_t){u.alpha - n.alpha * u.alpha - 2.0f * n.beta * u.beta, u.beta + n.alpha * u.beta};
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
@@ -83,8 +90,8 @@ void measurement_step(const measurement_config_t *cfg, const measurement_state_t
     const uvw_t i_A = {raw_A.u - st->offset_A.u, raw_A.v - st->offset_A.v,
                        raw_A.w - st->offset_A.w};
     out->i_A = i_A;
-    out->i_s_A = balanced(ab_sub(ab_from_uvw(i_A), st->moved_A), st->unbalance.i);
-    out->u_line_V = balanced(ab_sub(ab_from_line(uv_V, vw_V), st->offset_V), st->unbalance.u);
+    out->i_s_A = balanced_phases(ab_sub(ab_from_uvw(i_A), st->moved_A), st->unbalance.i);
+    out->u_line_V = balanced_lines(ab_sub(ab_from_line(uv_V, vw_V), st->offset_V), st->unbalance.u);
     out->u_dc_V = (float)in->u_dc_counts * cfg->V_dc_per_count;
     out->flags = 0u;
     if (saturated(cfg->max_counts, in)) {

@@ -32,7 +32,7 @@ typedef struct {
     bool swap_vw;
 } measurement_config_t;
 
-/* Sensor offsets, measured with the gates off (sequence). */
+/* Of the sensors: offsets, measured with the gates off (sequence), and what is tracked. */
 typedef struct {
     uvw_t offset_A;
     ab_t offset_V;
@@ -52,12 +52,14 @@ static inline uvw_t measurement_raw_A(const measurement_state_t *st, uvw_t i_A)
     return (uvw_t){i_A.u + st->offset_A.u, i_A.v + st->offset_A.v, i_A.w + st->offset_A.w};
 }
 
-/* Sets the sensor offsets, measured with the gates off. Gains stay as they were found. */
+/* Sets the sensor offsets, measured with the gates off: at power-up and after a fault, which may
+ * have spoiled what was tracked. That begins again. */
 static inline void measurement_set_offsets(measurement_state_t *st, uvw_t offset_A, ab_t offset_V)
 {
     st->offset_A = offset_A;
     st->offset_V = offset_V;
     st->moved_A = (ab_t){0.0f, 0.0f};
+    st->unbalance = (unbalance_t){{0.0f, 0.0f}, {0.0f, 0.0f}};
 }
 
 void measurement_step(const measurement_config_t *cfg, const measurement_state_t *st,
