@@ -4,7 +4,8 @@
  * The sums are taken before a period uses the state. `passing`, in every period: states where a
  * limit would turn NaN into a wrong number in the same period. `fast`, in every fourth: the other
  * states behind the voltage, and the sensor offsets. The rest, in seven parts once in sixteen:
- * states that change slowly or are used later.
+ * states that change slowly or are used later. What is tracked of the sensors reaches the estimate
+ * within the period and is not summed.
  */
 #ifndef STATE_SUM_H
 #define STATE_SUM_H

@@ -11,7 +11,8 @@ void unit_config_drive(drive_params_t *drive, const params_t *params);
 /* Its modes, and the flux reference. */
 void unit_config_modes(modes_params_t *m, const params_t *p);
 
-/* What it finds out before and while it runs: Rs, M, heat, offsets that move. */
+/* What it finds out before and while it runs: Rs, M, heat, offsets and gains of
+ * the sensors. */
 void unit_config_tracking(drive_params_t *drive, const params_t *params);
 
 #endif

@@ -16,7 +16,8 @@
  *
  * The blend uses the sensors up to a stator frequency, where a volt lost in the inverter is a large
  * part of the voltage. From twice that it uses the duty, because there gain errors of the sensors
- * rotate against the current at twice the stator frequency. Stationary frame.
+ * rotate against the current at twice the stator frequency, until they are found
+ * (unbalance_tracking.h). Stationary frame.
  */
 #ifndef ACTING_VOLTAGE_H
 #define ACTING_VOLTAGE_H
