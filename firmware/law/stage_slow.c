@@ -66,11 +66,6 @@ static void track_m(const drive_config_t *cfg, drive_state_t *st, const mode_in_
     }
 }
 
-static bool offsets_are_due(const drive_config_t *cfg, const drive_state_t *st)
-{
-    return (st->slot == SLOT_OFFSET_TRACKING) && offset_tracking_on(&cfg->offset_tracking);
-}
-
 /* What the field does not turn. */
 static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
 {
@@ -94,6 +89,16 @@ static void track_unbalance(const drive_config_t *cfg, drive_state_t *st, const 
     unbalance_tracking_step(&cfg->unbalance_tracking, &st->measurement.unbalance, &in);
 }
 
+static void track_sensors(const drive_config_t *cfg, drive_state_t *st, const measured_t *meas)
+{
+    if ((st->slot == SLOT_OFFSET_TRACKING) && offset_tracking_on(&cfg->offset_tracking)) {
+        track_offsets(cfg, st);
+    }
+    if ((st->slot == SLOT_UNBALANCE_TRACKING) && unbalance_tracking_on(&cfg->unbalance_tracking)) {
+        track_unbalance(cfg, st, meas);
+    }
+}
+
 void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *asked,
                 const drive_out_t *out)
 {
@@ -111,11 +116,6 @@ void stage_slow(const drive_config_t *cfg, drive_state_t *st, const drive_in_t *
     if ((st->slot == SLOT_M_TRACKING) && m_tracking_on(&cfg->m_tracking)) {
         track_m(cfg, st, &in);
     }
-    if (offsets_are_due(cfg, st)) {
-        track_offsets(cfg, st);
-    }
-    if ((st->slot == SLOT_UNBALANCE_TRACKING) && unbalance_tracking_on(&cfg->unbalance_tracking)) {
-        track_unbalance(cfg, st, &out->meas);
-    }
+    track_sensors(cfg, st, &out->meas);
     vector_slow(&cfg->modes.vector, &cfg->limits, &st->modes.vector, &in);
 }

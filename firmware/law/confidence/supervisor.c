@@ -176,6 +176,13 @@ static float speed_bound(const supervisor_config_t *cfg, const supervisor_state_
     return minf(bound_rad_s, cfg->p.omega_max_rad_s);
 }
 
+static inline float high_flux_Wb(const supervisor_config_t *cfg, bool at_limit, float omega_s_rad_s)
+{
+    const bool spent =
+        at_limit && (omega_s_rad_s < SUPERVISOR_SPENT_OMEGA_PU * cfg->p.corner_rad_s);
+    return (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
+}
+
 /* Part one: what d, flux and current are. */
 static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
                     const supervisor_in_t *in, ab_t d_Wb)
@@ -192,9 +199,7 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     st->standing_pu += cfg->standing_gain * ((stands ? 1.0f : 0.0f) - st->standing_pu);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && (cfg->p.still_rad_s > 0.0f));
-    const bool spent =
-        in->at_limit && (absf(st->omega_s_rad_s) < SUPERVISOR_SPENT_OMEGA_PU * cfg->p.corner_rad_s);
-    const float high_Wb = (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
+    const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));
     st->found = (supervisor_findings_t){
         .residual_pu = magnitude(d_Wb) / lambda_Wb,
         .lambda_Wb = lambda_Wb,

@@ -45,7 +45,7 @@ static inline bool unbalance_tracking_on(const unbalance_tracking_config_t *cfg)
     return cfg->gain_s > 0.0f;
 }
 
-/* Moves what was found. Without voltage or current its part stays; a product that is no number
+/* Moves what was found. Without voltage or current its part stays; a product that is not finite
  * makes it -2 %. */
 void unbalance_tracking_step(const unbalance_tracking_config_t *cfg, unbalance_t *found,
                              const unbalance_tracking_in_t *in);
