@@ -20,7 +20,7 @@ from zerohertz.drive import Fault, State
 from zerohertz.errors import UserError
 from zerohertz.flight.file import Ending, Flight, FlightWriter, Head, find_table, table_crc
 from zerohertz.flight.record import Progress, Recorded, Recording, start
-from zerohertz.flight.replay import replay, signal_numbers
+from zerohertz.flight.replay import former_lines, replay, signal_numbers
 from zerohertz.link import broker, server
 from zerohertz.link.client import RUN, Client, RefusedError
 from zerohertz.link.command import sil_job
@@ -191,6 +191,18 @@ def test_rows_that_make_no_sense_end_the_replay(rows: list[list[int]], why: str)
     again = replay(flight, [])
     assert why in again.ended
     assert again.periods == 0
+
+
+def test_a_parameter_of_a_former_list_is_named_and_left_out() -> None:
+    """Renamed: under its name of today. The recording has flux_mode, which is gone."""
+    flight = Flight.read(FLIGHTS[0])
+    lines = former_lines(flight.head)
+    assert lines == ["flux_mode = 0 is derived now: i_d follows the flux reference"]
+    parameters = {k: v for k, v in flight.head.parameters.items() if k != "i_f_A"}
+    renamed = head(parameters=parameters | {"impressed_A": 3.5})
+    assert "impressed_A = 3.5 is called i_f_A now" in former_lines(renamed)
+    shown = replay(Flight(renamed, flight.rows[:20], Ending.STOPPED, 0), [])
+    assert shown.periods > 0
 
 
 def test_a_parameter_that_is_gone_and_a_table_that_is_missing_are_named() -> None:

@@ -157,9 +157,12 @@ def _names(signals: str) -> list[str]:
 
 
 def _replayed(flight: Flight, found: Any) -> dict[str, Any]:
+    from zerohertz.flight.replay import former_lines
+
     period_s = flight.head.period_s
     return {
         "identity": flight.head.identity,
+        "former_parameters": former_lines(flight.head),
         "dropped_periods": flight.head.middle.dropped_periods if flight.head.middle else 0,
         "periods": found.periods,
         "recorded_periods": flight.periods,
@@ -208,6 +211,8 @@ def _write(out: Path, found: Any, names: list[str], flight: Flight) -> None:
 def _show(file: Path, told: dict[str, Any]) -> None:
     console = Console(highlight=False, markup=False, soft_wrap=True)
     console.print(f"{file}: {told['identity']}")
+    for line in told["former_parameters"]:
+        console.print(line)
     ending = ENDING[Ending[told["ending"]]]
     console.print(
         f"{told['periods']} of {told['recorded_periods']} periods replayed, "

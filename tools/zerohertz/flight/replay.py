@@ -28,6 +28,7 @@ from zerohertz.drive import check, last_error, library, override_lines, raise_la
 from zerohertz.drive import parameters as parameters_of_today
 from zerohertz.errors import UserError
 from zerohertz.flight.file import MARK, PARAMETER, Flight, Head, Middle, find_table, table_crc
+from zerohertz.param_list import former
 
 _NOBODY = 0xFFFF  # number of a parameter that is not to change
 _CHUNK_ROWS = 50_000
@@ -183,18 +184,33 @@ def _bound() -> ctypes.CDLL:
     return lib
 
 
+def _todays_name(name: str) -> str:
+    """A renamed parameter by its name of today; every other by its own."""
+    was = former().get(name)
+    return was.now if was is not None and was.now is not None else name
+
+
+def former_lines(head: Head) -> list[str]:
+    """What became of the parameters that only the recording drive had."""
+    known, was = {p.name for p in parameters_of_today()}, former()
+    parameters = head.parameters.items()
+    return [f"{n} = {v:g} {was[n].text}" for n, v in parameters if n not in known and n in was]
+
+
 def _open(head: Head, changed: Mapping[str, float], folders: tuple[Path, ...]) -> int:
     known = {p.name for p in parameters_of_today()}
     if other := [name for name in changed if name not in known]:
         raise UserError(f"--set {other[0]}: no such parameter; tools/zh get lists them")
-    if gone := [name for name in head.parameters if name not in known]:
+    todays = {_todays_name(name): value for name, value in head.parameters.items()}
+    if gone := [name for name in todays if name not in known and name not in former()]:
         raise UserError(
             f"the drive had parameter {gone[0]}, which this firmware does not know: replay it with "
             f"the version that recorded it ({head.identity})"
         )
     gain = _gain(head, folders)
     entries = None if gain is None else gain.ctypes.data_as(POINTER(c_float))
-    lines = override_lines(head.parameters | dict(changed))
+    todays = {name: value for name, value in todays.items() if name in known}
+    lines = override_lines(todays | dict(changed))
     handle = _bound().zh_flight_open(lines, entries, 0 if gain is None else len(gain))
     if not handle:
         raise_last_error()
@@ -223,7 +239,7 @@ def _todays_rows(
     today = {p.name: k for k, p in enumerate(parameters_of_today())}
     for at in np.flatnonzero((rows[:, 0] & 0xFFFF) == PARAMETER):
         then = int(rows[at, 0]) >> 16
-        name = names[then] if then < len(names) else ""
+        name = _todays_name(names[then]) if then < len(names) else ""
         number = _NOBODY if name in changed else today.get(name, _NOBODY)
         rows[at, 0] = PARAMETER | number << 16
     return rows
