@@ -197,20 +197,25 @@ def former_lines(head: Head) -> list[str]:
     return [f"{n} = {v:g} {was[n].text}" for n, v in parameters if n not in known and n in was]
 
 
-def _open(head: Head, changed: Mapping[str, float], folders: tuple[Path, ...]) -> int:
-    known = {p.name for p in parameters_of_today()}
-    if other := [name for name in changed if name not in known]:
-        raise UserError(f"--set {other[0]}: no such parameter; tools/zh get lists them")
+def _parameters(head: Head, known: set[str]) -> dict[str, float]:
+    """Those of the recording that this firmware has, by their names of today."""
     todays = {_todays_name(name): value for name, value in head.parameters.items()}
     if gone := [name for name in todays if name not in known and name not in former()]:
         raise UserError(
             f"the drive had parameter {gone[0]}, which this firmware does not know: replay it with "
             f"the version that recorded it ({head.identity})"
         )
+    return {name: value for name, value in todays.items() if name in known}
+
+
+def _open(head: Head, changed: Mapping[str, float], folders: tuple[Path, ...]) -> int:
+    known = {p.name for p in parameters_of_today()}
+    if other := [name for name in changed if name not in known]:
+        raise UserError(f"--set {other[0]}: no such parameter; tools/zh get lists them")
+    parameters = _parameters(head, known)
     gain = _gain(head, folders)
     entries = None if gain is None else gain.ctypes.data_as(POINTER(c_float))
-    todays = {name: value for name, value in todays.items() if name in known}
-    lines = override_lines(todays | dict(changed))
+    lines = override_lines(parameters | dict(changed))
     handle = _bound().zh_flight_open(lines, entries, 0 if gain is None else len(gain))
     if not handle:
         raise_last_error()
