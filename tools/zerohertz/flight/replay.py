@@ -28,7 +28,7 @@ from zerohertz.drive import check, last_error, library, override_lines, raise_la
 from zerohertz.drive import parameters as parameters_of_today
 from zerohertz.errors import UserError
 from zerohertz.flight.file import MARK, PARAMETER, Flight, Head, Middle, find_table, table_crc
-from zerohertz.param_list import former
+from zerohertz.param_list import Former, former
 
 _NOBODY = 0xFFFF  # number of a parameter that is not to change
 _CHUNK_ROWS = 50_000
@@ -184,10 +184,9 @@ def _bound() -> ctypes.CDLL:
     return lib
 
 
-def _todays_name(name: str) -> str:
+def _todays_name(name: str, was: Mapping[str, Former]) -> str:
     """A renamed parameter by its name of today; every other by its own."""
-    was = former().get(name)
-    return was.now if was is not None and was.now is not None else name
+    return (was[name].now or name) if name in was else name
 
 
 def former_lines(head: Head) -> list[str]:
@@ -199,8 +198,9 @@ def former_lines(head: Head) -> list[str]:
 
 def _parameters(head: Head, known: set[str]) -> dict[str, float]:
     """Those of the recording that this firmware has, by their names of today."""
-    todays = {_todays_name(name): value for name, value in head.parameters.items()}
-    if gone := [name for name in todays if name not in known and name not in former()]:
+    was = former()
+    todays = {_todays_name(name, was): value for name, value in head.parameters.items()}
+    if gone := [name for name in todays if name not in known and name not in was]:
         raise UserError(
             f"the drive had parameter {gone[0]}, which this firmware does not know: replay it with "
             f"the version that recorded it ({head.identity})"
@@ -241,10 +241,10 @@ def _todays_rows(
 ) -> npt.NDArray[np.uint32]:
     """Parameters by the numbers of this firmware; those that are to stay do not change."""
     rows = recorded.copy()
-    today = {p.name: k for k, p in enumerate(parameters_of_today())}
+    today, was = {p.name: k for k, p in enumerate(parameters_of_today())}, former()
     for at in np.flatnonzero((rows[:, 0] & 0xFFFF) == PARAMETER):
         then = int(rows[at, 0]) >> 16
-        name = _todays_name(names[then]) if then < len(names) else ""
+        name = _todays_name(names[then], was) if then < len(names) else ""
         number = _NOBODY if name in changed else today.get(name, _NOBODY)
         rows[at, 0] = PARAMETER | number << 16
     return rows
