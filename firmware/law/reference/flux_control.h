@@ -2,8 +2,8 @@
  *
  * Plant lambda' = tau (M i_d - lambda): with the rate in i_d the flux follows its reference without
  * lag. The reference is M times the parameter's current, less what weakening, economy, steering and
- * dwelling take. A PI on |lambda_hat| instead was worse near zero frequency, where the estimate
- * knows the flux from this current alone; it is gone.
+ * dwelling take. There is no controller on |lambda_hat|: near zero frequency the estimate knows the
+ * flux from this current alone.
  */
 #ifndef FLUX_CONTROL_H
 #define FLUX_CONTROL_H
