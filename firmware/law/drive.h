@@ -71,6 +71,7 @@ typedef struct {
     rs_tracking_state_t rs_tracking;
     heating_state_t heating;
     m_tracking_state_t m_tracking;
+    offset_tracking_state_t offset_tracking;
     dwell_state_t dwell;
     float omega_ref_before_rad_s; /* at the last step of Rs tracking */
     uint32_t slot;                /* slots.h */

@@ -73,8 +73,8 @@ static void track_offsets(const drive_config_t *cfg, drive_state_t *st)
     const offset_tracking_in_t in = {.e1_A = e->i_residual_A,
                                      .omega_e_hat_rad_s = e->omega_e_rad_s,
                                      .omega_s_hat_rad_s = e->omega_s_rad_s};
-    st->measurement.moved_A =
-        offset_tracking_step(&cfg->offset_tracking, st->measurement.moved_A, &in);
+    st->measurement.moved_A = offset_tracking_step(&cfg->offset_tracking, &st->offset_tracking,
+                                                   st->measurement.moved_A, &in);
 }
 
 /* The negative sequence that the sensors show of balanced voltages and currents. */

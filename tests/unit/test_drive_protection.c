@@ -508,6 +508,7 @@ static void test_offsets_that_move_are_followed_at_speed_and_kept(void)
     (void)faults_in(TURN);
     TEST_ASSERT_TRUE(offset_tracking_on(&cfg.offset_tracking));
     ASSERT_SAME_FLOAT(0.0f, st.measurement.moved_A.alpha); /* standing */
+    st.offset_tracking.turning = 1.5f;
     int moved = 0;
     for (int k = 0; k < TURN; k++) {
         const ab_t before_A = st.measurement.moved_A;
@@ -524,6 +525,7 @@ static void test_offsets_that_move_are_followed_at_speed_and_kept(void)
         }
     }
     TEST_ASSERT_EQUAL_INT(1, moved);
+    TEST_ASSERT_TRUE(st.offset_tracking.turning > 1.5f); /* at 50 rad/s */
     const ab_t found_A = st.measurement.moved_A;
     in.mode = DRIVE_OFF;
     sample = sampled(0.0, 0.0, 540.0);

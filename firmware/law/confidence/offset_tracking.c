@@ -4,11 +4,12 @@
  * the offset by 3 % of its own amplitude. */
 #define OFFSET_TRACKING_GAIN 0.03f
 
-/* 2 Hz. The gain rises from 0 there to all of it at twice that. From 1 Hz on the offset followed a
- * field that swings about zero frequency and passes 1 Hz again and again. With all of the gain from
- * 2 Hz on, a drive that turned just there found an offset that it did not have: an offset makes w_s
- * swing in time with the field, and the gain acted in the upper halves of that swing alone. */
-#define OFFSET_TRACKING_MIN_RAD_S 12.566371f
+/* .6 Hz. The gain rises from 0 there to all of it at twice that, by the frequency averaged over 1
+ * s. Without the average the offset followed a field that swings about zero and passes 1 Hz again
+ * and again; and an offset makes w_s swing in time with the field, so that a gain by w_s itself
+ * acted in the upper halves of that swing alone and found an offset that was not there. */
+#define OFFSET_TRACKING_MIN_RAD_S 3.7699112f
+#define OFFSET_TRACKING_AVERAGE_S 1.0f
 
 /* No sensor that works drifts further, over its full scale. */
 #define OFFSET_TRACKING_MAX_PU 0.015f
@@ -16,20 +17,24 @@
 void offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_params_t *p,
                           const motor_model_t *motor, float step_s)
 {
-    *cfg = (offset_tracking_config_t){.gain_s = p->on ? (OFFSET_TRACKING_GAIN * step_s) : 0.0f,
-                                      .max_A = OFFSET_TRACKING_MAX_PU * p->full_scale_A,
-                                      .tau_per_s = motor->tau_per_s};
+    *cfg =
+        (offset_tracking_config_t){.gain_s = p->on ? (OFFSET_TRACKING_GAIN * step_s) : 0.0f,
+                                   .average_gain = minf(step_s / OFFSET_TRACKING_AVERAGE_S, 1.0f),
+                                   .max_A = OFFSET_TRACKING_MAX_PU * p->full_scale_A,
+                                   .tau_per_s = motor->tau_per_s};
 }
 
-ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,
-                          const offset_tracking_in_t *in)
+ab_t offset_tracking_step(const offset_tracking_config_t *cfg, offset_tracking_state_t *st,
+                          ab_t moved_A, const offset_tracking_in_t *in)
 {
-    const float share = absf(in->omega_s_hat_rad_s) * (1.0f / OFFSET_TRACKING_MIN_RAD_S) - 1.0f;
+    /* Bounded, so that a field that comes from high speed is soon seen to stand. */
+    const float turning = limitf(in->omega_s_hat_rad_s * (1.0f / OFFSET_TRACKING_MIN_RAD_S), 2.0f);
+    st->turning += cfg->average_gain * (turning - st->turning);
+    const float share = absf(st->turning) - 1.0f;
     if (!(share > 0.0f)) {
         return moved_A;
     }
-    const float gain_s = minf(share, 1.0f) * cfg->gain_s;
     const ab_t back_per_s = {cfg->tau_per_s, in->omega_e_hat_rad_s};
-    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), gain_s));
+    const ab_t sum_A = ab_sub(moved_A, ab_scale(ab_mul(back_per_s, in->e1_A), share * cfg->gain_s));
     return (ab_t){limitf(sum_A.alpha, cfg->max_A), limitf(sum_A.beta, cfg->max_A)};
 }

@@ -5,8 +5,8 @@
  * error of Rs there (rs_tracking.h), e1 = -o (tau - j w) Rs/(sigma Ls D), D real and positive with
  * the designed gains: turned back, e1 shows -o. With L = 0 it is e1 = -o: turned by 90 degrees at
  * speed, where the drive would swing. It is on with the gain table alone (unit_config_tracking.c).
- * What turns with the field is averaged out; near zero stator frequency nothing tells the two
- * apart, and what was found holds.
+ * What turns with the field is averaged out. Where the field turns slower than .6 Hz on average
+ * over 1 s nothing tells the two apart, and what was found holds.
  */
 #ifndef OFFSET_TRACKING_H
 #define OFFSET_TRACKING_H
@@ -22,10 +22,16 @@ typedef struct {
 } offset_tracking_params_t;
 
 typedef struct {
-    float gain_s; /* k T; 0: off */
-    float max_A;  /* nothing moves further, in either coordinate */
+    float gain_s;       /* k T; 0: off */
+    float average_gain; /* of a period, in the average of w_s */
+    float max_A;        /* nothing moves further, in either coordinate */
     float tau_per_s;
 } offset_tracking_config_t;
+
+/* Zero is the state of a field that stands. */
+typedef struct {
+    float turning; /* averaged w_s over .6 Hz, each within +-2; finite whatever comes in */
+} offset_tracking_state_t;
 
 typedef struct {
     ab_t e1_A;
@@ -43,7 +49,7 @@ static inline bool offset_tracking_on(const offset_tracking_config_t *cfg)
 }
 
 /* How far the offsets have moved; moved_A: what the last step said. */
-ab_t offset_tracking_step(const offset_tracking_config_t *cfg, ab_t moved_A,
-                          const offset_tracking_in_t *in);
+ab_t offset_tracking_step(const offset_tracking_config_t *cfg, offset_tracking_state_t *st,
+                          ab_t moved_A, const offset_tracking_in_t *in);
 
 #endif
