@@ -103,6 +103,9 @@ static void test_a_frequency_that_is_not_finite_leaves_the_average_finite(void)
         st.turning = 0.0f;
         expect(1.0f, 1.0f, &in);
         TEST_ASSERT_TRUE(fabsf(st.turning) <= 0.5f);
+        st.turning = wrong[k];
+        (void)offset_tracking_step(&cfg, &st, moved, &turning);
+        TEST_ASSERT_TRUE(fabsf(st.turning) <= 2.0f);
     }
 }
 

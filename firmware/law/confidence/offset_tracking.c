@@ -27,9 +27,10 @@ void offset_tracking_init(offset_tracking_config_t *cfg, const offset_tracking_p
 ab_t offset_tracking_step(const offset_tracking_config_t *cfg, offset_tracking_state_t *st,
                           ab_t moved_A, const offset_tracking_in_t *in)
 {
-    /* Bounded, so that a field that comes from high speed is soon seen to stand. */
+    /* Bounded, so that a field that comes from high speed is soon seen to stand; the average too,
+     * so that one that is no number heals. */
     const float turning = limitf(in->omega_s_hat_rad_s * (1.0f / OFFSET_TRACKING_MIN_RAD_S), 2.0f);
-    st->turning += cfg->average_gain * (turning - st->turning);
+    st->turning = limitf(st->turning + cfg->average_gain * (turning - st->turning), 2.0f);
     const float share = absf(st->turning) - 1.0f;
     if (!(share > 0.0f)) {
         return moved_A;

@@ -30,7 +30,7 @@ typedef struct {
 
 /* Zero is the state of a field that stands. */
 typedef struct {
-    float turning; /* averaged w_s over .6 Hz, each within +-2; finite whatever comes in */
+    float turning; /* averaged w_s over .6 Hz, each within +-2; finite whatever comes in; heals */
 } offset_tracking_state_t;
 
 typedef struct {
