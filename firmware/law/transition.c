@@ -122,6 +122,7 @@ COLD static void take_over(const drive_config_t *cfg, drive_state_t *st, const m
         .omega_e_rad_s = omega_rad_s};
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
     st->rs_tracking = (rs_tracking_state_t){0}; /* what a lost angle made of it */
+    st->offset_tracking = (offset_tracking_state_t){0};
     vector_stop_steering(&cfg->modes.vector, &st->modes.vector);
     stop_dwelling(cfg, st);
     st->mode = MODE_TAKE_OVER;

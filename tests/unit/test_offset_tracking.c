@@ -105,8 +105,19 @@ static void test_a_frequency_that_is_not_finite_leaves_the_average_finite(void)
         TEST_ASSERT_TRUE(fabsf(st.turning) <= 0.5f);
         st.turning = wrong[k];
         (void)offset_tracking_step(&cfg, &st, moved, &turning);
-        TEST_ASSERT_TRUE(fabsf(st.turning) <= 2.0f);
+        ASSERT_SAME_FLOAT(0.0f, st.turning);
     }
+}
+
+static void test_after_a_stop_what_was_found_holds_again(void)
+{
+    offset_tracking_in_t in = turning;
+    in.omega_s_hat_rad_s = 0.0f;
+    for (int n = 0; n < 2; n++) { /* 1.5, 1.125 */
+        TEST_ASSERT_TRUE(offset_tracking_step(&cfg, &st, moved, &in).alpha > 1.0f);
+    }
+    expect(1.0f, 1.0f, &in);
+    ASSERT_SAME_FLOAT(0.84375f, st.turning);
 }
 
 /* A field that swings about zero, beyond the limit for half of the time. */
@@ -160,6 +171,7 @@ int main(void)
     RUN_TEST(test_between_one_and_two_limits_it_is_followed_in_part);
     RUN_TEST(test_the_average_follows_within_both_limits);
     RUN_TEST(test_a_frequency_that_is_not_finite_leaves_the_average_finite);
+    RUN_TEST(test_after_a_stop_what_was_found_holds_again);
     RUN_TEST(test_a_swing_about_zero_is_no_turning);
     RUN_TEST(test_no_coordinate_moves_further_than_a_sensor_drifts);
     RUN_TEST(test_an_offset_is_found_in_both_directions_of_rotation);

@@ -223,13 +223,22 @@ static void test_a_tooth_runs_to_and_fro_by_the_dither(void)
     cfg.dither_A = 0.5f;
     cfg.dither_turns = 0.25f;
     for (int k = 0; k < 16; k++) {
-        const float dither_A = ((k / 4) == RS_LEVEL_SMALL) ? -0.6f : tooth_A[k % 4];
-        ASSERT_SAME_FLOAT(level_A[k / 4] + dither_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
+        const float small_A = ((k % 4) == 0) ? -1.5f : -0.3f;
+        const bool is_small = (k / 4) == RS_LEVEL_SMALL;
+        const float i_A = is_small ? small_A : (level_A[k / 4] + tooth_A[k % 4]);
+        ASSERT_SAME_FLOAT(i_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
     }
     cfg.level_periods = 8u;
+    cfg.dither_turns = 0.0625f; /* an eighth of a tooth is 2 periods */
     st = (rs_measurement_state_t){.periods = 8u};
     for (int k = 8; k < 16; k++) {
-        ASSERT_SAME_FLOAT((k < 12) ? 0.3f : -0.3f, step(1.0f, 1.0f, 1.0f).i_ref_A);
+        ASSERT_SAME_FLOAT(0.3f, step(1.0f, 1.0f, 1.0f).i_ref_A);
+    }
+    cfg.level_periods = 32u;
+    st = (rs_measurement_state_t){.periods = 32u};
+    for (int k = 0; k < 32; k++) {
+        const float size_A = ((k % 16) < 2) ? 1.5f : 0.3f;
+        ASSERT_SAME_FLOAT((k < 16) ? size_A : -size_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
     }
 }
 
@@ -283,7 +292,8 @@ static rs_measurement_out_t with_curve(float small_A, float share, float tail_A,
         const bool is_small = (k / 12) == RS_LEVEL_SMALL;
         const float at_A = level_A[k / 12];
         const float sign = (((k / 4) % 2) == 0) ? 1.0f : -1.0f;
-        const float i_A = is_small ? (sign * at_A) : (at_A + tooth_A[k % 4]);
+        const float kick_A = ((k % 4) == 0) ? 1.5f : at_A;
+        const float i_A = is_small ? (sign * kick_A) : (at_A + tooth_A[k % 4]);
         const float lost_V =
             is_small ? (sign * share * whole_V) : (whole_V - 3.0f * CURVE_V * tail_A / at_A);
         const float x_A = is_small ? (sign * at_A) : mean_A[k % 4];
@@ -401,6 +411,23 @@ static void test_a_threshold_is_at_most_the_lower_levels_leg_current(void)
     ASSERT_NEAR(1e-5, most_A, with_small(0.3f, 0.0f).threshold_A);
     ASSERT_NEAR(1e-5, most_A, with_small(0.3f, -0.5f).threshold_A);
     ASSERT_NEAR(1e-5, 0.75 * 0.01 * sqrt(2.0 / 3.0) / 0.1, with_small(0.01f, 0.1f).threshold_A);
+}
+
+/* Currents that stand still have no slope. */
+static void test_without_teeth_the_threshold_is_the_lower_levels_leg_current(void)
+{
+    cfg = simple;
+    cfg.curve = true;
+    cfg.average_periods = 1u;
+    st = (rs_measurement_state_t){0};
+    for (int k = 0; k < 16; k++) {
+        const float i_A = simple.level.A[k / 4];
+        (void)step(i_A, 1.5f * i_A, 1.5f * i_A + 4.0f);
+    }
+    const rs_measurement_out_t out = step(2.0f, 3.0f, 7.0f);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+    TEST_ASSERT_TRUE(out.lost_V > 0.0f);
+    ASSERT_NEAR(1e-6, 0.5 * sqrt(2.0 / 3.0) * 2.0, out.threshold_A);
 }
 
 static void test_without_a_small_current_or_a_loss_no_threshold_is_found(void)
@@ -635,6 +662,7 @@ int main(void)
     RUN_TEST(test_a_tail_that_only_levels_or_only_teeth_show_is_none);
     RUN_TEST(test_the_threshold_lies_where_line_and_tail_meet);
     RUN_TEST(test_a_threshold_is_at_most_the_lower_levels_leg_current);
+    RUN_TEST(test_without_teeth_the_threshold_is_the_lower_levels_leg_current);
     RUN_TEST(test_without_a_small_current_or_a_loss_no_threshold_is_found);
     RUN_TEST(test_offsets_of_current_and_voltage_do_not_matter);
     RUN_TEST(test_twice_the_voltage_is_twice_the_resistance_and_loss);

@@ -23,14 +23,15 @@ typedef struct {
 
 typedef struct {
     float gain_s;       /* k T; 0: off */
-    float average_gain; /* of a period, in the average of w_s */
+    float average_gain; /* of a step, in the average of w_s */
     float max_A;        /* nothing moves further, in either coordinate */
     float tau_per_s;
 } offset_tracking_config_t;
 
 /* Zero is the state of a field that stands. */
 typedef struct {
-    float turning; /* averaged w_s over .6 Hz, each within +-2; finite whatever comes in; heals */
+    float
+        turning; /* average of w_s divided by .6 Hz, each within +-2; 0 after a value not finite */
 } offset_tracking_state_t;
 
 typedef struct {

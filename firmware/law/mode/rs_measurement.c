@@ -18,6 +18,12 @@
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
 
+/* The first part of a tooth of the small current is at the bend level: it takes the current through
+ * zero at once. What is wider than the small current by this counts for nothing. It is counted in
+ * the mean all the same, which is about zero. */
+#define RS_SMALL_KICK 0.125f
+#define RS_SMALL_WIDE 1.5f
+
 /* Saturation lets the measured Rr fall from the low level to the high one. This share of the fall
  * is added to that of the low level; chosen on motors of the envelope. */
 #define RS_BENT 0.6f
@@ -69,7 +75,14 @@ static void add(const rs_measurement_config_t *cfg, rs_measurement_state_t *st, 
                 const rs_measurement_in_t *in)
 {
     rs_measurement_sums_t *sums = &st->level[here];
-    const float x_A = 0.5f * (in->i_A + st->i_before_A) - cfg->level.A[here];
+    float x_A = 0.5f * (in->i_A + st->i_before_A);
+    if (here != (uint32_t)RS_LEVEL_SMALL) {
+        x_A -= cfg->level.A[here];
+    } else if (absf(x_A) > RS_SMALL_WIDE * cfg->level.A[here]) {
+        return;
+    } else {
+        /* about zero */
+    }
     sums->i_A += in->i_A;
     sums->u_V += in->u_V;
     sums->u_duty_V += in->u_duty_V;
@@ -109,10 +122,11 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
     return (c_V > RS_TAIL_MIN_PU * absf(high->u_duty_V)) ? c_V : 0.0f;
 }
 
-/* The leg current at which the line through zero ends. While no leg is beyond it, the legs are a
- * resistance lost_V/line, above what the teeth of the low level show. A line below .61 of the small
- * current comes out as that much. With a capacitance alone the line is four times the tail, and
- * touches it at half that. Without a current in the teeth: the longest. */
+/* The leg current at which the line through zero ends. Below it the legs act as a resistance
+ * lost_V/line: the slope at the small current, less the slope in the low level's teeth. A line
+ * below .82 of the small current comes out too long, as .61 of it at least. With a capacitance
+ * alone the line is four times the tail, and touches it at half that. Where legs_ohm is not above
+ * 0, or not finite: the bound below. */
 COLD static float threshold_A(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
                               const rs_measurement_out_t *out)
 {
@@ -174,16 +188,20 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
 }
 
 /* Averaged over a tooth the steps of the ADC do not show. The small current changes its sign
- * instead, after every tooth. */
+ * instead, before every tooth. */
 static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t k)
 {
-    const float level_A = cfg->level.A[here];
     const float turns = (float)k * cfg->dither_turns;
     const uint32_t whole = (uint32_t)turns;
-    if (here == (uint32_t)RS_LEVEL_SMALL) {
-        return ((whole & 1u) == 0u) ? level_A : -level_A;
+    const float part = turns - (float)whole;
+    float level_A = cfg->level.A[here];
+    if (here != (uint32_t)RS_LEVEL_SMALL) {
+        return level_A + (4.0f * absf(part - 0.5f) - 1.0f) * cfg->dither_A;
     }
-    return level_A + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
+    if (part < RS_SMALL_KICK) {
+        level_A = cfg->level.A[RS_LEVEL_BEND];
+    }
+    return ((whole & 1u) == 0u) ? level_A : -level_A;
 }
 
 COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,

@@ -8,8 +8,10 @@
  * show c, and so do the teeth (below) of two of them: the smaller counts. Behind the voltage of
  * the duties c also makes Rs too large, and is taken off. A small current that changes its sign
  * finds the line on which the loss begins: it ends where the loss is whole, or at the tail. Of both
- * signs because the offsets of coarse words are as large as this current: with one sign and 10 bit
- * the line came out 40 to 90 % too long, and the torque swung at six times the stator frequency.
+ * signs because the offsets left in coarse words are as large as this current: with one sign and 10
+ * bit the line came out 40 to 90 % too long, and the torque swung at six times the stator
+ * frequency. Before each sign the bend level takes the current through zero at once: slowly, coarse
+ * words stood still while the voltage rose, and looked frozen (in two of 392 runs).
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
  * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
@@ -67,7 +69,7 @@ typedef struct {
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
     float dither_A;     /* amplitude of a triangle on every level but the small one */
-    float dither_turns; /* teeth a period; the small current changes its sign after each */
+    float dither_turns; /* teeth a period; the small current changes its sign with each */
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
