@@ -105,7 +105,7 @@ static void test_threshold_and_tail_are_kept_too(void)
             const float sign = (nth == 3u) ? -1.0f : 1.0f;
             const float i_A = (nth == 3u) ? -0.3f : 0.1f;
             TEST_ASSERT_TRUE(step(i_A, 1.2f, sign * 2.0f + 1.2f * (sign * 0.1f - i_A)));
-            ASSERT_SAME_FLOAT(3.0f, i_ref_A); /* through zero by the bend level */
+            ASSERT_SAME_FLOAT(8.0f, i_ref_A); /* through zero by the high level */
             continue;
         }
         const float i_A = at_A + tooth_A[nth];

@@ -223,13 +223,13 @@ static void test_a_tooth_runs_to_and_fro_by_the_dither(void)
     cfg.dither_A = 0.5f;
     cfg.dither_turns = 0.25f;
     for (int k = 0; k < 16; k++) {
-        const float small_A = ((k % 4) == 0) ? -1.5f : -0.3f;
+        const float small_A = ((k % 4) == 0) ? -6.0f : -0.3f;
         const bool is_small = (k / 4) == RS_LEVEL_SMALL;
         const float i_A = is_small ? small_A : (level_A[k / 4] + tooth_A[k % 4]);
         ASSERT_SAME_FLOAT(i_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
     }
     cfg.level_periods = 8u;
-    cfg.dither_turns = 0.0625f; /* an eighth of a tooth is 2 periods */
+    cfg.dither_turns = 0.0625f; /* the kick lasts 2 of 16 periods */
     st = (rs_measurement_state_t){.periods = 8u};
     for (int k = 8; k < 16; k++) {
         ASSERT_SAME_FLOAT(0.3f, step(1.0f, 1.0f, 1.0f).i_ref_A);
@@ -237,7 +237,7 @@ static void test_a_tooth_runs_to_and_fro_by_the_dither(void)
     cfg.level_periods = 32u;
     st = (rs_measurement_state_t){.periods = 32u};
     for (int k = 0; k < 32; k++) {
-        const float size_A = ((k % 16) < 2) ? 1.5f : 0.3f;
+        const float size_A = ((k % 16) < 2) ? 6.0f : 0.3f;
         ASSERT_SAME_FLOAT((k < 16) ? size_A : -size_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
     }
 }
@@ -292,7 +292,7 @@ static rs_measurement_out_t with_curve(float small_A, float share, float tail_A,
         const bool is_small = (k / 12) == RS_LEVEL_SMALL;
         const float at_A = level_A[k / 12];
         const float sign = (((k / 4) % 2) == 0) ? 1.0f : -1.0f;
-        const float kick_A = ((k % 4) == 0) ? 1.5f : at_A;
+        const float kick_A = ((k % 4) == 0) ? 6.0f : at_A;
         const float i_A = is_small ? (sign * kick_A) : (at_A + tooth_A[k % 4]);
         const float lost_V =
             is_small ? (sign * share * whole_V) : (whole_V - 3.0f * CURVE_V * tail_A / at_A);

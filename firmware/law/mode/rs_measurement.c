@@ -18,10 +18,11 @@
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
 
-/* The first part of a tooth of the small current is at the bend level: it takes the current through
- * zero at once. What is wider than the small current by this counts for nothing. It is counted in
- * the mean all the same, which is about zero. */
-#define RS_SMALL_KICK 0.125f
+/* The first part of a tooth of the small current is at the high level: it takes the current through
+ * zero at once. The bend level was too slow where dead time takes 26 V. What is wider than the
+ * small current by this counts for nothing. It is counted in the mean all the same, which is about
+ * zero. */
+#define RS_SMALL_KICK 0.09375f
 #define RS_SMALL_WIDE 1.5f
 
 /* Saturation lets the measured Rr fall from the low level to the high one. This share of the fall
@@ -199,7 +200,7 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
         return level_A + (4.0f * absf(part - 0.5f) - 1.0f) * cfg->dither_A;
     }
     if (part < RS_SMALL_KICK) {
-        level_A = cfg->level.A[RS_LEVEL_BEND];
+        level_A = cfg->level.A[RS_LEVEL_HIGH];
     }
     return ((whole & 1u) == 0u) ? level_A : -level_A;
 }

@@ -10,7 +10,7 @@
  * finds the line on which the loss begins: it ends where the loss is whole, or at the tail. Of both
  * signs because the offsets left in coarse words are as large as this current: with one sign and 10
  * bit the line came out 40 to 90 % too long, and the torque swung at six times the stator
- * frequency. Before each sign the bend level takes the current through zero at once: slowly, coarse
+ * frequency. Before each sign the high level takes the current through zero at once: slowly, coarse
  * words stood still while the voltage rose, and looked frozen (in two of 392 runs).
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
