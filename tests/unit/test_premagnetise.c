@@ -88,7 +88,7 @@ static void test_resistance_and_loss_are_kept(void)
     TEST_ASSERT_EQUAL_MEMORY(&found, &st, sizeof found);
 }
 
-/* 6 V less 3 VA/i, and +-2 V at +-.1 A: the line ends where it would touch the tail. In
+/* 6 V less 3 VA/i, and a third of the 6 V at .1 A: the line ends where it would touch the tail. In
  * the two periods that are averaged a tooth of .5 A shows the slope: Rs + 3 VA/i^2. */
 static void test_threshold_and_tail_are_kept_too(void)
 {
@@ -100,18 +100,10 @@ static void test_threshold_and_tail_are_kept_too(void)
     cfg.measurement.level.A[RS_LEVEL_SMALL] = 0.1f;
     for (uint32_t k = 0u; k < RS_LEVELS * LEVEL_PERIODS; k++) {
         const float at_A = level_A[k / LEVEL_PERIODS];
-        const uint32_t nth = k % LEVEL_PERIODS;
-        if (at_A < 1.0f) { /* +-.1 A on average over the two periods */
-            const float sign = (nth == 3u) ? -1.0f : 1.0f;
-            const float i_A = (nth == 3u) ? -0.3f : 0.1f;
-            TEST_ASSERT_TRUE(step(i_A, 1.2f, sign * 2.0f + 1.2f * (sign * 0.1f - i_A)));
-            ASSERT_SAME_FLOAT(8.0f, i_ref_A); /* through zero by the high level */
-            continue;
-        }
-        const float i_A = at_A + tooth_A[nth];
+        const float i_A = at_A + tooth_A[k % LEVEL_PERIODS];
         const float slope_V =
-            (1.2f + 3.0f / (at_A * at_A)) * beyond_mean_A[nth] - 1.2f * (i_A - at_A);
-        TEST_ASSERT_TRUE(step(i_A, 1.2f, 6.0f - 3.0f / at_A + slope_V));
+            (1.2f + 3.0f / (at_A * at_A)) * beyond_mean_A[k % LEVEL_PERIODS] - 1.2f * (i_A - at_A);
+        TEST_ASSERT_TRUE(step(i_A, 1.2f, ((at_A < 1.0f) ? 2.0f : (6.0f - 3.0f / at_A)) + slope_V));
         ASSERT_SAME_FLOAT(at_A, i_ref_A);
     }
     TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));

@@ -6,12 +6,8 @@
  * leg). Where the curve of the loss is wanted, two more levels show how it bends. A leg with
  * capacitance loses whole (1 - tail/i) of a current i, so that u = Rs i + u_0 - c/i. Three levels
  * show c, and so do the teeth (below) of two of them: the smaller counts. Behind the voltage of
- * the duties c also makes Rs too large, and is taken off. A small current that changes its sign
- * finds the line on which the loss begins: it ends where the loss is whole, or at the tail. Of both
- * signs because the offsets left in coarse words are as large as this current: with one sign and 10
- * bit the line came out 40 to 90 % too long, and the torque swung at six times the stator
- * frequency. Before each sign the high level takes the current through zero at once: slowly, coarse
- * words stood still while the voltage rose, and looked frozen (in two of 392 runs).
+ * the duties c also makes Rs too large, and is taken off. A small current finds the line on which
+ * the loss begins: it ends where the loss is whole, or at the tail.
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
  * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
@@ -69,7 +65,7 @@ typedef struct {
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
     float dither_A;     /* amplitude of a triangle on every level but the small one */
-    float dither_turns; /* teeth a period; the small current changes its sign with each */
+    float dither_turns; /* teeth a period */
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
