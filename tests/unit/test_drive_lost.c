@@ -288,6 +288,7 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         configure(machine, DRIVE_LOST_I_F);
         run_judged(SUPERVISOR_IMPRESSED);
+        st.offset_tracking.turning = 2.0f;
         step();
         const cplx i_A = of(out.meas.i_s_A);
         const cplx axis = i_A / cabs(i_A);
@@ -309,6 +310,7 @@ static void test_take_over_starts_from_current_nominal_flux_and_wanted_speed(voi
         TEST_ASSERT_FALSE(st.modes.vector.steering.steering);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.steer.reduction_Wb);
         ASSERT_SAME_FLOAT(0.0f, st.rs_tracking.delta_ohm);
+        ASSERT_SAME_FLOAT(0.0f, st.offset_tracking.turning);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.torque_gain_extra_pu);
         ASSERT_SAME_FLOAT(0.0f, st.modes.vector.i_d_reduction_A);
         TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
