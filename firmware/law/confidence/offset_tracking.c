@@ -1,14 +1,14 @@
 #include "offset_tracking.h"
 
 /* k. An offset is followed within 5 s, at speed sooner. A residual that turns with the field moves
- * the offset by k |tau + j w|/|w_s| of its own amplitude: 3 % at speed, 8 % at 1.2 Hz under load.
- */
+ * the offset by k |tau + j w|/|w_s| of its own amplitude: 3 % at speed, 8 % braking at 1.2 Hz. */
 #define OFFSET_TRACKING_GAIN 0.03f
 
-/* .6 Hz. The gain rises from 0 there to all of it at twice that, by the frequency averaged over 1
- * s. Without the average the offset followed a field that swings about zero and passes 1 Hz again
- * and again; and an offset makes w_s swing in time with the field, so that a gain by w_s itself
- * acted in the upper halves of that swing alone and found an offset that was not there. */
+/* .6 Hz. The gain rises from 0 there to all of it at twice that, by the frequency averaged over a
+ * second. By the frequency itself, the offset followed a field that swings about zero and passes
+ * 1 Hz again and again. And an offset makes w_s swing in time with the field: the gain acted in the
+ * upper halves of that swing alone, and found an offset that was not there. After a stop the gain
+ * lasts for .7 s. */
 #define OFFSET_TRACKING_MIN_RAD_S 3.7699112f
 #define OFFSET_TRACKING_AVERAGE_S 1.0f
 

@@ -30,8 +30,8 @@ typedef struct {
 
 /* Zero is the state of a field that stands. */
 typedef struct {
-    float
-        turning; /* average of w_s divided by .6 Hz, each within +-2; 0 after a value not finite */
+    /* Average of w_s divided by .6 Hz, both within +-2; 0 after one that is not finite. */
+    float turning;
 } offset_tracking_state_t;
 
 typedef struct {
