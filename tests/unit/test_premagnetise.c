@@ -12,6 +12,7 @@
 static premagnetise_config_t cfg;
 static premagnetise_state_t st;
 static uint32_t faults;
+static uint32_t slot;
 static float i_ref_A;
 
 static void configure(bool enable, bool identify)
@@ -27,6 +28,7 @@ static void configure(bool enable, bool identify)
     cfg.measurement.dither_A = 0.0f; /* its teeth: test_rs_measurement.c */
     st = (premagnetise_state_t){0};
     faults = 0u;
+    slot = 0u;
 }
 
 void setUp(void)
@@ -42,6 +44,7 @@ void tearDown(void)
 static bool step(float i_A, float Rs_ohm, float lost_V)
 {
     mode_fixture_start();
+    in.slot = slot;
     meas.i_s_A = (ab_t){i_A, 77.0f};
     acting.ended_V = (ab_t){Rs_ohm * i_A + lost_V, 77.0f};
     in.u_s_V = (ab_t){Rs_ohm * i_A, 77.0f};
@@ -63,7 +66,6 @@ static void both_levels(float Rs_ohm, float lost_V)
 static void test_not_wanted_it_asks_for_nothing(void)
 {
     configure(false, true);
-    i_ref_A = 3.0f;
     TEST_ASSERT_FALSE(step(8.0f, 1.2f, 6.0f));
     ASSERT_SAME_FLOAT(0.0f, i_ref_A);
     ASSERT_SAME_FLOAT(0.0f, st.Rs_delta_ohm);
@@ -88,23 +90,33 @@ static void test_resistance_and_loss_are_kept(void)
     TEST_ASSERT_EQUAL_MEMORY(&found, &st, sizeof found);
 }
 
-/* 6 V less 3 VA/i, and a third of the 6 V at .1 A: the line ends where it would touch the tail. In
- * the two periods that are averaged a tooth of .5 A shows the slope: Rs + 3 VA/i^2. */
+/* 6 V less 3 VA/i, and +-2 V at +-.1 A: the line ends where it would touch the tail. Two teeth in
+ * an average of 64 periods show the slopes: Rs + 3 VA/i^2 where their amplitude is .5 A. */
 static void test_threshold_and_tail_are_kept_too(void)
 {
-    static const float tooth_A[LEVEL_PERIODS] = {0.0f, 0.0f, 0.5f, -0.5f};
-    static const float beyond_mean_A[LEVEL_PERIODS] = {0.0f, 0.0f, 0.125f, -0.125f};
+    static const float tooth_A[] = {0.5f, 0.0f, -0.5f, 0.0f};
+    static const float mean_A[] = {0.25f, 0.25f, -0.25f, -0.25f};
     const float level_A[RS_LEVELS] = {5.0f, 0.1f, 3.0f, 8.0f};
     const double tail_A = 3.0 / (3.0 * 6.0 / (2.0 * sqrt(2.0 / 3.0)));
     cfg.measurement.curve = true;
+    cfg.measurement.level_periods = 96u;
+    cfg.measurement.average_periods = 64u;
+    cfg.measurement.dither_turns = 1.0f / 32.0f;
     cfg.measurement.level.A[RS_LEVEL_SMALL] = 0.1f;
-    for (uint32_t k = 0u; k < RS_LEVELS * LEVEL_PERIODS; k++) {
-        const float at_A = level_A[k / LEVEL_PERIODS];
-        const float i_A = at_A + tooth_A[k % LEVEL_PERIODS];
-        const float slope_V =
-            (1.2f + 3.0f / (at_A * at_A)) * beyond_mean_A[k % LEVEL_PERIODS] - 1.2f * (i_A - at_A);
-        TEST_ASSERT_TRUE(step(i_A, 1.2f, ((at_A < 1.0f) ? 2.0f : (6.0f - 3.0f / at_A)) + slope_V));
-        ASSERT_SAME_FLOAT(at_A, i_ref_A);
+    for (uint32_t k = 0u; k < RS_LEVELS * 96u; k++) {
+        const uint32_t level = k / 96u;
+        const float at_A = level_A[level];
+        float i_A = at_A + tooth_A[k % 4u];
+        float lost_V = 6.0f - 3.0f / at_A - 1.2f * (i_A - at_A) +
+                       (1.2f + 3.0f / (at_A * at_A)) * mean_A[k % 4u];
+        if (level == RS_LEVEL_SMALL) { /* as asked for before */
+            i_A = (k == 96u) ? 0.1f : i_ref_A;
+            lost_V = 20.0f * i_A;
+        }
+        slot = (k + 14u) % SLOT_COUNT;
+        TEST_ASSERT_TRUE(step(i_A, 1.2f, lost_V));
+        const bool reversed = (level == RS_LEVEL_SMALL) && (k >= 96u + 79u);
+        ASSERT_SAME_FLOAT(reversed ? -0.1f : at_A, i_ref_A);
     }
     TEST_ASSERT_FALSE(step(5.0f, 1.2f, 6.0f));
     TEST_ASSERT_TRUE(st.leg_loss_found);

@@ -43,7 +43,8 @@ void tearDown(void)
 
 static rs_measurement_out_t step(float i_A, float u_V, float u_duty_V)
 {
-    const rs_measurement_in_t in = {.i_A = i_A, .u_V = u_V, .u_duty_V = u_duty_V};
+    const rs_measurement_in_t in = {
+        .i_A = i_A, .u_V = u_V, .u_duty_V = u_duty_V, .slot = st.periods % SLOT_COUNT};
     return rs_measurement_step(&cfg, &st, &in);
 }
 
@@ -192,8 +193,8 @@ static void test_step_asks_for_both_levels_in_turn_and_averages_their_ends(void)
 static void test_result_is_the_ratio_of_differences_with_bias_and_the_legs_loss(void)
 {
     /* Rs 1.5 ohm, half a volt of offset; 12 V of duty for 9 V at the winding. */
-    const rs_measurement_out_t out = measured((rs_measurement_in_t){6.0f, 9.5f, 12.0f},
-                                              (rs_measurement_in_t){2.0f, 3.5f, 100.0f});
+    const rs_measurement_out_t out = measured((rs_measurement_in_t){6.0f, 9.5f, 12.0f, 0u},
+                                              (rs_measurement_in_t){2.0f, 3.5f, 100.0f, 0u});
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
     ASSERT_SAME_FLOAT(1.5f * 1.25f, out.Rs_ohm);
     ASSERT_NEAR(1e-5, (12.0 - 1.5 * 6.0) / LEGS, out.lost_V);
@@ -202,8 +203,8 @@ static void test_result_is_the_ratio_of_differences_with_bias_and_the_legs_loss(
 
 static void test_result_comes_once(void)
 {
-    (void)measured((rs_measurement_in_t){6.0f, 6.0f, 6.0f},
-                   (rs_measurement_in_t){2.0f, 2.0f, 2.0f});
+    (void)measured((rs_measurement_in_t){6.0f, 6.0f, 6.0f, 0u},
+                   (rs_measurement_in_t){2.0f, 2.0f, 2.0f, 0u});
     for (int k = 0; k < 3; k++) {
         const rs_measurement_state_t before = st;
         const rs_measurement_out_t out = step(6.0f, 6.0f, 6.0f);
@@ -223,8 +224,42 @@ static void test_a_tooth_runs_to_and_fro_by_the_dither(void)
     cfg.dither_A = 0.5f;
     cfg.dither_turns = 0.25f;
     for (int k = 0; k < 16; k++) {
-        const float dither_A = ((k / 4) == RS_LEVEL_SMALL) ? 0.0f : tooth_A[k % 4];
-        ASSERT_SAME_FLOAT(level_A[k / 4] + dither_A, step(1.0f, 1.0f, 1.0f).i_ref_A);
+        const float i_A = step(1.0f, 1.0f, 1.0f).i_ref_A;
+        if ((k / 4) != RS_LEVEL_SMALL) {
+            ASSERT_SAME_FLOAT(level_A[k / 4] + tooth_A[k % 4], i_A);
+        }
+    }
+}
+
+/* It stands until the average begins. Then every tooth, here of 40 periods, reverses it, in the
+ * next slot before a window of the guard: whatever the slot of the first period. */
+static void test_the_small_current_is_reversed_by_every_tooth(void)
+{
+    cfg = simple;
+    cfg.curve = true;
+    cfg.level_periods = 200u;
+    cfg.average_periods = 160u;
+    cfg.dither_turns = 0.025f;
+    for (uint32_t first = 0u; first < SLOT_COUNT; first++) {
+        float before_A = 0.3f;
+        uint32_t signs = 0u;
+        uint32_t since = 0u; /* periods since the average began, or a reversal */
+        st = (rs_measurement_state_t){.periods = 200u};
+        for (uint32_t k = 0u; k < 200u; k++) {
+            const rs_measurement_in_t in = {.i_A = 1.0f, .slot = (first + k) % SLOT_COUNT};
+            const float i_A = rs_measurement_step(&cfg, &st, &in).i_ref_A;
+            ASSERT_SAME_FLOAT(0.3f, fabsf(i_A));
+            since = (k > 40u) ? (since + 1u) : 0u;
+            if (i_A * before_A < 0.0f) {
+                TEST_ASSERT_EQUAL_UINT32(SLOT_GUARD_CURRENT - 1u, in.slot);
+                TEST_ASSERT_TRUE((since > 24u) && (since < 56u));
+                since = 0u;
+                signs++;
+            }
+            before_A = i_A;
+        }
+        TEST_ASSERT_EQUAL_UINT32(3u, signs);
+        ASSERT_SAME_FLOAT(-0.3f, before_A);
     }
 }
 
@@ -254,37 +289,56 @@ static void test_a_coarse_voltage_sensor_is_averaged_over_its_steps(void)
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 1.0f, found_ohm[1]);
 }
 
-/* A drive of 1.5 ohm whose legs lose 2 V (1 - tail/i); of the small current's loss only a share.
- * Within the teeth the rotor's .5 ohm is there too, and the slope of a tail of its own. */
-#define CURVE_V 2.0f
-#define TOOTH_A 0.5f
+/* A drive of 1.5 ohm whose legs lose 2 V (1 - tail/i); at +-small_A only a share of it. Within the
+ * teeth the rotor's .5 ohm is there too, and the slope of a tail of its own. */
+#define CURVE_V        2.0f
+#define TOOTH_A        0.5f
+#define CURVE_PERIODS  48   /* the last 32 are averaged: two cycles of the small current */
+#define SMALL_OFFSET_V 3.0f /* of sensor or current there: does not matter */
+#define SMALL_OFFSET_A 0.1f
+#define INDUCTANCE_OHM 7.0f /* over a period: does not matter either */
+
+/* The small current: what is measured in this period, and the voltage since the last one. */
+static void small_current(int k, float small_A, float share, float *i_A, float *duty_V)
+{
+    const float slope_ohm = 2.0f + share * (float)LEGS * CURVE_V / small_A;
+    const float before_A = (k == 0) ? small_A : (*i_A - SMALL_OFFSET_A);
+    const float now_A = (((k / 8) % 2) == 0) ? small_A : -small_A;
+    *i_A = now_A + SMALL_OFFSET_A;
+    *duty_V = SMALL_OFFSET_V + slope_ohm * 0.5f * (before_A + now_A) +
+              INDUCTANCE_OHM * (now_A - before_A);
+}
 
 static rs_measurement_out_t with_curve(float small_A, float share, float tail_A, float teeth_A)
 {
     static const float tooth_A[] = {TOOTH_A, 0.0f, -TOOTH_A, 0.0f};
     static const float mean_A[] = {0.5f * TOOTH_A, 0.5f * TOOTH_A, -0.5f * TOOTH_A,
                                    -0.5f * TOOTH_A};
-    const float whole_V = (float)LEGS * CURVE_V;
     const float level_A[RS_LEVELS] = {2.0f, small_A, 1.5f, 6.0f};
     cfg.level.A[RS_LEVEL_SMALL] = small_A;
-    cfg.level_periods = 8u;
-    cfg.average_periods = 4u;
+    cfg.level_periods = (uint32_t)CURVE_PERIODS;
+    cfg.average_periods = 32u;
     cfg.dither_A = TOOTH_A;
     cfg.dither_turns = 0.25f;
     cfg.curve = true;
     st = (rs_measurement_state_t){0};
-    for (int k = 0; k < 32; k++) {
-        const bool is_small = (k / 8) == RS_LEVEL_SMALL;
-        const float at_A = level_A[k / 8];
-        const float i_A = at_A + (is_small ? 0.0f : tooth_A[k % 4]);
-        const float lost_V =
-            is_small ? (share * whole_V) : (whole_V - 3.0f * CURVE_V * tail_A / at_A);
-        const float x_A = is_small ? 0.0f : mean_A[k % 4];
-        const float teeth_V = (2.0f + 3.0f * CURVE_V * teeth_A / (at_A * at_A)) * x_A;
-        const float duty_V = 1.5f * at_A + lost_V + teeth_V;
+    float i_A = 0.0f;
+    float duty_V = 0.0f;
+    for (int k = 0; k < RS_LEVELS * CURVE_PERIODS; k++) {
+        const int level = k / CURVE_PERIODS;
+        const float at_A = level_A[level];
+        if (level == RS_LEVEL_SMALL) {
+            small_current(k % CURVE_PERIODS, small_A, share, &i_A, &duty_V);
+        } else {
+            i_A = at_A + tooth_A[k % 4];
+            duty_V = 1.5f * at_A + (float)LEGS * CURVE_V - 3.0f * CURVE_V * tail_A / at_A +
+                     (2.0f + 3.0f * CURVE_V * teeth_A / (at_A * at_A)) * mean_A[k % 4];
+        }
         const rs_measurement_out_t busy = step(i_A, cfg.by_duty ? duty_V : (1.5f * i_A), duty_V);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, busy.status);
-        ASSERT_SAME_FLOAT(i_A, busy.i_ref_A);
+        if (level != RS_LEVEL_SMALL) {
+            ASSERT_SAME_FLOAT(i_A, busy.i_ref_A);
+        }
     }
     return step(2.0f, 3.0f, 3.0f);
 }
@@ -310,6 +364,12 @@ static rs_measurement_out_t with_capacitance(float tail_A, bool by_duty)
     return with_curve(0.3f, 0.75f * x_A / (4.0f * tail_A), tail_A, tail_A);
 }
 
+/* The line that the teeth show: those of the low level, 2 A, are steeper by its tail. */
+static double shown_A(double line_A, double tail_A)
+{
+    return 1.0 / (1.0 / line_A - 3.0 * tail_A / 4.0);
+}
+
 static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance(void)
 {
     for (int k = 0; k < 2; k++) {
@@ -319,7 +379,9 @@ static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance
             ASSERT_NEAR(1e-4, 1.5 * 1.25, out.Rs_ohm);
             ASSERT_NEAR(1e-4, CURVE_V, out.lost_V);
             ASSERT_NEAR(1e-4, tail_A, out.tail_A);
-            ASSERT_NEAR(2e-4, 2.0 * (double)tail_A, out.threshold_A);
+            const double most_A = 0.5 * sqrt(2.0 / 3.0) * 2.0;
+            const double at_A = shown_A(4.0 * tail_A, tail_A) - 2.0 * (double)tail_A;
+            ASSERT_NEAR(1e-3, (at_A < most_A) ? at_A : most_A, out.threshold_A);
             ASSERT_NEAR(1e-3, 0.5, out.Rr_ohm);
         }
     }
@@ -351,9 +413,9 @@ static void test_the_threshold_lies_where_line_and_tail_meet(void)
 {
     const double x_A = 0.3 * sqrt(2.0 / 3.0);
     cfg = simple;
-    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.8), 0.19f, 0.19f);
-    ASSERT_NEAR(1e-4, 0.8 - 2.0 * 0.19, out.threshold_A);
-    ASSERT_NEAR(1e-4, 0.19, out.tail_A);
+    rs_measurement_out_t out = with_curve(0.3f, (float)(0.75 * x_A / 0.7), 0.1f, 0.1f);
+    ASSERT_NEAR(1e-4, shown_A(0.7, 0.1) - 2.0 * 0.1, out.threshold_A);
+    ASSERT_NEAR(1e-4, 0.1, out.tail_A);
     cfg = simple;
     out = with_curve(0.3f, (float)(0.75 * x_A / 0.25), 0.2f, 0.2f);
     ASSERT_NEAR(1e-4, 2.0 * 0.2, out.threshold_A);
@@ -378,27 +440,47 @@ static void test_the_small_current_tells_from_where_on_the_loss_is_whole(void)
     ASSERT_NEAR(1e-5, 0.75 * leg_A, with_small(0.3f, 1.0f).threshold_A);
 }
 
-/* Nothing there, less than nothing: as at the lower level, where it is whole in every leg. */
+/* Hardly anything there: as at the lower level, where it is whole in every leg. Nothing or less:
+ * none is found. */
 static void test_a_threshold_is_at_most_the_lower_levels_leg_current(void)
 {
     const double most_A = 0.5 * sqrt(2.0 / 3.0) * 2.0;
-    ASSERT_NEAR(1e-5, most_A, with_small(0.3f, 0.0f).threshold_A);
-    ASSERT_NEAR(1e-5, most_A, with_small(0.3f, -0.5f).threshold_A);
-    /* Twice the least share that is believed. */
+    ASSERT_NEAR(1e-5, most_A, with_small(0.3f, 0.1f).threshold_A);
+    ASSERT_SAME_FLOAT(0.0f, with_small(0.3f, -0.01f).threshold_A);
+    ASSERT_SAME_FLOAT(0.0f, with_small(0.3f, -0.5f).threshold_A);
     ASSERT_NEAR(1e-5, 0.75 * 0.01 * sqrt(2.0 / 3.0) / 0.1, with_small(0.01f, 0.1f).threshold_A);
-    ASSERT_NEAR(1e-5, 0.75 * 0.01 * sqrt(2.0 / 3.0) / 0.05, with_small(0.01f, 0.0f).threshold_A);
+}
+
+/* Currents that stand still have no slope. */
+static void test_without_teeth_no_threshold_is_found(void)
+{
+    cfg = simple;
+    cfg.curve = true;
+    cfg.average_periods = 1u;
+    st = (rs_measurement_state_t){0};
+    for (int k = 0; k < 16; k++) {
+        const float i_A = simple.level.A[k / 4];
+        (void)step(i_A, 1.5f * i_A, 1.5f * i_A + 4.0f);
+    }
+    const rs_measurement_out_t out = step(2.0f, 3.0f, 7.0f);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+    TEST_ASSERT_TRUE(out.lost_V > 0.0f);
+    ASSERT_SAME_FLOAT(0.0f, out.threshold_A);
 }
 
 static void test_without_a_small_current_or_a_loss_no_threshold_is_found(void)
 {
-    const rs_measurement_out_t plain =
-        measured((rs_measurement_in_t){6.0f, 9.5f, 12.0f}, (rs_measurement_in_t){2.0f, 3.5f, 9.0f});
+    const rs_measurement_out_t plain = measured((rs_measurement_in_t){6.0f, 9.5f, 12.0f, 0u},
+                                                (rs_measurement_in_t){2.0f, 3.5f, 9.0f, 0u});
     ASSERT_SAME_FLOAT(0.0f, plain.threshold_A);
     cfg = simple;
     cfg.curve = true;
+    cfg.average_periods = 4u;
     st = (rs_measurement_state_t){0};
     for (int k = 0; k < 16; k++) {
-        const float i_A = simple.level.A[k / 4];
+        const float tooth_A = ((k % 4) < 2) ? 0.25f : -0.25f;
+        const float level_A = ((k / 4) == RS_LEVEL_SMALL) ? 0.0f : simple.level.A[k / 4];
+        const float i_A = level_A + tooth_A;
         (void)step(i_A, 1.5f * i_A, i_A);
     }
     const rs_measurement_out_t out = step(2.0f, 3.0f, 3.0f);
@@ -409,27 +491,27 @@ static void test_without_a_small_current_or_a_loss_no_threshold_is_found(void)
 
 static void test_offsets_of_current_and_voltage_do_not_matter(void)
 {
-    const rs_measurement_out_t plain =
-        measured((rs_measurement_in_t){6.0f, 6.0f, 6.0f}, (rs_measurement_in_t){2.0f, 2.0f, 2.0f});
-    const rs_measurement_out_t moved = measured((rs_measurement_in_t){6.5f, 5.25f, 6.0f},
-                                                (rs_measurement_in_t){2.5f, 1.25f, 2.0f});
+    const rs_measurement_out_t plain = measured((rs_measurement_in_t){6.0f, 6.0f, 6.0f, 0u},
+                                                (rs_measurement_in_t){2.0f, 2.0f, 2.0f, 0u});
+    const rs_measurement_out_t moved = measured((rs_measurement_in_t){6.5f, 5.25f, 6.0f, 0u},
+                                                (rs_measurement_in_t){2.5f, 1.25f, 2.0f, 0u});
     ASSERT_SAME_FLOAT(plain.Rs_ohm, moved.Rs_ohm);
 }
 
 static void test_twice_the_voltage_is_twice_the_resistance_and_loss(void)
 {
-    const rs_measurement_out_t once =
-        measured((rs_measurement_in_t){6.0f, 4.0f, 6.0f}, (rs_measurement_in_t){2.0f, 1.0f, 2.0f});
-    const rs_measurement_out_t twice =
-        measured((rs_measurement_in_t){6.0f, 8.0f, 12.0f}, (rs_measurement_in_t){2.0f, 2.0f, 4.0f});
+    const rs_measurement_out_t once = measured((rs_measurement_in_t){6.0f, 4.0f, 6.0f, 0u},
+                                               (rs_measurement_in_t){2.0f, 1.0f, 2.0f, 0u});
+    const rs_measurement_out_t twice = measured((rs_measurement_in_t){6.0f, 8.0f, 12.0f, 0u},
+                                                (rs_measurement_in_t){2.0f, 2.0f, 4.0f, 0u});
     ASSERT_SAME_FLOAT(2.0f * once.Rs_ohm, twice.Rs_ohm);
     ASSERT_SAME_FLOAT(2.0f * once.lost_V, twice.lost_V);
 }
 
 static void test_a_loss_below_zero_is_none(void)
 {
-    const rs_measurement_out_t out =
-        measured((rs_measurement_in_t){6.0f, 6.0f, 5.0f}, (rs_measurement_in_t){2.0f, 2.0f, 2.0f});
+    const rs_measurement_out_t out = measured((rs_measurement_in_t){6.0f, 6.0f, 5.0f, 0u},
+                                              (rs_measurement_in_t){2.0f, 2.0f, 2.0f, 0u});
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
     ASSERT_SAME_FLOAT(0.0f, out.lost_V);
 }
@@ -437,8 +519,8 @@ static void test_a_loss_below_zero_is_none(void)
 /* Status of a measurement whose resistance comes out as given. */
 static rs_measurement_out_t of_resistance(float measured_ohm)
 {
-    return measured((rs_measurement_in_t){6.0f, 6.0f * measured_ohm, 6.0f},
-                    (rs_measurement_in_t){2.0f, 2.0f * measured_ohm, 2.0f});
+    return measured((rs_measurement_in_t){6.0f, 6.0f * measured_ohm, 6.0f, 0u},
+                    (rs_measurement_in_t){2.0f, 2.0f * measured_ohm, 2.0f, 0u});
 }
 
 static void test_limits_hold_for_the_measured_value_and_belong_to_the_range(void)
@@ -464,11 +546,11 @@ static void test_a_refusal_stays_and_shows_what_was_measured(void)
 
 static void test_less_than_half_the_current_step_is_an_open_phase(void)
 {
-    const rs_measurement_in_t low = {2.0f, 2.0f, 2.0f};
+    const rs_measurement_in_t low = {2.0f, 2.0f, 2.0f, 0u};
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE,
-                          measured((rs_measurement_in_t){4.0f, 4.0f, 4.0f}, low).status);
+                          measured((rs_measurement_in_t){4.0f, 4.0f, 4.0f, 0u}, low).status);
     const rs_measurement_out_t out =
-        measured((rs_measurement_in_t){3.9921875f, 3.9921875f, 4.0f}, low);
+        measured((rs_measurement_in_t){3.9921875f, 3.9921875f, 4.0f, 0u}, low);
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.status);
     ASSERT_SAME_FLOAT(0.0f, out.Rs_ohm);
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, measured(low, low).status);
@@ -476,16 +558,16 @@ static void test_less_than_half_the_current_step_is_an_open_phase(void)
 
 static void test_no_number_is_refused_or_harmless(void)
 {
-    const rs_measurement_in_t low = {2.0f, 2.0f, 2.0f};
+    const rs_measurement_in_t low = {2.0f, 2.0f, 2.0f, 0u};
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         const float x = not_finite(i);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED,
-                              measured((rs_measurement_in_t){x, 6.0f, 6.0f}, low).status);
+                              measured((rs_measurement_in_t){x, 6.0f, 6.0f, 0u}, low).status);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED,
-                              measured((rs_measurement_in_t){6.0f, x, 6.0f}, low).status);
+                              measured((rs_measurement_in_t){6.0f, x, 6.0f, 0u}, low).status);
     }
     /* The duties do not decide on Rs; a NaN there is no loss. */
-    const rs_measurement_out_t out = measured((rs_measurement_in_t){6.0f, 6.0f, NAN}, low);
+    const rs_measurement_out_t out = measured((rs_measurement_in_t){6.0f, 6.0f, NAN, 0u}, low);
     TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
     ASSERT_SAME_FLOAT(0.0f, out.lost_V);
 }
@@ -563,7 +645,7 @@ static void test_two_measurements_share_a_config_and_nothing_else(void)
     const rs_measurement_state_t untouched = other;
     (void)step(6.0f, 6.0f, 6.0f);
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &other, sizeof other);
-    const rs_measurement_in_t in = {6.0f, 6.0f, 6.0f};
+    const rs_measurement_in_t in = {6.0f, 6.0f, 6.0f, 0u};
     (void)rs_measurement_step(&cfg, &other, &in);
     TEST_ASSERT_EQUAL_MEMORY(&st, &other, sizeof other);
 }
@@ -608,6 +690,7 @@ int main(void)
     RUN_TEST(test_init_refuses_an_average_that_a_float_cannot_sum);
     RUN_TEST(test_init_accepts_the_ends_of_the_ranges);
     RUN_TEST(test_a_tooth_runs_to_and_fro_by_the_dither);
+    RUN_TEST(test_the_small_current_is_reversed_by_every_tooth);
     RUN_TEST(test_a_coarse_voltage_sensor_is_averaged_over_its_steps);
     RUN_TEST(test_switched_off_nothing_is_looked_at_and_nothing_is_asked);
     RUN_TEST(test_step_asks_for_both_levels_in_turn_and_averages_their_ends);
@@ -618,6 +701,7 @@ int main(void)
     RUN_TEST(test_a_tail_that_only_levels_or_only_teeth_show_is_none);
     RUN_TEST(test_the_threshold_lies_where_line_and_tail_meet);
     RUN_TEST(test_a_threshold_is_at_most_the_lower_levels_leg_current);
+    RUN_TEST(test_without_teeth_no_threshold_is_found);
     RUN_TEST(test_without_a_small_current_or_a_loss_no_threshold_is_found);
     RUN_TEST(test_offsets_of_current_and_voltage_do_not_matter);
     RUN_TEST(test_twice_the_voltage_is_twice_the_resistance_and_loss);

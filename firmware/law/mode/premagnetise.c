@@ -24,7 +24,8 @@ bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t
 {
     const rs_measurement_in_t measured = {.i_A = in->meas->i_s_A.alpha,
                                           .u_V = in->u_s_V.alpha,
-                                          .u_duty_V = in->acting->ended_V.alpha};
+                                          .u_duty_V = in->acting->ended_V.alpha,
+                                          .slot = in->slot};
     const rs_measurement_out_t rs =
         rs_measurement_step(&cfg->measurement, &st->measurement, &measured);
     if (rs.status == RS_MEASUREMENT_DONE) {

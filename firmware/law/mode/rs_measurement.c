@@ -6,9 +6,7 @@
 /* Current that has to be there for a result: an open phase or a tripped supply has none. */
 #define RS_CURRENT_SHARE 0.5f
 
-/* Least share of the loss at the small current: noise is no curve. */
-#define RS_SHARE_MIN 0.05f
-#define RS_TINY_V    1e-6f
+#define RS_TINY_V 1e-6f
 
 /* Least c/i of the high level over its voltage: less is noise. */
 #define RS_TAIL_MIN_PU 0.0025f
@@ -18,6 +16,11 @@
 /* Amplitude over the high level. A tooth covers about four steps of a 10-bit voltage sensor. */
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
+
+/* The slot in which the small current is reversed: with the next one a window of the guard's EMF
+ * begins (current_fit.h). A window with both signs would tell nothing of the legs' loss, and coarse
+ * words that stand still would look frozen. */
+#define RS_REVERSAL_SLOT (SLOT_GUARD_CURRENT - 1u)
 
 /* Saturation lets the measured Rr fall from the low level to the high one. This share of the fall
  * is added to that of the low level; chosen on motors of the envelope. */
@@ -110,16 +113,17 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
     return (c_V > RS_TAIL_MIN_PU * absf(high->u_duty_V)) ? c_V : 0.0f;
 }
 
-/* The leg current at which the line through the small current ends. Leg u carries x there, the
- * others half of it: of the whole loss there is .75 x/line. A line below x comes out as .75 x at
- * least. With a capacitance alone the line is four times the tail, and touches it at half that. */
-COLD static float threshold_A(const rs_measurement_config_t *cfg,
-                              const rs_measurement_sums_t *small, const rs_measurement_out_t *out)
+/* The leg current at which the line through zero ends. Below it the legs act as a resistance
+ * lost_V/line: the slope at the small current, less the slope in the low level's teeth. A line
+ * below .82 of the small current comes out too long, as about .61 of it at least. With a
+ * capacitance alone the line is four times the tail, and touches it at half that. Where legs_ohm is
+ * not above 0, or not finite, as without the curve: none. */
+COLD static float threshold_A(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
+                              const rs_measurement_out_t *out)
 {
-    const float whole_V = RS_LEGS_TO_ALPHA * (float)cfg->average_periods * out->lost_V;
-    const float here_V = small->u_duty_V - out->Rs_ohm * small->i_A;
-    const float x_A = NUM_SQRT_2_3 * small->i_A / (float)cfg->average_periods;
-    const float line_A = 0.75f * x_A * whole_V / maxf(here_V, RS_SHARE_MIN * whole_V + RS_TINY_V);
+    const float legs_ohm =
+        tooth_ohm(cfg, &st->level[RS_LEVEL_SMALL]) - tooth_ohm(cfg, &st->level[RS_LEVEL_LOW]);
+    const float line_A = (legs_ohm > 0.0f) ? (out->lost_V / legs_ohm) : 0.0f;
     /* At the lower level it is whole in every leg. */
     return minf(maxf(line_A - 2.0f * out->tail_A, 2.0f * out->tail_A),
                 0.5f * NUM_SQRT_2_3 * cfg->level.A[RS_LEVEL_LOW]);
@@ -166,7 +170,7 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
     out.lost_V = maxf(lost_alpha_V / RS_LEGS_TO_ALPHA, 0.0f);
     /* Leg u has i, the others half of it: their tails add up to three times that of leg u. */
     out.tail_A = c_V * high->i_A / (n * n * (3.0f * out.lost_V + RS_TINY_V));
-    out.threshold_A = threshold_A(cfg, &st->level[RS_LEVEL_SMALL], &out);
+    out.threshold_A = threshold_A(cfg, st, &out);
     out.tail_A = minf(out.tail_A, 0.5f * out.threshold_A);
     out.Rr_ohm = rotor_ohm(cfg, st, c_V);
     out.Rs_ohm *= cfg->bias;
@@ -174,14 +178,17 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
     return out;
 }
 
-/* Averaged over a tooth the steps of the ADC do not show. */
-static float dither_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t k)
+/* Averaged over a tooth the steps of the ADC do not show. The small current is reversed by every
+ * tooth instead. */
+static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t k)
 {
-    if (here == (uint32_t)RS_LEVEL_SMALL) {
-        return 0.0f;
-    }
+    const float level_A = cfg->level.A[here];
     const float turns = (float)k * cfg->dither_turns;
-    return (4.0f * absf(turns - (float)(uint32_t)turns - 0.5f) - 1.0f) * cfg->dither_A;
+    const uint32_t whole = (uint32_t)turns;
+    if (here == (uint32_t)RS_LEVEL_SMALL) {
+        return ((whole & 1u) == 0u) ? level_A : -level_A;
+    }
+    return level_A + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
 }
 
 COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
@@ -204,13 +211,20 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
     const uint32_t nth = k / level;
     const uint32_t here =
         cfg->curve ? nth : ((nth == 0u) ? (uint32_t)RS_LEVEL_HIGH : (uint32_t)RS_LEVEL_LOW);
-    if ((k % level) >= (level - cfg->average_periods)) {
+    const uint32_t part = k % level;
+    const uint32_t wait = level - cfg->average_periods;
+    uint32_t tooth_k = k;
+    if (here == (uint32_t)RS_LEVEL_SMALL) { /* stands at first; a reversal waits for its slot */
+        const uint32_t from = wait + ((in->slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT);
+        tooth_k = (part >= from) ? (part - from) : 0u;
+    }
+    if (part >= wait) {
         add(cfg, st, here, in);
     }
     st->i_before_A = in->i_A;
     st->periods++;
     return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY,
-                                  .i_ref_A = cfg->level.A[here] + dither_A(cfg, here, k)};
+                                  .i_ref_A = wanted_A(cfg, here, tooth_k)};
 }
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)

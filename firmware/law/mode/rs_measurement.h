@@ -9,6 +9,13 @@
  * the duties c also makes Rs too large, and is taken off. A small current finds the line on which
  * the loss begins: it ends where the loss is whole, or at the tail.
  *
+ * While the small current is averaged it is reversed with every tooth (below), and the slope of
+ * voltage over current counts. With one sign the offsets left in coarse words, which are as large
+ * as this current, made the line 40 to 90 % too long, and the torque swung at six times the stator
+ * frequency. The axis is reversed, and with it the voltage at once: left to the current
+ * controllers, the current crossed zero slowly, and words of 10 bit that stood still while the
+ * voltage rose looked frozen.
+ *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
  * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
  * the current is about zero the legs' loss takes the whole voltage, and a coarse ADC that reads
@@ -34,6 +41,7 @@
 #include <stdint.h>
 
 #include "motor.h"
+#include "slots.h"
 
 /* In the order of time; without the curve high, then low. */
 #define RS_LEVEL_LOW   0
@@ -65,7 +73,7 @@ typedef struct {
     uint32_t level_periods; /* 0: no measurement */
     uint32_t average_periods;
     float dither_A;     /* amplitude of a triangle on every level but the small one */
-    float dither_turns; /* teeth a period */
+    float dither_turns; /* teeth a period; the small current is reversed with each */
     float bias;
     float Rs_min_ohm;
     float Rs_max_ohm;
@@ -91,6 +99,7 @@ typedef struct {
     float i_A;      /* along the axis */
     float u_V;      /* the observer's voltage */
     float u_duty_V; /* voltage of the duties, uncompensated */
+    uint32_t slot;  /* slots.h */
 } rs_measurement_in_t;
 
 typedef enum {
@@ -102,11 +111,11 @@ typedef enum {
 
 typedef struct {
     rs_measurement_status_t status;
-    float i_ref_A;     /* while BUSY */
-    float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
-    float Rr_ohm;      /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
-    float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
-    float tail_A;      /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
+    float i_ref_A; /* while BUSY; below zero: the axis is to be reversed, not the current in it */
+    float Rs_ohm;  /* DONE: times bias; REFUSED: as measured */
+    float Rr_ohm;  /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
+    float lost_V;  /* DONE: loss per leg in dead time and devices at these currents */
+    float tail_A;  /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
     float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
 } rs_measurement_out_t;
 
