@@ -3,7 +3,7 @@
 /* Rs before the start. */
 #define CONFIG_RS_LOW_PU              0.625f
 #define CONFIG_RS_BEND_PU             0.4f
-#define CONFIG_RS_SMALL_PU            0.6f /* over the threshold: half of it in leg u */
+#define CONFIG_RS_SMALL_PU            0.3f /* over the threshold: a quarter of it in leg u */
 #define CONFIG_IDENTIFY_CURVE         2u
 #define CONFIG_RS_CURVE_PU            0.75f /* four levels: Rs bears a flux that moves still */
 #define CONFIG_RS_AVERAGE_PU          0.2f

@@ -186,7 +186,7 @@ static void test_the_curve_needs_a_small_current(void)
     params.voltage_source = ACTING_VOLTAGE_DUTY;
     params.dead_time_identify = 2u;
     unit_config_drive(&drive, &params);
-    EXPECT(rs_measurement.level.A[RS_LEVEL_SMALL], 0.15f);
+    EXPECT(rs_measurement.level.A[RS_LEVEL_SMALL], 0.075f);
     EXPECT(rs_measurement.level_s, 0.75f * params.rs_level_s);
     EXPECT(rs_measurement.average_s, 0.15f * params.rs_level_s);
     EXPECT(rs_measurement.level.A[RS_LEVEL_BEND], 3.2f);
