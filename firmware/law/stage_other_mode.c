@@ -50,6 +50,10 @@ static request_t wanted(const drive_config_t *cfg, drive_state_t *st, const driv
     }
     const mode_in_t in = stage_view(cfg, st, asked, out);
     request_t request = modes_step(&cfg->modes, &st->modes, st->mode, &in, &out->faults);
+    if (st->modes.premagnetise.measurement.mirror) {
+        st->modes.premagnetise.measurement.mirror = false;
+        current_control_mirror(&st->voltage.current);
+    }
     if (open_loop) {
         transition_after_open_loop(cfg, st, &in, &request);
     }

@@ -54,8 +54,8 @@ static const uint16_t of_resistance[] = {
     AT(m_tracking.extra_pu),   AT(m_tracking.tau_extra_per_s),
 };
 
-/* Not the sums of the teeth: what is no number is not taken for a rotor, and makes the longest line
- * of the legs' loss. */
+/* Not the sums of the teeth: what is not finite is not taken for a rotor, nor for a line of the
+ * legs' loss. */
 static const uint16_t of_start[] = {
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),

@@ -361,6 +361,14 @@ static void test_a_limited_voltage_winds_nothing_up(void)
     }
 }
 
+static void test_mirrored_the_voltage_along_d_is_reversed(void)
+{
+    current_control_state_t st = {.d = {.x = 7.0f}, .q = {.x = -3.0f}};
+    current_control_mirror(&st);
+    ASSERT_SAME_FLOAT(-7.0f, st.d.x);
+    ASSERT_SAME_FLOAT(-3.0f, st.q.x);
+}
+
 static void test_two_controllers_share_a_config_and_nothing_else(void)
 {
     current_control_state_t a = {0};
@@ -391,6 +399,7 @@ int main(void)
     RUN_TEST(test_the_current_follows_with_the_bandwidth_on_both_machines);
     RUN_TEST(test_decoupling_keeps_the_other_axis_still);
     RUN_TEST(test_a_limited_voltage_winds_nothing_up);
+    RUN_TEST(test_mirrored_the_voltage_along_d_is_reversed);
     RUN_TEST(test_two_controllers_share_a_config_and_nothing_else);
     return UNITY_END();
 }

@@ -711,6 +711,40 @@ static void test_the_legs_loss_is_identified_when_wanted(void)
                               540.0 * (double)st.modes.premagnetise.leg_loss_pu);
 }
 
+/* The voltage along u is reversed with the small current, at once, and with the next level again.
+ * That across it stays: it would look like a rotor that turns. */
+static void test_the_voltage_is_reversed_with_the_small_current(void)
+{
+    const drive_params_t p = with_measurement(1);
+    drive_config_t cfg;
+    drive_state_t st = {0};
+    TEST_ASSERT_TRUE(drive_init(&cfg, &p, &test_table));
+    rs_measurement_config_t *measurement = &cfg.modes.premagnetise.measurement;
+    measurement->curve = true;
+    measurement->level.A[RS_LEVEL_SMALL] = 0.5f;
+    measurement->level_periods = 96u;
+    measurement->average_periods = 64u;
+    measurement->dither_turns = 1.0f / 32.0f;
+    st.modes.premagnetise.measurement.periods = 96u;
+    st.voltage.current.d.x = 20.0f;
+    st.voltage.current.q.x = 3.0f;
+    float side = 1.0f;
+    uint32_t reversals = 0u;
+    for (int k = 0; k < 100; k++) {
+        const measurement_in_t sample = along_alpha(&p, 0.5 * (double)side, 9.0);
+        const drive_in_t in = {.mode = DRIVE_PREMAGNETISE};
+        drive_out_t out;
+        drive_step(&cfg, &st, &sample, &in, &out);
+        reversals += (out.i_ref_A.d * side < 0.0f) ? 1u : 0u;
+        side = (out.i_ref_A.d < 0.0f) ? -1.0f : 1.0f;
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, out.axis.alpha);
+        TEST_ASSERT_FLOAT_WITHIN(3.0f, 20.0f * side, st.voltage.current.d.x);
+        TEST_ASSERT_FLOAT_WITHIN(0.5f, 3.0f, st.voltage.current.q.x);
+        TEST_ASSERT_FALSE(st.modes.premagnetise.measurement.mirror);
+    }
+    TEST_ASSERT_EQUAL_UINT32(2u, reversals);
+}
+
 /* Duty of leg u after a step whose current stays below .1 A in every leg. */
 static double duty_u_near_zero(float leg_threshold_A)
 {
@@ -1212,6 +1246,7 @@ int main(void)
     RUN_TEST(test_every_field_of_the_output_is_written_in_every_mode);
     RUN_TEST(test_the_measured_resistance_is_used_after_both_levels);
     RUN_TEST(test_the_legs_loss_is_identified_when_wanted);
+    RUN_TEST(test_the_voltage_is_reversed_with_the_small_current);
     RUN_TEST(test_the_legs_threshold_that_was_found_counts);
     RUN_TEST(test_the_resistance_is_that_of_the_duties_when_the_observer_uses_them);
     RUN_TEST(test_a_refused_resistance_is_a_fault_while_it_is_asked_for);

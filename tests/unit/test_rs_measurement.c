@@ -249,6 +249,7 @@ static void test_the_small_current_is_reversed_by_every_tooth(void)
             const rs_measurement_in_t in = {.i_A = 1.0f, .slot = (first + k) % SLOT_COUNT};
             const float i_A = rs_measurement_step(&cfg, &st, &in).i_ref_A;
             ASSERT_SAME_FLOAT(0.3f, fabsf(i_A));
+            TEST_ASSERT_EQUAL(i_A * before_A < 0.0f, st.mirror);
             since = (k > 40u) ? (since + 1u) : 0u;
             if (i_A * before_A < 0.0f) {
                 TEST_ASSERT_EQUAL_UINT32(SLOT_GUARD_CURRENT - 1u, in.slot);
@@ -260,6 +261,10 @@ static void test_the_small_current_is_reversed_by_every_tooth(void)
         }
         TEST_ASSERT_EQUAL_UINT32(3u, signs);
         ASSERT_SAME_FLOAT(-0.3f, before_A);
+        for (uint32_t k = 0u; k < 200u; k++) { /* the bend level is positive again */
+            TEST_ASSERT_TRUE(step(1.0f, 1.0f, 1.0f).i_ref_A > 0.0f);
+            TEST_ASSERT_EQUAL(k == 0u, st.mirror);
+        }
     }
 }
 

@@ -60,8 +60,7 @@ static request_t premagnetise(const modes_config_t *cfg, modes_state_t *st, cons
     if (!busy) {
         i_d_A = cfg->vector.flux.i_d_A;
     }
-    request_t request = current_along_u(absf(i_d_A));
-    request.axis.alpha = (i_d_A < 0.0f) ? -1.0f : 1.0f;
+    request_t request = current_along_u(i_d_A);
     request.busy = busy;
     return request;
 }

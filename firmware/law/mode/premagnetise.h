@@ -24,8 +24,7 @@ typedef struct {
     bool leg_loss_found;   /* false: use the parameters */
 } premagnetise_state_t;
 
-/* One period of the measurement. True: *i_ref_A is its current reference (below zero: with the axis
- * reversed, and all that the current controllers hold with it), and the legs must not be
+/* One period of the measurement. True: *i_ref_A is its current reference, and the legs must not be
  * compensated. False: it is done, was refused (*faults), or is not wanted. */
 CHECKED bool premagnetise_measure(const premagnetise_config_t *cfg, premagnetise_state_t *st,
                                   const mode_in_t *in, float *i_ref_A, uint32_t *faults);

@@ -214,17 +214,20 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
     const uint32_t part = k % level;
     const uint32_t wait = level - cfg->average_periods;
     uint32_t tooth_k = k;
-    if (here == (uint32_t)RS_LEVEL_SMALL) { /* stands at first; a reversal waits for its slot */
+    if (here ==
+        (uint32_t)RS_LEVEL_SMALL) { /* stands at first; a reversal in it waits for its slot */
         const uint32_t from = wait + ((in->slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT);
         tooth_k = (part >= from) ? (part - from) : 0u;
     }
     if (part >= wait) {
         add(cfg, st, here, in);
     }
+    const float i_ref_A = wanted_A(cfg, here, tooth_k);
+    st->mirror = (i_ref_A < 0.0f) != st->reversed;
+    st->reversed = i_ref_A < 0.0f;
     st->i_before_A = in->i_A;
     st->periods++;
-    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY,
-                                  .i_ref_A = wanted_A(cfg, here, tooth_k)};
+    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY, .i_ref_A = i_ref_A};
 }
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)

@@ -12,9 +12,9 @@
  * While the small current is averaged it is reversed with every tooth (below), and the slope of
  * voltage over current counts. With one sign the offsets left in coarse words, which are as large
  * as this current, made the line 40 to 90 % too long, and the torque swung at six times the stator
- * frequency. The axis is reversed, and with it the voltage at once: left to the current
- * controllers, the current crossed zero slowly, and words of 10 bit that stood still while the
- * voltage rose looked frozen.
+ * frequency. The current controller's integrator is reversed with it, and with that the voltage at
+ * once: left to itself the current crossed zero slowly, and words of 10 bit that stood still while
+ * the voltage rose looked frozen.
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
  * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
@@ -93,10 +93,12 @@ typedef struct {
     uint32_t periods;
     rs_measurement_sums_t level[RS_LEVELS];
     float i_before_A;
+    bool reversed; /* the small current, in the period before */
+    bool mirror;   /* reversed now: the voltage along the axis has to be, at once */
 } rs_measurement_state_t;
 
 typedef struct {
-    float i_A;      /* along the axis */
+    float i_A;      /* along u */
     float u_V;      /* the observer's voltage */
     float u_duty_V; /* voltage of the duties, uncompensated */
     uint32_t slot;  /* slots.h */

@@ -61,6 +61,12 @@ COLD void current_control_track(current_control_state_t *st, dq_t asked_V, dq_t 
 /* Rotates the integrators from the frame of `from` into the frame of `to`. */
 COLD void current_control_turn(current_control_state_t *st, ab_t from, ab_t to);
 
+/* Reverses the voltage along d; that along q stays. */
+static inline void current_control_mirror(current_control_state_t *st)
+{
+    st->d.x = -st->d.x;
+}
+
 /* Moves the EMF part of the decoupling into the integrator: the estimate ends here. */
 COLD void current_control_keep_emf(const current_control_config_t *cfg, current_control_state_t *st,
                                    float omega_e_rad_s, float lambda_Wb);
