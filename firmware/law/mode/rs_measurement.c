@@ -19,7 +19,8 @@
 
 /* The slot in which the small current is reversed: with the next one a window of the guard's EMF
  * begins (current_fit.h). A window with both signs would tell nothing of the legs' loss, and coarse
- * words that stand still would look frozen. */
+ * words that stand still would look frozen. The last reversal, into bend, does not wait: the
+ * current moves fast there. */
 #define RS_REVERSAL_SLOT (SLOT_GUARD_CURRENT - 1u)
 
 /* Saturation lets the measured Rr fall from the low level to the high one. This share of the fall
@@ -191,6 +192,13 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
     return level_A + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
 }
 
+/* Periods from `wait` to the begin of this window of the guard; 0: before it. */
+static uint32_t from_window(uint32_t part, uint32_t wait, uint32_t slot)
+{
+    const uint32_t from = wait + ((slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT);
+    return (part >= from) ? (part - from) : 0u;
+}
+
 COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
                                               rs_measurement_state_t *st,
                                               const rs_measurement_in_t *in)
@@ -213,12 +221,8 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
         cfg->curve ? nth : ((nth == 0u) ? (uint32_t)RS_LEVEL_HIGH : (uint32_t)RS_LEVEL_LOW);
     const uint32_t part = k % level;
     const uint32_t wait = level - cfg->average_periods;
-    uint32_t tooth_k = k;
-    if (here ==
-        (uint32_t)RS_LEVEL_SMALL) { /* stands at first; a reversal in it waits for its slot */
-        const uint32_t from = wait + ((in->slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT);
-        tooth_k = (part >= from) ? (part - from) : 0u;
-    }
+    const uint32_t tooth_k =
+        (here == (uint32_t)RS_LEVEL_SMALL) ? from_window(part, wait, in->slot) : k;
     if (part >= wait) {
         add(cfg, st, here, in);
     }
