@@ -66,6 +66,7 @@ static void both_levels(float Rs_ohm, float lost_V)
 static void test_not_wanted_it_asks_for_nothing(void)
 {
     configure(false, true);
+    i_ref_A = 3.0f;
     TEST_ASSERT_FALSE(step(8.0f, 1.2f, 6.0f));
     ASSERT_SAME_FLOAT(0.0f, i_ref_A);
     ASSERT_SAME_FLOAT(0.0f, st.Rs_delta_ohm);

@@ -386,7 +386,7 @@ static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance
             ASSERT_NEAR(1e-4, tail_A, out.tail_A);
             const double most_A = 0.5 * sqrt(2.0 / 3.0) * 2.0;
             const double at_A = shown_A(4.0 * tail_A, tail_A) - 2.0 * (double)tail_A;
-            ASSERT_NEAR(1e-3, (at_A < most_A) ? at_A : most_A, out.threshold_A);
+            ASSERT_NEAR(2e-4, (at_A < most_A) ? at_A : most_A, out.threshold_A);
             ASSERT_NEAR(1e-3, 0.5, out.Rr_ohm);
         }
     }
