@@ -118,7 +118,7 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
  * lost_V/line: the slope at the small current, less the slope in the low level's teeth. A line
  * below .82 of the small current comes out too long, as about .61 of it at least. With a
  * capacitance alone the line is four times the tail, and touches it at half that. Where legs_ohm is
- * not above 0, or not finite, as without the curve: none. */
+ * not above 0, or not finite, as without the curve: twice the tail, and without a tail none. */
 COLD static float threshold_A(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st,
                               const rs_measurement_out_t *out)
 {
@@ -192,7 +192,7 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
     return level_A + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
 }
 
-/* Periods from `wait` to the begin of this window of the guard; 0: before it. */
+/* How many periods after `wait` the guard's window of this period began; 0: before it. */
 static uint32_t from_window(uint32_t part, uint32_t wait, uint32_t slot)
 {
     const uint32_t from = wait + ((slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT);

@@ -11,10 +11,10 @@
  *
  * While the small current is averaged it is reversed with every tooth (below), and the slope of
  * voltage over current counts. With one sign the offsets left in coarse words, which are as large
- * as this current, made the line 40 to 90 % too long, and the torque swung at six times the stator
- * frequency. The current controller's integrator is reversed with it, and with that the voltage at
- * once: left to itself the current crossed zero slowly, and words of 10 bit that stood still while
- * the voltage rose looked frozen.
+ * as this current, made the line up to twice as long as it is, and the torque swung at six times
+ * the stator frequency. The current controller's integrator is reversed with it, and with that the
+ * voltage at once: left to itself the current crossed zero slowly, and words of 10 bit that stood
+ * still while the voltage rose looked frozen.
  *
  * The flux still moves by some share of each step while a level is averaged. In the order low,
  * small, bend, high that leaves Rs alone, and little in c. Nothing less than low comes first: while
@@ -94,7 +94,7 @@ typedef struct {
     rs_measurement_sums_t level[RS_LEVELS];
     float i_before_A;
     bool reversed; /* the small current, in the period before */
-    bool mirror;   /* reversed now: the voltage along the axis has to be, at once */
+    bool mirror;   /* reversed now: the caller reverses the voltage along u at once */
 } rs_measurement_state_t;
 
 typedef struct {
@@ -113,11 +113,11 @@ typedef enum {
 
 typedef struct {
     rs_measurement_status_t status;
-    float i_ref_A; /* while BUSY; below zero: the axis is to be reversed, not the current in it */
-    float Rs_ohm;  /* DONE: times bias; REFUSED: as measured */
-    float Rr_ohm;  /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
-    float lost_V;  /* DONE: loss per leg in dead time and devices at these currents */
-    float tail_A;  /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
+    float i_ref_A;     /* while BUSY, along u */
+    float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
+    float Rr_ohm;      /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
+    float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
+    float tail_A;      /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
     float threshold_A; /* DONE: a leg's current from which on it does; 0: not found */
 } rs_measurement_out_t;
 
