@@ -7,8 +7,9 @@
 #define SPEED_NEARER_S     0.25f
 #define SPEED_NEARER_RAD_S 1.0f
 #define SPEED_WARNING_S    0.15f
-/* On the way there: a load or a ramp beyond the torque. At high speed half the distance too, where
- * a sag of the link by 30 % keeps the shaft for .8 to .9 s without coming nearer. */
+/* On the way there: a load or a ramp beyond the torque, or a large inertia. All torque in use at
+ * high speed: half the distance too, where a sag of the link by 30 % keeps the shaft for .8 to .9 s
+ * without coming nearer. */
 #define SPEED_APPROACH_S    0.9f
 #define SPEED_UNEXPLAINED_S 0.8f /* without a limit of torque that would explain it */
 /* Of the reference: 6 % are allowed. A sag of the link by 30 % takes 5.4 % at twice rated speed. */
@@ -90,14 +91,14 @@ static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *
 }
 
 /* True when the speed stays away from its reference although the torque is at its limit. With an
- * estimate one that only approaches, or half the limit at high speed, counts after the longer
- * approach_s. */
+ * estimate it is told after the longer approach_s as well, whatever the torque: of a speed that
+ * only approaches, too, and at high speed of half the limit with all torque in use. */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
     const bool away = stays_away(cfg, in, far, wrong);
-    const bool slow = (far || wrong) && in->at_limit && (in->basis == SPEED_BASIS_ESTIMATE);
+    const bool slow = (far || wrong) && (in->basis == SPEED_BASIS_ESTIMATE);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
     st->approach_s = passed(st->approach_s, slow ? one_s : -one_s, cfg->approach_s);

@@ -56,7 +56,7 @@ typedef struct {
     float deviation_s;      /* time of deviation, twice as fast at twice the deviation */
     float unexplained_s;    /* likewise, with torque in reserve */
     float away_s;           /* time of any deviation */
-    float approach_s; /* likewise, with all torque in use: on the way back, or at half the limit */
+    float approach_s; /* likewise, on the way back too; with all torque in use at half the limit */
     uint32_t frequency; /* count of debounce.h */
     float unknown_s;
     float lost_s; /* time out of step */
@@ -80,7 +80,7 @@ CHECKED bool speed_guard_init(speed_guard_config_t *cfg, const speed_guard_param
                               const motor_model_t *motor, float schedule_s);
 
 /* The faults SPEED_DEVIATION, OVER_SPEED and FLYING_START, and DERATED when the current limits
- * leave too little torque. */
+ * leave too little torque, or the speed stays behind. */
 uint32_t speed_guard_look(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                           const speed_guard_in_t *in);
 

@@ -642,17 +642,40 @@ static void test_a_moving_reference_is_no_swing(void)
     }
 }
 
-/* The torque that a moving reference asks for is kp times its movement; it counts as no swing. */
-static void test_what_a_moving_reference_asks_for_counts_as_nothing(void)
+/* What a movement of .1 rad/s may ask for is taken off; the rest counts in full. */
+static void test_what_a_moving_reference_asks_for_is_taken_off(void)
 {
     speed_control_config_t cfg = simple;
-    cfg.pi.kp = 4.0f;
+    cfg.asked_A_per_rad_s = 8.0f;
     cfg.swing_per_A = 1.0f;
     cfg.swing_share = 0.5f;
     cfg.lost_max = 1.0f;
-    speed_control_state_t st = {.lost = 0.5f, .omega_ref_rad_s = 0.1f, .i_q_A = 4.0f};
-    speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
-    ASSERT_NEAR(1e-6, 0.5 - 0.5 * (double)SPEED_CONTROL_SWING_MEAN, st.lost);
+    const float mean = (float)SPEED_CONTROL_SWING_MEAN * 0.5f;
+    static const float i_A[] = {0.7f, -0.8f, 2.8f, -2.8f, 100.0f};
+    static const float swing[] = {0.0f, 0.0f, 2.0f, 2.0f, 3.0f};
+    for (int k = 0; k < 5; k++) {
+        speed_control_state_t st = {.lost = 0.5f, .omega_ref_rad_s = 0.1f, .i_q_A = i_A[k]};
+        speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
+        ASSERT_NEAR(1e-6, 0.5f + mean * (0.5f * swing[k] - 1.0f), st.lost);
+    }
+}
+
+/* A ramp must not hide a swing: 200 min^-1/s with two pole pairs, ten times the inertia. */
+static void test_a_swing_on_a_ramp_is_found(void)
+{
+    const double schedule_s = (double)SLOT_COUNT * (double)PERIOD_S;
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    speed_control_state_t st = {0};
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    for (int k = 0; k < (int)lrint(3.0 / schedule_s); k++) {
+        const double turn = 6.283185307 * 17.0 * schedule_s * (double)k;
+        st.omega_ref_rad_s = (float)(42.0 * schedule_s * (double)k);
+        st.i_q_A = st.pi.x + (float)((double)p.i_q_max_A * sin(turn));
+        speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
+    }
+    ASSERT_NEAR(0.01, -0.7, st.gain_change);
 }
 
 /* Half the gain that slip allows keeps .6 of it, a quarter all. */
@@ -1080,7 +1103,8 @@ int main(void)
     RUN_TEST(test_the_gain_falls_while_the_torque_swings);
     RUN_TEST(test_a_load_step_is_too_short_to_be_a_swing);
     RUN_TEST(test_a_moving_reference_is_no_swing);
-    RUN_TEST(test_what_a_moving_reference_asks_for_counts_as_nothing);
+    RUN_TEST(test_what_a_moving_reference_asks_for_is_taken_off);
+    RUN_TEST(test_a_swing_on_a_ramp_is_found);
     RUN_TEST(test_a_small_gain_loses_less);
     RUN_TEST(test_with_one_bandwidth_a_swing_changes_nothing);
     RUN_TEST(test_a_lost_share_out_of_range_comes_back);

@@ -806,6 +806,28 @@ static void test_beside_a_field_that_stands_under_torque_no_speed_is_known(void)
     ASSERT_SAME_FLOAT(0.0f, st.standing_pu);
 }
 
+/* The share falls to half in 3 s ln 2, 656 judgements, until the estimate is good again: from there
+ * in a tenth of that. */
+static void test_a_doubt_about_the_speed_stays_while_a_lost_field_turns(void)
+{
+    configure_steered();
+    in.i_s_A = (ab_t){0.0f, 1.21f};
+    cfg.still_units = 1000u;
+    judge_times(200, 0.0f, 1.0f);
+    st.standing_pu = 1.0f;
+    st.confidence = SUPERVISOR_DEGRADED;
+    cfg.return_schedules = 100000u;
+    judge_times(650, 0.0f, 50.0f);
+    TEST_ASSERT_TRUE(supervisor_speed_unknown(&st));
+    judge_times(15, 0.0f, 50.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+    st.standing_pu = 1.0f;
+    st.confidence = SUPERVISOR_CLOSED;
+    judge_times(66, 0.0f, 50.0f);
+    TEST_ASSERT_TRUE(st.standing_pu < 0.5f);
+}
+
 static void test_a_field_may_stand_without_torque_or_steering(void)
 {
     configure_steered();
@@ -982,6 +1004,7 @@ int main(void)
     RUN_TEST(test_at_the_limit_little_torque_counts_as_long_as_ever);
     RUN_TEST(test_without_steering_a_dwell_at_the_limit_is_judged_by_its_swing);
     RUN_TEST(test_beside_a_field_that_stands_under_torque_no_speed_is_known);
+    RUN_TEST(test_a_doubt_about_the_speed_stays_while_a_lost_field_turns);
     RUN_TEST(test_a_field_may_stand_without_torque_or_steering);
     RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);

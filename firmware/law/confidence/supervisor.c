@@ -7,6 +7,8 @@
 
 /* Of the share of the time in which the field stands: the estimate of one that stands jumps. */
 #define SUPERVISOR_STANDING_S 0.3f
+/* It falls so much more slowly before the estimate is good again: a lost one may turn, too. */
+#define SUPERVISOR_DOUBT_PU 0.1f
 
 /* Lost is 25 degrees or a quarter of the flux; an error of a quarter turns it by 14.5 degrees at
  * most, so the quarter decides. Hysteresis: back below 10 degrees. */
@@ -196,7 +198,9 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float still_rad_s =
         cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
     const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
-    st->standing_pu += cfg->standing_gain * ((stands ? 1.0f : 0.0f) - st->standing_pu);
+    const bool slowly = !stands && (st->confidence != SUPERVISOR_CLOSED);
+    st->standing_pu += cfg->standing_gain * (slowly ? SUPERVISOR_DOUBT_PU : 1.0f) *
+                       ((stands ? 1.0f : 0.0f) - st->standing_pu);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && (cfg->p.still_rad_s > 0.0f));
     const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));

@@ -17,10 +17,10 @@
 #define RS_DITHER_PU    0.1f
 #define RS_DITHER_TEETH 4.0f /* in an average */
 
-/* The slot in which the small current is reversed: with the next one a window of the guard's EMF
- * begins (current_fit.h). A window with both signs would tell nothing of the legs' loss, and coarse
- * words that stand still would look frozen. The last reversal, into bend, does not wait: the
- * current moves fast there. */
+/* The slot in which the small current is reversed, and bend begins: with the next one a window of
+ * the guard's EMF begins (current_fit.h). A window with both signs would tell nothing of the legs'
+ * loss, and coarse words that stand still would look frozen. So would they behind a window that
+ * ends while the current is on its way to bend: what is missing of the change is taken for EMF. */
 #define RS_REVERSAL_SLOT (SLOT_GUARD_CURRENT - 1u)
 
 /* Saturation lets the measured Rr fall from the low level to the high one. This share of the fall
@@ -180,23 +180,23 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
 }
 
 /* Averaged over a tooth the steps of the ADC do not show. The small current is reversed by every
- * tooth instead. */
-static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t k)
+ * tooth instead, with the first window of the guard that begins in it; the last, which is negative,
+ * stays until one begins in bend. since: periods since a window began. */
+static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t part,
+                      uint32_t since)
 {
-    const float level_A = cfg->level.A[here];
-    const float turns = (float)k * cfg->dither_turns;
+    const bool small = here == (uint32_t)RS_LEVEL_SMALL;
+    if ((here == (uint32_t)RS_LEVEL_BEND) && (part < since)) {
+        return -cfg->level.A[RS_LEVEL_SMALL];
+    }
+    const uint32_t from = small ? (cfg->level_periods - cfg->average_periods + since) : 0u;
+    const float turns = (float)((part >= from) ? (part - from) : 0u) * cfg->dither_turns;
     const uint32_t whole = (uint32_t)turns;
-    if (here == (uint32_t)RS_LEVEL_SMALL) {
+    const float level_A = cfg->level.A[here];
+    if (small) {
         return ((whole & 1u) == 0u) ? level_A : -level_A;
     }
     return level_A + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
-}
-
-/* How many periods after `wait` the guard's window of this period began; 0: before it. */
-static uint32_t from_window(uint32_t part, uint32_t wait, uint32_t slot)
-{
-    const uint32_t from = wait + ((slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT);
-    return (part >= from) ? (part - from) : 0u;
 }
 
 COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
@@ -220,13 +220,11 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
     const uint32_t here =
         cfg->curve ? nth : ((nth == 0u) ? (uint32_t)RS_LEVEL_HIGH : (uint32_t)RS_LEVEL_LOW);
     const uint32_t part = k % level;
-    const uint32_t wait = level - cfg->average_periods;
-    const uint32_t tooth_k =
-        (here == (uint32_t)RS_LEVEL_SMALL) ? from_window(part, wait, in->slot) : k;
-    if (part >= wait) {
+    if (part >= level - cfg->average_periods) {
         add(cfg, st, here, in);
     }
-    const float i_ref_A = wanted_A(cfg, here, tooth_k);
+    const uint32_t since = (in->slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT;
+    const float i_ref_A = wanted_A(cfg, here, part, since);
     st->mirror = (i_ref_A < 0.0f) != st->reversed;
     st->reversed = i_ref_A < 0.0f;
     st->i_before_A = in->i_A;

@@ -64,6 +64,7 @@ static void with_schedule(speed_control_config_t *cfg, const speed_control_param
     cfg->weakening = 1.0f + 1.0f / cfg->gain_extra_max; /* 1 + max becomes flux (1 + max) */
     cfg->swing_share = minf((float)SLOT_COUNT / SPEED_CONTROL_SWING_S * period_s, 1.0f);
     cfg->lost_max = maxf(1.0f - SPEED_CONTROL_SWING_GAIN * most / cfg->pi.kp, 0.0f);
+    cfg->asked_A_per_rad_s = cfg->pi.kp * (1.0f + cfg->gain_extra_max) / cfg->swing_share;
     cfg->swing_per_A = 1.0f / (SPEED_CONTROL_SWING_PU * params->i_q_max_A);
     cfg->step_rad_s_per_A = params->bandwidth_rad_s / wanted * period_s / cfg->gain_extra_max;
 }

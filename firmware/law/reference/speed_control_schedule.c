@@ -5,10 +5,9 @@ static void look_for_swing(const speed_control_config_t *cfg, speed_control_stat
 {
     const float fast_A = st->i_q_A - st->pi.x - st->slow_A;
     const float moved_rad_s = st->omega_ref_rad_s - st->ref_before_rad_s;
-    float swing = minf(absf(fast_A) * cfg->swing_per_A, SPEED_CONTROL_SWING_MAX);
-    if (absf(moved_rad_s * cfg->pi.kp) * cfg->swing_per_A > SPEED_CONTROL_SWING_ASKED) {
-        swing = 0.0f;
-    }
+    const float asked_A = absf(moved_rad_s * cfg->asked_A_per_rad_s);
+    const float swing =
+        clampf((absf(fast_A) - asked_A) * cfg->swing_per_A, 0.0f, SPEED_CONTROL_SWING_MAX);
     st->ref_before_rad_s = st->omega_ref_rad_s;
     st->slow_A += cfg->swing_share * fast_A;
     st->lost = clampf(st->lost + SPEED_CONTROL_SWING_MEAN * cfg->swing_share *
