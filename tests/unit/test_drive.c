@@ -238,8 +238,10 @@ static void ref_slow_work(ref_t *s, const drive_params_t *p)
         const double fast_A = s->i_q_asked - s->x_speed - s->slow_A;
         const double T = SLOW * (double)p->period_s;
         const double limit_A = 0.007 * (double)p->speed.i_q_max_A;
-        const bool asked = fabs(s->wref - s->ref_before) * ref_kp(p) > 0.2 * limit_A;
-        const double swing = asked ? 0.0 : fmin(3.0, fabs(fast_A) / limit_A);
+        const double kp =
+            ref_kp(p) * (double)p->speed.fast_bandwidth_rad_s / (double)p->speed.bandwidth_rad_s;
+        const double asked_A = fabs(s->wref - s->ref_before) * kp * 0.0064 / T;
+        const double swing = fmax(0.0, fmin(3.0, (fabs(fast_A) - asked_A) / limit_A));
         s->ref_before = s->wref;
         s->slow_A += T / 0.0064 * fast_A;
         s->lost += T / 0.6 * (0.5 * (swing - 1.0) - s->lost);
@@ -730,7 +732,7 @@ static void test_the_voltage_is_reversed_with_the_small_current(void)
     st.voltage.current.q.x = 3.0f;
     float side = 1.0f;
     uint32_t reversals = 0u;
-    for (int k = 0; k < 100; k++) {
+    for (int k = 0; k < 120; k++) {
         const measurement_in_t sample = along_alpha(&p, 0.5 * (double)side, 9.0);
         const drive_in_t in = {.mode = DRIVE_PREMAGNETISE};
         drive_out_t out;
