@@ -68,6 +68,16 @@ def test_a_locked_rotor_of_every_motor_is_a_stall() -> None:
     assert said == dict.fromkeys(NAMES, Fault.STALL)
 
 
+def test_the_speed_may_be_off_by_what_counts_as_harm() -> None:
+    """5 % of rated speed, as in campaign/faults/judge.py."""
+    for name in NAMES:
+        folder = rig_folder(rig_file(name), 200e-6)
+        plate = load_motor(folder).nameplate
+        rated_rad_s = plate.speed_rpm * plate.pole_pairs * math.pi / 30.0
+        told = stored_parameters(folder)["speed_deviation_rad_s"]
+        assert told == pytest.approx(0.05 * rated_rad_s, rel=1e-4)
+
+
 def test_an_open_phase_of_every_motor_is_told() -> None:
     """At half of rated speed without load; CURRENT_SENSOR where the current jumps to zero."""
     opened = [broken(name, HALF, 14, {"open_phase": "w", "open_s": None}) for name in NAMES]

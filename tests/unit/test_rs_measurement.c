@@ -277,6 +277,36 @@ static void test_the_small_current_is_reversed_by_every_tooth(void)
     }
 }
 
+/* An average of 15 periods, the shortest that parameters allow, need not end negative; one of 1500
+ * has teeth of 375. */
+static void test_what_flows_stays_until_bend_begins(void)
+{
+    static const uint32_t average[] = {15u, 1500u};
+    cfg = simple;
+    cfg.curve = true;
+    for (uint32_t n = 0u; n < 2u * SLOT_COUNT; n++) {
+        cfg.average_periods = average[n % 2u];
+        cfg.level_periods = 5u * cfg.average_periods;
+        cfg.dither_turns = 4.0f / (float)cfg.average_periods;
+        st = (rs_measurement_state_t){.periods = cfg.level_periods};
+        float before_A = 0.3f;
+        for (uint32_t k = 0u; k < cfg.level_periods + SLOT_COUNT; k++) {
+            const uint32_t slot = ((n / 2u) + k) % SLOT_COUNT;
+            const rs_measurement_in_t in = {.i_A = 1.0f, .slot = slot};
+            const float i_A = rs_measurement_step(&cfg, &st, &in).i_ref_A;
+            const bool changes = absf(i_A - before_A) > 0.0f;
+            if ((average[n % 2u] > 64u) || (k >= cfg.level_periods)) {
+                TEST_ASSERT_TRUE(!changes || (slot == SLOT_GUARD_CURRENT - 1u) || (i_A > 1.0f));
+            }
+            if (k < cfg.level_periods - cfg.average_periods) {
+                ASSERT_SAME_FLOAT(0.3f, i_A);
+            }
+            before_A = i_A;
+        }
+        TEST_ASSERT_TRUE(before_A > 1.0f);
+    }
+}
+
 /* A sensor whose steps are .6 V, the current where its words stand still: 1 ohm comes out .81. Two
  * teeth over four steps find it. */
 static void test_a_coarse_voltage_sensor_is_averaged_over_its_steps(void)
@@ -705,6 +735,7 @@ int main(void)
     RUN_TEST(test_init_accepts_the_ends_of_the_ranges);
     RUN_TEST(test_a_tooth_runs_to_and_fro_by_the_dither);
     RUN_TEST(test_the_small_current_is_reversed_by_every_tooth);
+    RUN_TEST(test_what_flows_stays_until_bend_begins);
     RUN_TEST(test_a_coarse_voltage_sensor_is_averaged_over_its_steps);
     RUN_TEST(test_switched_off_nothing_is_looked_at_and_nothing_is_asked);
     RUN_TEST(test_step_asks_for_both_levels_in_turn_and_averages_their_ends);

@@ -660,6 +660,22 @@ static void test_what_a_moving_reference_asks_for_is_taken_off(void)
     }
 }
 
+/* The highest gain times the movement in 6.4 ms; in a schedule where that is longer. */
+static void test_a_moving_reference_asks_for_the_highest_gain(void)
+{
+    static const double period_s[] = {0.0002, 0.0005};
+    static const double schedules[] = {2.0, 1.0};
+    for (int k = 0; k < 2; k++) {
+        speed_control_params_t p = scheduled();
+        speed_control_config_t cfg;
+        p.J_kg_m2 = 0.01f;
+        TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, (float)period_s[k]));
+        const double fastest =
+            (double)cfg.pi.kp * (double)p.fast_bandwidth_rad_s / (double)p.bandwidth_rad_s;
+        ASSERT_NEAR(1e-5 * fastest, schedules[k] * fastest, cfg.asked_A_per_rad_s);
+    }
+}
+
 /* A ramp must not hide a swing: 200 min^-1/s with two pole pairs, ten times the inertia. */
 static void test_a_swing_on_a_ramp_is_found(void)
 {
@@ -1104,6 +1120,7 @@ int main(void)
     RUN_TEST(test_a_load_step_is_too_short_to_be_a_swing);
     RUN_TEST(test_a_moving_reference_is_no_swing);
     RUN_TEST(test_what_a_moving_reference_asks_for_is_taken_off);
+    RUN_TEST(test_a_moving_reference_asks_for_the_highest_gain);
     RUN_TEST(test_a_swing_on_a_ramp_is_found);
     RUN_TEST(test_a_small_gain_loses_less);
     RUN_TEST(test_with_one_bandwidth_a_swing_changes_nothing);

@@ -806,26 +806,42 @@ static void test_beside_a_field_that_stands_under_torque_no_speed_is_known(void)
     ASSERT_SAME_FLOAT(0.0f, st.standing_pu);
 }
 
-/* The share falls to half in 3 s ln 2, 656 judgements, until the estimate is good again: from there
- * in a tenth of that. */
+/* Once told the share falls to half in 3 s ln 2, 656 judgements, lost or in doubt; in a tenth of
+ * that once the estimate is good again. */
 static void test_a_doubt_about_the_speed_stays_while_a_lost_field_turns(void)
 {
-    configure_steered();
-    in.i_s_A = (ab_t){0.0f, 1.21f};
-    cfg.still_units = 1000u;
-    judge_times(200, 0.0f, 1.0f);
-    st.standing_pu = 1.0f;
-    st.confidence = SUPERVISOR_DEGRADED;
-    cfg.return_schedules = 100000u;
-    judge_times(650, 0.0f, 50.0f);
-    TEST_ASSERT_TRUE(supervisor_speed_unknown(&st));
-    judge_times(15, 0.0f, 50.0f);
-    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
-    TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+    static const supervisor_confidence_t confidence[] = {SUPERVISOR_DEGRADED, SUPERVISOR_IMPRESSED};
+    for (int k = 0; k < 2; k++) {
+        setUp();
+        configure_steered();
+        in.i_s_A = (ab_t){0.0f, 1.21f};
+        cfg.return_schedules = 100000u;
+        st.standing_pu = 1.0f;
+        st.confidence = confidence[k];
+        judge_times(650, 0.0f, 50.0f);
+        TEST_ASSERT_TRUE(supervisor_speed_unknown(&st));
+        judge_times(15, 0.0f, 50.0f);
+        TEST_ASSERT_EQUAL(confidence[k], st.confidence);
+        TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+    }
     st.standing_pu = 1.0f;
     st.confidence = SUPERVISOR_CLOSED;
     judge_times(66, 0.0f, 50.0f);
     TEST_ASSERT_TRUE(st.standing_pu < 0.5f);
+}
+
+/* It stands in every third judgement, in doubt: a mean like any other until it is told. */
+static void test_a_field_that_stands_at_times_raises_no_doubt(void)
+{
+    configure_steered();
+    in.i_s_A = (ab_t){0.0f, 1.21f};
+    cfg.still_units = 100000u;
+    cfg.return_schedules = 100000u;
+    st.confidence = SUPERVISOR_DEGRADED;
+    for (int k = 0; k < 3000; k++) {
+        judge_with(0.0f, ((k % 3) == 0) ? 1.0f : 50.0f);
+        TEST_ASSERT_FALSE(supervisor_speed_unknown(&st));
+    }
 }
 
 static void test_a_field_may_stand_without_torque_or_steering(void)
@@ -1005,6 +1021,7 @@ int main(void)
     RUN_TEST(test_without_steering_a_dwell_at_the_limit_is_judged_by_its_swing);
     RUN_TEST(test_beside_a_field_that_stands_under_torque_no_speed_is_known);
     RUN_TEST(test_a_doubt_about_the_speed_stays_while_a_lost_field_turns);
+    RUN_TEST(test_a_field_that_stands_at_times_raises_no_doubt);
     RUN_TEST(test_a_field_may_stand_without_torque_or_steering);
     RUN_TEST(test_flux_is_no_loss_indicator_in_impressed_current);
     RUN_TEST(test_errors_are_measured_by_a_plausible_flux);

@@ -7,8 +7,7 @@
 
 /* Of the share of the time in which the field stands: the estimate of one that stands jumps. */
 #define SUPERVISOR_STANDING_S 0.3f
-/* It falls so much more slowly before the estimate is good again: a lost one may turn, too. */
-#define SUPERVISOR_DOUBT_PU 0.1f
+#define SUPERVISOR_DOUBT_PU   0.1f /* so much more slowly a doubt fades: a lost field may turn */
 
 /* Lost is 25 degrees or a quarter of the flux; an error of a quarter turns it by 14.5 degrees at
  * most, so the quarter decides. Hysteresis: back below 10 degrees. */
@@ -32,8 +31,7 @@
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
 #define SUPERVISOR_STILL_LIGHT    5u
 
-/* With all torque in use |w_s| counts up to so many times still_rad_s: .9 of what steering holds.
- */
+/* Times still_rad_s with all torque in use: .9 of what steering holds. */
 #define SUPERVISOR_STILL_AT_LIMIT 1.8f
 
 /* Longest time in schedules that a counter takes with room to spare. */
@@ -84,11 +82,6 @@ bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params
         .still_units = SUPERVISOR_STILL_LIGHT * (uint32_t)(still + 0.5f),
     };
     return true;
-}
-
-static inline float magnitude(ab_t x)
-{
-    return sqrtf(ab_norm2(x));
 }
 
 /* Schedules on end with the flag; stops at the limit, so that it cannot wrap. */
@@ -185,11 +178,16 @@ static inline float high_flux_Wb(const supervisor_config_t *cfg, bool at_limit, 
     return (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
 }
 
+static inline float standing_gain(const supervisor_state_t *st, bool stands)
+{
+    return (!stands && supervisor_speed_unknown(st)) ? SUPERVISOR_DOUBT_PU : 1.0f;
+}
+
 /* Part one: what d, flux and current are. */
 static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
                     const supervisor_in_t *in, ab_t d_Wb)
 {
-    const float estimate_Wb = magnitude(in->lambda_r_hat_Wb);
+    const float estimate_Wb = sqrtf(ab_norm2(in->lambda_r_hat_Wb));
     const float lambda_Wb = clampf(estimate_Wb, cfg->lambda_low_Wb, cfg->lambda_high_Wb);
     st->omega_s_rad_s += cfg->omega_s_gain * (in->omega_s_hat_rad_s - st->omega_s_rad_s);
     const float torque_Wb_A = absf(ab_cross(in->lambda_r_hat_Wb, in->i_s_A));
@@ -198,16 +196,15 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float still_rad_s =
         cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
     const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
-    const bool slowly = !stands && (st->confidence != SUPERVISOR_CLOSED);
-    st->standing_pu += cfg->standing_gain * (slowly ? SUPERVISOR_DOUBT_PU : 1.0f) *
-                       ((stands ? 1.0f : 0.0f) - st->standing_pu);
+    st->standing_pu +=
+        standing_gain(st, stands) * cfg->standing_gain * ((stands ? 1.0f : 0.0f) - st->standing_pu);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && (cfg->p.still_rad_s > 0.0f));
     const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));
     st->found = (supervisor_findings_t){
-        .residual_pu = magnitude(d_Wb) / lambda_Wb,
+        .residual_pu = sqrtf(ab_norm2(d_Wb)) / lambda_Wb,
         .lambda_Wb = lambda_Wb,
-        .i_s_A = magnitude(in->i_s_A),
+        .i_s_A = sqrtf(ab_norm2(in->i_s_A)),
         .swings = swings,
         /* I-f turns the field itself. */
         .still = stands && !swings && (st->confidence != SUPERVISOR_IMPRESSED),
@@ -295,10 +292,8 @@ void supervisor_step(const supervisor_config_t *cfg, supervisor_state_t *st,
     if (slot_is_quarter(slot, SLOT_QUARTER_SUPERVISOR)) {
         tie(cfg, st, in);
     }
-    if (!st->judged && (slot == SLOT_SUPERVISOR_MEASURE)) {
-        st->judged = true; /* from here on the parts follow one another */
-    }
-    if (st->judged) {
+    st->judged = st->judged || (slot == SLOT_SUPERVISOR_MEASURE);
+    if (st->judged) { /* the parts follow one another */
         judge(cfg, st, in, slot);
     }
 }

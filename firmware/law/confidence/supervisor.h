@@ -89,9 +89,10 @@ typedef struct {
     float omega_s_rad_s;        /* low-passed */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
-    uint32_t still_units; /* of the time with STILL, less that without */
-    float standing_pu;    /* how much of the time the field stands under torque; mean of .3 s */
-    uint32_t reasons;     /* SUPERVISOR_*, of the last judgement */
+    uint32_t still_units;      /* of the time with STILL, less that without */
+    float standing_pu;         /* how much of the time the field stands under torque; mean of .3 s;
+                                  once the speed is unknown it falls as one of 3 s */
+    uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
     supervisor_confidence_t confidence;

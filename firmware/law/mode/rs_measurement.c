@@ -179,16 +179,24 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
     return out;
 }
 
+static inline float small_A(const rs_measurement_config_t *cfg, bool negative)
+{
+    return negative ? -cfg->level.A[RS_LEVEL_SMALL] : cfg->level.A[RS_LEVEL_SMALL];
+}
+
+/* Bend begins with a window of the guard; the small current stays until then. */
+static inline bool waits(uint32_t here, uint32_t part, uint32_t since)
+{
+    return (here == (uint32_t)RS_LEVEL_BEND) && (part < since);
+}
+
 /* Averaged over a tooth the steps of the ADC do not show. The small current is reversed by every
- * tooth instead, with the first window of the guard that begins in it; the last, which is negative,
- * stays until one begins in bend. since: periods since a window began. */
+ * tooth instead, with the first window of the guard that begins in it. part: periods of this level;
+ * since: periods since a window began. */
 static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_t part,
                       uint32_t since)
 {
     const bool small = here == (uint32_t)RS_LEVEL_SMALL;
-    if ((here == (uint32_t)RS_LEVEL_BEND) && (part < since)) {
-        return -cfg->level.A[RS_LEVEL_SMALL];
-    }
     const uint32_t from = small ? (cfg->level_periods - cfg->average_periods + since) : 0u;
     const float turns = (float)((part >= from) ? (part - from) : 0u) * cfg->dither_turns;
     const uint32_t whole = (uint32_t)turns;
@@ -224,7 +232,10 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
         add(cfg, st, here, in);
     }
     const uint32_t since = (in->slot + SLOT_COUNT - RS_REVERSAL_SLOT) % SLOT_COUNT;
-    const float i_ref_A = wanted_A(cfg, here, part, since);
+    float i_ref_A = wanted_A(cfg, here, part, since);
+    if (waits(here, part, since)) {
+        i_ref_A = small_A(cfg, st->reversed);
+    }
     st->mirror = (i_ref_A < 0.0f) != st->reversed;
     st->reversed = i_ref_A < 0.0f;
     st->i_before_A = in->i_A;

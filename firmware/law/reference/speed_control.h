@@ -28,8 +28,10 @@
  * told the loop may swing with the whole gain. What the proportional part does above 25 Hz is the
  * sign. The loop slows down until that is about SPEED_CONTROL_SWING_PU i_q_max, and at most to .3
  * of the gain that slip allows: a small inertia has less than that anyhow, and keeps it. A load
- * step is too short to count. What a reference that moves may ask for is taken off: Kp times its
- * movement within 6.4 ms, the time constant of the 25 Hz. A ramp must not hide a swing: an elastic
+ * step is too short to count. What a reference that moves may ask for is taken off: the highest Kp
+ * times its movement within 6.4 ms, the time constant of the 25 Hz. The slew limit of a derived
+ * drive leaves swings above a sixth of i_q_max with ten times the inertia, above half of it with
+ * three times. A ramp must not hide a swing: an elastic
  * shaft with eight times the inertia swung at 17 Hz with all torque until SPEED_DEVIATION (run 223
  * of envelope seed 1983621623).
  *

@@ -57,7 +57,7 @@ PEAK = math.sqrt(2.0 / 3.0)  # phase current of a vector
 # share of .7 and 62.5 us that was as much as the Rs of a motor of 15 kW.
 RS_LEVEL = 1.0
 RANGE = 1.2  # of rated frequency
-DEVIATION = 0.05  # of rated speed: from there on a shaft that does not follow is harm
+DEVIATION = 0.05  # of rated speed: a shaft that is further off for a second counts as harm
 MARGIN = 0.7  # share of rated torque that the ramp takes
 DUTY = 1  # voltage_source
 
@@ -147,7 +147,7 @@ def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, floa
         "omega_max_rad_s": 1.3 * RANGE * plate.omega_rad_s,
         "speed_max_rad_s": 1.1 * RANGE * plate.omega_rad_s,
         "over_speed_rad_s": 1.25 * RANGE * plate.omega_rad_s,
-        "speed_deviation_rad_s": DEVIATION * plate.omega_rad_s,
+        "speed_deviation_rad_s": DEVIATION * plate.pole_pairs * plate.speed_rpm * math.pi / 30.0,
     }
 
 

@@ -18,7 +18,7 @@ _ENTRY = re.compile(
 )
 _REACTIONS = {
     "WARN": "reported only",
-    "DERATE": "reported; the drive runs with less current",
+    "DERATE": "reported; the drive runs with less current, or more slowly, than asked",
     "RAMP_DOWN": "speed down on a ramp, then gates off",
     "GATES_OFF": "gates off at once",
 }
