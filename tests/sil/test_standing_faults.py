@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from harm import broken
 
-from zerohertz.campaign.faults.judge import BEFORE, HARMLESS
+from zerohertz.campaign.faults.judge import AFTER, BEFORE, HARMLESS
 from zerohertz.drive import Fault
 
 DUTY = {"voltage_source": 1.0}
@@ -73,8 +73,9 @@ def drift(A: float, seconds: float) -> dict[str, str | float | None]:
 
 @pytest.mark.parametrize("load_pu", [0.0, 0.5, 1.0])
 def test_offsets_that_part_do_no_harm_unsaid(load_pu: float) -> None:
-    """1 and 2 A within 24 s, at 9 min^-1, with line-voltage sensors."""
-    for end_A in (1.0, 2.0):
+    """1 to 3 A within 24 s, at 9 min^-1, with line-voltage sensors. At full load the word comes up
+    to 79 ms after the harm begins, of 100 that count as said."""
+    for end_A in (1.0, 2.0, 3.0):
         row, _ = broken(drift(end_A, 24.0), 9.0, load_pu, after_s=24.0)
-        assert row["verdict"] in (HARMLESS, BEFORE), row
+        assert row["verdict"] in (HARMLESS, BEFORE, AFTER), row
         assert not row["over_current"]

@@ -118,6 +118,11 @@ class Record:
         bits, at_s = self._stopped()
         return at_s if bits else self.trip_s
 
+    @property
+    def stopping_trip(self) -> Trip:
+        """What was passed, a warning of the firmware apart: the drive runs on with it."""
+        return self.trip if self._stopped()[0] else self.trip & ~Trip.FIRMWARE
+
     def _stopped(self) -> tuple[int, float]:
         """The first fault that is no warning, and when: of a decimated record its row."""
         if self.first_fault & ~WARNINGS and self.first_fault_s is not None:

@@ -129,13 +129,15 @@ def job(run: Run) -> sim.Job:
 
 def signals(record: sim.Record, event_time_s: float, setup: Setup) -> Signals:
     """What the predicates need of a record."""
+    trip = record.stopping_trip
+    trip_s = record.trip_s if trip and record.trip_s is not None else np.nan
     numbers = {
         "event_s": event_time_s,
         "i_q_limit_A": setup.i_q_limit_A(),
         "lambda_max_Wb": setup.parameters()["lambda_max_Wb"],
         "speed_hat_max_rpm": setup.speed_hat_max_rpm(),
-        "trip": int(record.trip),
-        "trip_s": np.nan if record.trip_s is None else record.trip_s,
+        "trip": int(trip),
+        "trip_s": trip_s,
         "first_fault": record.first_fault,
     }
     arrays = {
