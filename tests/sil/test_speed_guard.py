@@ -75,8 +75,8 @@ def test_a_start_on_a_turning_shaft_is_refused(speed_rpm: float, flux_Wb: float,
 
 @pytest.mark.parametrize("flux_Wb", [0.0, 0.2, 0.4, 0.45])
 def test_residual_flux_of_a_shaft_at_rest_is_no_reason(flux_Wb: float):
-    """With three quarters of the flux the start finds Rs too large by 3 %, and the drive may lose
-    and catch the shaft at zero afterwards (claims.md): DERATED, a warning."""
+    """With three quarters of the flux the offsets of the voltage sensors are wrong, and the drive
+    may lose and catch the shaft at zero afterwards (claims.md): DERATED, a warning."""
     record = cases.run("atlas", 6.0, [(0, 0)], scenario=f"initial_flux_Wb = {flux_Wb}\n")
     running = record["state"] == State.RUN
     assert not record["faults"][: np.argmax(running)].any()
