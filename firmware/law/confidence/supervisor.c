@@ -31,7 +31,7 @@
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
 #define SUPERVISOR_STILL_LIGHT    5u
 
-/* Times still_rad_s with all torque in use: .9 of what steering holds. */
+/* With all torque in use |w_s| counts up to this times still_rad_s: .9 of what steering holds. */
 #define SUPERVISOR_STILL_AT_LIMIT 1.8f
 
 /* Longest time in schedules that a counter takes with room to spare. */

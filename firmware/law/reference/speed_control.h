@@ -29,11 +29,11 @@
  * sign. The loop slows down until that is about SPEED_CONTROL_SWING_PU i_q_max, and at most to .3
  * of the gain that slip allows: a small inertia has less than that anyhow, and keeps it. A load
  * step is too short to count. What a reference that moves may ask for is taken off: the highest Kp
- * times its movement within 6.4 ms, the time constant of the 25 Hz. The slew limit of a derived
- * drive leaves swings above a sixth of i_q_max with ten times the inertia, above half of it with
- * three times. A ramp must not hide a swing: an elastic
- * shaft with eight times the inertia swung at 17 Hz with all torque until SPEED_DEVIATION (run 223
- * of envelope seed 1983621623).
+ * times its movement within 6.4 ms, the time constant of the 25 Hz. At the slew limit of a derived
+ * drive swings count from a sixth of i_q_max on with ten times the inertia, from half of it with
+ * three times. A ramp must not hide a swing altogether: an elastic shaft with eight times the
+ * inertia swung at 17 Hz with all torque until SPEED_DEVIATION (run 223 of envelope seed
+ * 1983621623).
  *
  * The integrator is the load torque; i_q beyond it accelerates. The estimator may use the change of
  * speed expected from that. At low speed, where the bandwidth is not raised, it gets none: near
