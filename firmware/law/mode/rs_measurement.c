@@ -200,11 +200,10 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
     const uint32_t from = small ? (cfg->level_periods - cfg->average_periods + since) : 0u;
     const float turns = (float)((part >= from) ? (part - from) : 0u) * cfg->dither_turns;
     const uint32_t whole = (uint32_t)turns;
-    const float level_A = cfg->level.A[here];
     if (small) {
-        return ((whole & 1u) == 0u) ? level_A : -level_A;
+        return small_A(cfg, (whole & 1u) != 0u);
     }
-    return level_A + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
+    return cfg->level.A[here] + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
 }
 
 COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg,
