@@ -592,14 +592,21 @@ static void swing(const speed_control_config_t *cfg, speed_control_state_t *st, 
     }
 }
 
+/* A loop of table1 with 10 kg m^2, which slip bounds. */
+static speed_control_params_t with_large_inertia(speed_control_config_t *cfg)
+{
+    speed_control_params_t p = scheduled();
+    p.J_kg_m2 = 10.0f;
+    TEST_ASSERT_TRUE(speed_control_init(cfg, &p, &table1, PERIOD_S));
+    return p;
+}
+
 /* A swing of 20 % of the largest torque current takes .7 of the gain, one of .5 % nothing. */
 static void test_the_gain_falls_while_the_torque_swings(void)
 {
-    speed_control_params_t p = scheduled();
     speed_control_config_t cfg;
+    const speed_control_params_t p = with_large_inertia(&cfg);
     speed_control_state_t st = {.pi.x = 4.0f};
-    p.J_kg_m2 = 10.0f;
-    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     swing(&cfg, &st, 0.005 * (double)p.i_q_max_A, 3.0);
     ASSERT_SAME_FLOAT(0.0f, st.gain_change);
     swing(&cfg, &st, 0.2 * (double)p.i_q_max_A, 3.0);
@@ -611,11 +618,9 @@ static void test_the_gain_falls_while_the_torque_swings(void)
 /* The torque that a load step asks for is gone after some 50 ms. */
 static void test_a_load_step_is_too_short_to_be_a_swing(void)
 {
-    speed_control_params_t p = scheduled();
     speed_control_config_t cfg;
+    const speed_control_params_t p = with_large_inertia(&cfg);
     speed_control_state_t st = {0};
-    p.J_kg_m2 = 10.0f;
-    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     for (int k = 0; k < 16; k++) {
         st.i_q_A = p.i_q_max_A * (1.0f - (float)k / 16.0f);
         speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
@@ -627,11 +632,9 @@ static void test_a_load_step_is_too_short_to_be_a_swing(void)
 static void test_a_moving_reference_is_no_swing(void)
 {
     const double schedule_s = (double)SLOT_COUNT * (double)PERIOD_S;
-    speed_control_params_t p = scheduled();
     speed_control_config_t cfg;
+    const speed_control_params_t p = with_large_inertia(&cfg);
     speed_control_state_t st = {0};
-    p.J_kg_m2 = 10.0f;
-    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     for (int k = 0; k < 300; k++) {
         const double asked_rad_s = 0.2 * (double)p.i_q_max_A / (double)cfg.pi.kp *
                                    sin(6.283185307 * 40.0 * schedule_s * (double)k);
@@ -680,11 +683,9 @@ static void test_a_moving_reference_asks_for_the_highest_gain(void)
 static void test_a_swing_on_a_ramp_is_found(void)
 {
     const double schedule_s = (double)SLOT_COUNT * (double)PERIOD_S;
-    speed_control_params_t p = scheduled();
     speed_control_config_t cfg;
+    const speed_control_params_t p = with_large_inertia(&cfg);
     speed_control_state_t st = {0};
-    p.J_kg_m2 = 10.0f;
-    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
     for (int k = 0; k < (int)lrint(3.0 / schedule_s); k++) {
         const double turn = 6.283185307 * 17.0 * schedule_s * (double)k;
         st.omega_ref_rad_s = (float)(42.0 * schedule_s * (double)k);
