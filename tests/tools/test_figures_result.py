@@ -38,7 +38,7 @@ def test_the_firmware_runs_into_the_limit_that_is_judged_by():
     assert np.max(np.abs(record["i_q_ref_A"])) == pytest.approx(small.i_q_limit_A(), rel=1e-5)
     seen = evaluate.signals(record, 5.0, small)
     assert seen.at_limit.any()
-    assert seen.trip == int(record.trip)
+    assert seen.trip == int(record.stopping_trip)
 
 
 def test_no_figure_moves_a_limit_of_its_own():
