@@ -531,7 +531,7 @@ static void test_hand_back_by_the_flux_that_the_voltage_shows(void)
     for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
         configure(machine, DRIVE_LOST_I_F);
         cfg.modes.i_f.timeout_periods = 30000u;
-        for (uint32_t tries = 0u; tries < 3u; tries++) {
+        for (uint32_t tries = 0u; tries < I_F_TRIES; tries++) {
             run_impressed(SUPERVISOR_IMPRESSED, 30.0f, -0.5);
             const cplx behind = 0.9 * nominal_Wb() * (1.0 - 0.4 * I);
             st.modes.i_f.flux_Wb = ab(behind);
@@ -552,12 +552,36 @@ static void test_hand_back_by_the_flux_that_the_voltage_shows(void)
             TEST_ASSERT_EQUAL_UINT32(tries + 1u, st.modes.i_f.tries);
             TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
         }
-        run_impressed(SUPERVISOR_IMPRESSED, 30.0f, -0.5);
-        st.modes.i_f.flux_Wb = (ab_t){(float)nominal_Wb(), 0.0f};
-        st.modes.i_f.lost_periods = cfg.modes.i_f.look_periods;
-        st.modes.i_f.tries = 3u;
-        step();
-        TEST_ASSERT_EQUAL(MODE_TAKE_OVER, st.mode);
+    }
+}
+
+/* After three times the estimate alone starts again from there. The current holds the load for as
+ * long as the rotor is seen to follow, and a time that counts towards giving up begins anew. */
+static void test_a_load_that_is_seen_to_be_held_is_not_given_up(void)
+{
+    for (int machine = 0; machine < REFERENCE_MACHINES; machine++) {
+        configure(machine, DRIVE_LOST_I_F);
+        cfg.modes.i_f.look_periods = 5u;
+        for (int flux = 0; flux < 2; flux++) { /* there is one, and none */
+            run_impressed(SUPERVISOR_IMPRESSED, 30.0f, -0.5);
+            st.modes.i_f.flux_Wb = (ab_t){(flux == 0) ? (float)nominal_Wb() : 0.0f, 0.0f};
+            st.modes.i_f.tries = I_F_TRIES;
+            cfg.modes.i_f.mean_share = 0.0f;
+            uint32_t faults = 0u;
+            bool again = false;
+            for (int k = 0; k < 100; k++) {
+                step_flickering();
+                const cplx axis = of(st.modes.i_f.axis);
+                again = again || (cabs(of(st.estimator.estimate.lambda_r_hat_Wb) -
+                                       nominal_Wb() * axis) < 0.05 * nominal_Wb());
+                faults |= out.faults;
+            }
+            TEST_ASSERT_EQUAL_UINT32((flux == 0) ? 0u : FAULT_ORIENTATION_LOST, faults);
+            TEST_ASSERT_EQUAL(flux == 0, again);
+            TEST_ASSERT_EQUAL(MODE_TAKE_OVER, st.mode);
+            TEST_ASSERT_EQUAL_UINT32(I_F_TRIES, st.modes.i_f.tries);
+            TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.supervisor.confidence);
+        }
     }
 }
 
@@ -678,6 +702,7 @@ int main(void)
     RUN_TEST(test_while_a_current_holds_the_load_the_supervisor_goes_on);
     RUN_TEST(test_a_verdict_is_asked_for_in_the_supervisors_slots);
     RUN_TEST(test_hand_back_by_the_flux_that_the_voltage_shows);
+    RUN_TEST(test_a_load_that_is_seen_to_be_held_is_not_given_up);
     RUN_TEST(test_the_flux_is_looked_at_above_the_return_frequency);
     RUN_TEST(test_hand_back_without_flux_leaves_numbers);
     RUN_TEST(test_hand_back_does_not_move_the_voltage);

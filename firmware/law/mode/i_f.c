@@ -14,7 +14,6 @@
 #define I_F_LOOK_S  0.6f
 #define I_F_MEAN_S  0.1f
 #define I_F_FLUX_PU 0.5f
-#define I_F_TRIES   3u
 
 bool i_f_init(i_f_config_t *cfg, const i_f_params_t *params, const motor_model_t *motor,
               float period_s)
@@ -115,7 +114,7 @@ bool i_f_found(const i_f_config_t *cfg, const i_f_state_t *st, float nominal_Wb,
     const float least_Wb = I_F_FLUX_PU * nominal_Wb;
     const bool follows =
         (flux2_Wb2 >= least_Wb * least_Wb) && (absf(st->flux_Wb.beta) <= st->flux_Wb.alpha);
-    if ((st->lost_periods < cfg->look_periods) || (st->tries >= I_F_TRIES) || !follows) {
+    if ((st->lost_periods < cfg->look_periods) || !follows) {
         return false;
     }
     /* The current across the flux: i_q = -|i| sin of the flux's angle. */

@@ -20,12 +20,14 @@
 #include "frames.h"
 #include "motor.h"
 
+#define I_F_TRIES 3u /* hand-backs by the flux of the stator equation */
+
 typedef struct {
     float current_A; /* power invariant; 0: never takes over */
     float slew_A_per_s;
     float slew_rad_s2;  /* of the frequency, electrical */
     float return_rad_s; /* above it the estimator runs, below the imposed speed counts */
-    float timeout_s;    /* still lost after this time above it: gives up */
+    float timeout_s;    /* lost, and no rotor seen to follow, for this time above it: gives up */
 } i_f_params_t;
 
 typedef struct {
@@ -88,8 +90,8 @@ void i_f_see_flux(const i_f_config_t *cfg, i_f_state_t *st, ab_t u_s_V, ab_t i_s
 
 /* True when the estimator has not found the rotor in time, but the stator equation's flux shows a
  * rotor that follows: a flux of at least half of `nominal_Wb`, and a lag below the pull-out angle.
- * *flux_Wb (stationary frame) and the rotor's *omega_e_rad_s are then what to continue
- * with. */
+ * *flux_Wb (stationary frame) and the rotor's *omega_e_rad_s are then what to continue with: in
+ * vector control, or after I_F_TRIES hand-backs in the estimate alone. */
 bool i_f_found(const i_f_config_t *cfg, const i_f_state_t *st, float nominal_Wb, ab_t *flux_Wb,
                float *omega_e_rad_s);
 
