@@ -806,6 +806,40 @@ static void test_beside_a_field_that_stands_under_torque_no_speed_is_known(void)
     ASSERT_SAME_FLOAT(0.0f, st.standing_pu);
 }
 
+/* A flux error of so much at 5 rad/s: how many judgements until the speed is unknown; 200: never.
+ */
+static int judgements_until_unknown(float bound_pu)
+{
+    cfg.eps_H = 0.0f; /* no residual by the leakage */
+    cfg.p.Rs_uncertainty_pu = 0.0f;
+    cfg.p.u_uncertainty_V = bound_pu * 5.0f * sqrtf(ab_norm2(in.lambda_r_hat_Wb)) / cfg.kr_inv;
+    int n = 0;
+    while (!supervisor_speed_unknown(&st) && (n < 200)) {
+        judge_with(0.0f, -5.0f);
+        n++;
+    }
+    return n;
+}
+
+static void test_beside_a_flux_that_may_be_far_aside_no_speed_is_known(void)
+{
+    for (int k = 0; k < 5; k++) {
+        const float bound_pu = (k == 0) ? 0.71f : ((k == 1) ? 0.69f : 0.9f);
+        setUp();
+        configure_steered();
+        in.i_s_A = (k == 2) ? (ab_t){8.0f, 1.19f} : (ab_t){0.0f, 1.21f};
+        cfg.p.still_rad_s = (k == 3) ? 0.0f : cfg.p.still_rad_s;
+        in.omega_s_hat_rad_s = -5.0f;
+        const int n = judgements_until_unknown(bound_pu);
+        if ((k == 0) || (k == 4)) { /* the low-pass of w_s is behind for a few */
+            TEST_ASSERT_INT_WITHIN(2, 68, n);
+        } else { /* .69; without torque; without steering */
+            TEST_ASSERT_EQUAL_INT(200, n);
+            TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+        }
+    }
+}
+
 /* Once told the share falls to half in 3 s ln 2, 656 judgements, lost or in doubt; in a tenth of
  * that once the estimate is good again. */
 static void test_a_doubt_about_the_speed_stays_while_a_lost_field_turns(void)
@@ -1020,6 +1054,7 @@ int main(void)
     RUN_TEST(test_at_the_limit_little_torque_counts_as_long_as_ever);
     RUN_TEST(test_without_steering_a_dwell_at_the_limit_is_judged_by_its_swing);
     RUN_TEST(test_beside_a_field_that_stands_under_torque_no_speed_is_known);
+    RUN_TEST(test_beside_a_flux_that_may_be_far_aside_no_speed_is_known);
     RUN_TEST(test_a_doubt_about_the_speed_stays_while_a_lost_field_turns);
     RUN_TEST(test_a_field_that_stands_at_times_raises_no_doubt);
     RUN_TEST(test_a_field_may_stand_without_torque_or_steering);

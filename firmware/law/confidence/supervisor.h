@@ -89,10 +89,11 @@ typedef struct {
     float omega_s_rad_s;        /* low-passed */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
-    uint32_t still_units;      /* of the time with STILL, less that without */
-    float standing_pu;         /* how much of the time the field stands under torque; mean of .3 s;
-                                  once the speed is unknown it falls as one of 3 s */
-    uint32_t reasons;          /* SUPERVISOR_*, of the last judgement */
+    uint32_t still_units; /* of the time with STILL, less that without */
+    float standing_pu;    /* how much of the time, under torque, the field stands or the flux may
+                             be off by .7 of itself; mean of .3 s; once the speed is unknown it
+                             falls as one of 3 s */
+    uint32_t reasons;     /* SUPERVISOR_*, of the last judgement */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
     supervisor_confidence_t confidence;
@@ -116,8 +117,8 @@ typedef struct {
 CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                              const motor_model_t *motor, float period_s);
 
-/* In doubt, or lost, beside a field that stands under torque: any speed explains what is measured.
- */
+/* In doubt, or lost, beside a field under torque that stands or may be 45 degrees aside: any speed
+ * explains what is measured. */
 static inline bool supervisor_speed_unknown(const supervisor_state_t *st)
 {
     return (st->confidence != SUPERVISOR_CLOSED) && (st->standing_pu > 0.5f);
