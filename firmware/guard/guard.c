@@ -62,9 +62,9 @@ static bool stalled(const guard_config_t *cfg, guard_state_t *st, const guard_lo
 static uint32_t look_at_voltage(const guard_config_t *cfg, guard_state_t *st,
                                 const guard_look_t *in)
 {
-    const bool wrong =
-        in->controlled && in->sensed &&
-        plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, in->u_s_V, in->u_duty_V);
+    const bool wrong = in->controlled && in->sensed &&
+                       plausibility_voltage_wrong(&cfg->plausibility, &st->plausibility, in->u_s_V,
+                                                  in->u_duty_V, in->meas->i_A);
     const float power_W = ab_dot(in->u_duty_V, in->meas->i_s_A);
     const float u_dc_V = in->meas->u_dc_V;
     const bool link = mains_check_look(&cfg->mains, &st->mains, u_dc_V, power_W);

@@ -23,6 +23,7 @@
 #define PLAUSIBILITY_FLUX_FAST_PU 0.5f
 #define PLAUSIBILITY_FAST_RAD_S   60.0f /* electrical */
 #define PLAUSIBILITY_VOLTAGE_PU   0.1f  /* filter in transients, gains of the sensors */
+#define PLAUSIBILITY_LEG          2.0f  /* with a leg whose loss is in doubt */
 #define PLAUSIBILITY_OPEN_PU      0.25f
 /* Electrical. No speed: below the first, and below a share of the one wanted; one is wanted from
  * the second on (tests/sil/test_standing_faults.py: a locked rotor at 5 min^-1). */
@@ -57,13 +58,22 @@ bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *
     return true;
 }
 
+/* What a leg loses has the sign of its current. A field that stands keeps a leg near zero for
+ * seconds (zh envelope: 4.7 V beside the duty's voltage, where 3 are allowed). */
+static bool leg_in_doubt(const plausibility_config_t *cfg, uvw_t i_A)
+{
+    const float least_A = PLAUSIBILITY_OPEN_PU * cfg->p.open_A;
+    return (absf(i_A.u) < least_A) || (absf(i_A.v) < least_A) || (absf(i_A.w) < least_A);
+}
+
 bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
-                                ab_t sensed_V, ab_t duty_V)
+                                ab_t sensed_V, ab_t duty_V, uvw_t i_A)
 {
     if (!(cfg->p.u_V > 0.0f)) {
         return false;
     }
-    const float allowed_V = cfg->p.u_V + PLAUSIBILITY_VOLTAGE_PU * sqrtf(ab_norm2(duty_V));
+    const float usual_V = cfg->p.u_V + PLAUSIBILITY_VOLTAGE_PU * sqrtf(ab_norm2(duty_V));
+    const float allowed_V = leg_in_doubt(cfg, i_A) ? (PLAUSIBILITY_LEG * usual_V) : usual_V;
     const bool wrong = !(ab_norm2(ab_sub(sensed_V, duty_V)) <= (allowed_V * allowed_V));
     st->voltage = debounce_count(st->voltage, wrong, cfg->voltage_schedules);
     return debounce_elapsed(st->voltage, cfg->voltage_schedules);

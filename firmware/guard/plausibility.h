@@ -1,7 +1,8 @@
 /* Do measurement, reference and estimate agree? Fault bits.
  *
  * Each check runs once per schedule on one sample and is debounced (debounce.h):
- *   voltage   |u_sensed - u_duty| <= u_V + .1 |u_duty|: line sensors, dc link, duty
+ *   voltage   |u_sensed - u_duty| <= u_V + .1 |u_duty|: line sensors, dc link, duty; twice as much
+ *             while a leg has hardly any current
  *   phases    no phase lacks the current of its reference: open phase
  *   estimate  |e1| <= e1_A; flux not far below its reference; speed changes by rate_rad_s2 at most;
  *             air-gap power (u - Rs i) . i equals torque times w_s/p within power_W: observer
@@ -66,7 +67,7 @@ CHECKED bool plausibility_init(plausibility_config_t *cfg, const plausibility_pa
 
 /* Each: true when debounced. */
 bool plausibility_voltage_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,
-                                ab_t sensed_V, ab_t duty_V);
+                                ab_t sensed_V, ab_t duty_V, uvw_t i_A);
 bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_state_t *st, uvw_t i_A,
                              ab_t i_ref_A);
 bool plausibility_estimate_wrong(const plausibility_config_t *cfg, plausibility_state_t *st,

@@ -346,7 +346,7 @@ static void test_at_rest_the_limits_go_on_counting(void)
 {
     meas.flags = MEASUREMENT_CURRENT_SUM;
     meas.i_A.u = 0.0f;
-    in.u_s_V.beta = 40.0f;
+    in.u_s_V.beta = 80.0f;
     uint32_t slots;
     (void)turns(1, &slots);
     TEST_ASSERT_TRUE(st.plausibility.voltage > 0u);

@@ -69,13 +69,18 @@ static void test_other_periods_keep_the_times(void)
 }
 
 /* How many times on end until the answer is yes; 1000: never. */
-static int times_until_wrong_voltage(ab_t sensed_V, ab_t duty_V)
+static int times_until_wrong_voltage_at(ab_t sensed_V, ab_t duty_V, uvw_t i_A)
 {
     int n = 1;
-    while (!plausibility_voltage_wrong(&cfg, &st, sensed_V, duty_V) && (n < 1000)) {
+    while (!plausibility_voltage_wrong(&cfg, &st, sensed_V, duty_V, i_A) && (n < 1000)) {
         n++;
     }
     return n;
+}
+
+static int times_until_wrong_voltage(ab_t sensed_V, ab_t duty_V)
+{
+    return times_until_wrong_voltage_at(sensed_V, duty_V, (uvw_t){4.0f, -0.31f, -3.69f});
 }
 
 /* 3 V and a tenth of 50 V: up to 8 V in any direction. */
@@ -89,6 +94,23 @@ static void test_a_voltage_may_differ_by_volts_and_a_share(void)
     TEST_ASSERT_EQUAL_INT(8, times_until_wrong_voltage((ab_t){30.0f, 31.9f}, duty_V));
     st = (plausibility_state_t){0};
     TEST_ASSERT_EQUAL_INT(8, times_until_wrong_voltage((ab_t){NAN, 40.0f}, duty_V));
+}
+
+/* A leg without current: nobody knows which way it loses its voltage. */
+static void test_a_voltage_may_differ_twice_as_much_beside_a_leg_without_current(void)
+{
+    const uvw_t legs[3] = {{0.29f, 3.0f, -3.29f}, {3.0f, -0.29f, -2.71f}, {3.0f, -3.29f, 0.29f}};
+    for (int x = 0; x < 3; x++) {
+        st = (plausibility_state_t){0};
+        const ab_t duty_V = {30.0f, 40.0f};
+        TEST_ASSERT_EQUAL_INT(1000,
+                              times_until_wrong_voltage_at((ab_t){45.9f, 40.0f}, duty_V, legs[x]));
+        TEST_ASSERT_EQUAL_INT(8,
+                              times_until_wrong_voltage_at((ab_t){46.1f, 40.0f}, duty_V, legs[x]));
+    }
+    st = (plausibility_state_t){0};
+    TEST_ASSERT_EQUAL_INT(
+        8, times_until_wrong_voltage_at((ab_t){NAN, 40.0f}, (ab_t){30.0f, 40.0f}, legs[0]));
 }
 
 static int times_until_open(uvw_t i_A, ab_t i_ref_A)
@@ -389,6 +411,7 @@ int main(void)
     RUN_TEST(test_a_stall_time_is_whole_looks_to_the_nearest);
     RUN_TEST(test_other_periods_keep_the_times);
     RUN_TEST(test_a_voltage_may_differ_by_volts_and_a_share);
+    RUN_TEST(test_a_voltage_may_differ_twice_as_much_beside_a_leg_without_current);
     RUN_TEST(test_a_phase_without_the_current_asked_for_is_open);
     RUN_TEST(test_a_phase_of_which_little_is_asked_may_be_without_current);
     RUN_TEST(test_phases_do_not_count_for_each_other);
