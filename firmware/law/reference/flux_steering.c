@@ -1,7 +1,7 @@
 #include "flux_steering.h"
 
 /* Share of the largest torque current the lowered flux may need. */
-#define STEERING_I_Q_SHARE 0.95f
+#define STEERING_I_Q_SHARE 0.5f
 
 /* The estimate counts only where it is further than this share of w_min beyond the reference: its
  * noise would move the flux, and points of zh atlas --standard lost their orientation. */
