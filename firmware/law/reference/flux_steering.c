@@ -1,10 +1,5 @@
 #include "flux_steering.h"
 
-/* Share of the largest torque current the lowered flux may need. With .95 the torque current was
- * four times the flux current under a driving load: an angle error of 15 degrees took the flux
- * away, and the load the shaft (zh envelope: four runs in 1186, all held with .5). */
-#define STEERING_I_Q_SHARE 0.5f
-
 /* The estimate counts only where it is further than this share of w_min beyond the reference: its
  * noise would move the flux, and points of zh atlas --standard lost their orientation. */
 #define STEERING_BEYOND_PU 0.4f
@@ -37,7 +32,7 @@ bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_
     }
     const float p = motor->pole_pairs;
     const float slip_Wb2_per_Nm_s = motor->tau_per_s * motor->M_H / (motor->kr * p);
-    const float per_i_q_Wb_per_Nm = 1.0f / (p * motor->kr * STEERING_I_Q_SHARE * params->i_q_max_A);
+    const float per_i_q_Wb_per_Nm = 1.0f / (p * motor->kr * params->i_q_max_A);
     if (!params_valid(params) || !ALL_POSITIVE(period_s, slip_Wb2_per_Nm_s, per_i_q_Wb_per_Nm)) {
         return false;
     }

@@ -5,8 +5,8 @@
  * torque: slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). Braking, where the field
  * has to pass zero, w* counts 1.25 times, as Rr may be less than known. Hysteresis and a fast
  * transition make the drive cross zero frequency without staying there. Where the flux may not
- * fall far enough for that, because of its floor or because the torque would take more than half of
- * the largest torque current, it stays nominal, and the field crosses zero with the reference.
+ * fall far enough for that, because of its floor or of the current that the torque would take, it
+ * stays nominal, and the field crosses zero with the reference.
  *
  * w* is the speed reference, or the estimated speed less .4 w_min where that lies further against
  * the torque. A load that drives pushes the shaft beyond its reference: steered by the reference
@@ -28,7 +28,7 @@ typedef struct {
     float torque_min_Nm; /* steering begins above, and ends below half of it */
     float torque_filter_s;
     float slew_Wb_per_s;
-    float i_q_max_A; /* the flux stays high enough for the torque with half of this */
+    float i_q_max_A; /* the flux stays high enough for the torque with this */
 } flux_steering_params_t;
 
 typedef struct {
@@ -39,7 +39,7 @@ typedef struct {
     float torque_min_Nm;
     float slip_Wb2_per_Nm_s;         /* Rr/p: slip = this T / lambda^2 */
     float nominal_slip_per_Nm_s;     /* at nominal flux */
-    float flux_per_torque_Wb_per_Nm; /* flux that half of i_q_max needs */
+    float flux_per_torque_Wb_per_Nm; /* flux that i_q_max needs */
     float step_Wb;
     float filter_gain;
     float inv_period_per_s;
