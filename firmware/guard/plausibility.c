@@ -23,7 +23,7 @@
 #define PLAUSIBILITY_FLUX_FAST_PU 0.5f
 #define PLAUSIBILITY_FAST_RAD_S   60.0f /* electrical */
 #define PLAUSIBILITY_VOLTAGE_PU   0.1f  /* filter in transients, gains of the sensors */
-#define PLAUSIBILITY_LEG          2.0f  /* with a leg whose loss is in doubt */
+#define PLAUSIBILITY_LEG          2.0f /* times the allowance, while a leg has hardly any current */
 #define PLAUSIBILITY_OPEN_PU      0.25f
 /* Electrical. No speed: below the first, and below a share of the one wanted; one is wanted from
  * the second on (tests/sil/test_standing_faults.py: a locked rotor at 5 min^-1). */
@@ -59,7 +59,8 @@ bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *
 }
 
 /* What a leg loses has the sign of its current. A field that stands keeps a leg near zero for
- * seconds (zh envelope: 4.7 V beside the duty's voltage, where 3 are allowed). */
+ * seconds (zh envelope, 272 of 841164779: 4.7 V beside the duty's voltage, where 3.6 are allowed).
+ */
 static bool leg_in_doubt(const plausibility_config_t *cfg, uvw_t i_A)
 {
     const float least_A = PLAUSIBILITY_OPEN_PU * cfg->p.open_A;

@@ -48,6 +48,8 @@ static void set_speeds(const drive_config_t *cfg, const drive_state_t *st, const
             (asked->aim == DRIVE_AIM_TORQUE) ? in->omega_rad_s : asked->omega_e_ref_rad_s;
         in->omega_s_rad_s = in->omega_rad_s;
         in->at_limit = ab_norm2(i_s_A) >= (SPEED_AT_LIMIT_PU2 * cfg->guard.i_max2_A2);
+        /* The rotor may be locked (i_f.h). */
+        in->in_doubt = st->modes.i_f.tries > I_F_TRIES;
     } else {
         /* 0, or nobody knows */
     }

@@ -12,155 +12,131 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
 #define FOUND(name)   AT(modes.premagnetise.name)
 /* NOLINTEND(bugprone-macro-parentheses) */
 
-/* The parts, one after the other. */
-typedef struct {
-    uint16_t resistance[10];
-    uint16_t references[16];
-    uint16_t start[9];
-    uint16_t dwell[10];
-    uint16_t protection[24];
-    uint16_t control[12];
-    uint16_t modes[21];
-} parts_t;
+/* Where a part begins. A part that is longer than it may be meets the next one: a warning. */
+enum {
+    RESISTANCE = 0,
+    REFERENCES = RESISTANCE + 10,
+    START = REFERENCES + 16,
+    DWELL = START + 9,
+    PROTECTION = DWELL + 10,
+    CONTROL = PROTECTION + 24,
+    MODES = CONTROL + 12,
+    PARTS_END = MODES + 21
+};
+_Static_assert(PARTS_END <= UINT8_MAX, "an index is a uint8_t");
 
-static const parts_t parts = {
-    .resistance =
-        {
-            FOUND(Rs_delta_ohm),
-            FOUND(Rr_extra_pu),
-            AT(rs_tracking.delta_ohm),
-            AT(omega_ref_before_rad_s),
-            AT(heating.Rs_cold_ohm),
-            AT(heating.winding_pu),
-            AT(heating.rotor_pu),
-            AT(heating.slip_rad_s),
-            AT(m_tracking.extra_pu),
-            AT(m_tracking.tau_extra_per_s),
-        },
-    .references =
-        {
-            VECTOR(ramp.steps),
-            VECTOR(steering.torque_Nm),
-            VECTOR(steering.reduction_Wb),
-            VECTOR(steer.reduction_Wb),
-            VECTOR(steer.rate_Wb_per_s),
-            VECTOR(reference.weakened_Wb),
-            VECTOR(reference.economy_Wb),
-            VECTOR(reference.reduction_Wb),
-            VECTOR(reference.rate_Wb_per_s),
-            VECTOR(reference.i_q_reduction_A),
-            VECTOR(mains.i_q_A),
-            VECTOR(plan.omega_ref_rad_s),
-            VECTOR(plan.i_d_ref_A),
-            VECTOR(plan.flux_pu),
-            VECTOR(plan.inv_flux_pu),
-            VECTOR(plan.torque_ref_Nm),
-        },
+static const uint16_t parts[PARTS_END] = {
+    [RESISTANCE] = FOUND(Rs_delta_ohm),
+    FOUND(Rr_extra_pu),
+    AT(rs_tracking.delta_ohm),
+    AT(omega_ref_before_rad_s),
+    AT(heating.Rs_cold_ohm),
+    AT(heating.winding_pu),
+    AT(heating.rotor_pu),
+    AT(heating.slip_rad_s),
+    AT(m_tracking.extra_pu),
+    AT(m_tracking.tau_extra_per_s),
+    [REFERENCES] = VECTOR(ramp.steps),
+    VECTOR(steering.torque_Nm),
+    VECTOR(steering.reduction_Wb),
+    VECTOR(steer.reduction_Wb),
+    VECTOR(steer.rate_Wb_per_s),
+    VECTOR(reference.weakened_Wb),
+    VECTOR(reference.economy_Wb),
+    VECTOR(reference.reduction_Wb),
+    VECTOR(reference.rate_Wb_per_s),
+    VECTOR(reference.i_q_reduction_A),
+    VECTOR(mains.i_q_A),
+    VECTOR(plan.omega_ref_rad_s),
+    VECTOR(plan.i_d_ref_A),
+    VECTOR(plan.flux_pu),
+    VECTOR(plan.inv_flux_pu),
+    VECTOR(plan.torque_ref_Nm),
     /* Not the sums of the teeth: what is not finite is not taken for a rotor, nor for a line of the
      * legs' loss. */
-    .start =
-        {
-            SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
-            SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
-            FOUND(leg_loss_pu),
-            FOUND(leg_threshold_A),
-            FOUND(leg_tail_A),
-        },
-    .dwell =
-        {
-            AT(dwell.omega_s_rad_s),
-            AT(dwell.i_q_A),
-            AT(dwell.reference_rad_s),
-            AT(dwell.share),
-            AT(dwell.gain),
-            AT(dwell.turns),
-            AT(dwell.speed_rad_s),
-            AT(dwell.reduction_pu),
-            AT(dwell.rate_pu_per_s),
-            AT(dwell.swing_rad_s),
-        },
-    .protection =
-        {
-            AT(limits.link.braking_pu),
-            AT(limits.overload.heat_pu[OVERLOAD_MOTOR]),
-            AT(limits.overload.heat_pu[OVERLOAD_INVERTER]),
-            AT(limits.overload.i_max_A),
-            AT_AB(supervisor.s_Wb),
-            AT(supervisor.found.residual_pu),
-            AT(supervisor.found.lambda_Wb),
-            AT(supervisor.found.i_s_A),
-            AT(supervisor.found.excess_pu),
-            AT(supervisor.omega_s_rad_s),
-            AT(supervisor.standing_pu),
-            AT_AB(supervisor.emf_sum_V),
-            AT_AB(supervisor.d_Wb),
-            AT(supervisor.flux_error_bound_pu),
-            AT(supervisor.omega_bound_rad_s),
-            AT(guard.plausibility.omega_before_rad_s),
-            AT_AB(guard.current_fit.psi_Wb),
-            AT(guard.current_fit.b_Wb),
-            AT_AB(guard.current_fit.emf_V),
-        },
-    .control =
-        {
-            VECTOR(speed.omega_filtered_rad_s),
-            VECTOR(speed.omega_ref_rad_s),
-            VECTOR(speed.i_q_A),
-            VECTOR(speed.slow_A),
-            VECTOR(speed.low_A),
-            VECTOR(speed.high_A),
-            VECTOR(flux_reduction_Wb),
-            VECTOR(i_d_reduction_A),
-            VECTOR(torque_gain_extra_pu),
-            VECTOR(modulation.speed_rad_s),
-            VECTOR(modulation.flux_pu),
-            VECTOR(modulation.rate_pu_per_s),
-        },
-    /* What the search for a turning motor gathers is not here: its result goes into the estimate.
-     */
-    .modes =
-        {
-            AT_AB(modes.i_f.axis),
-            AT(modes.i_f.current_A),
-            AT(modes.i_f.omega_rad_s),
-            AT_AB(modes.i_f.flux_Wb),
-            AT_AB(modes.flying_current.i_before_A),
-            AT_AB(modes.flying_current.e_V),
-            AT_AB(modes.brake.current.i_before_A),
-            AT_AB(modes.brake.current.e_V),
-            AT_AB(modes.brake.i_ref_A),
-            AT(modes.brake.omega_rad_s),
-            AT_AB(modes.volts.off_axis),
-            AT(modes.volts.omega_rad_s),
-            AT(modes.volts.boost_V),
-        },
+    [START] = SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
+    SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
+    FOUND(leg_loss_pu),
+    FOUND(leg_threshold_A),
+    FOUND(leg_tail_A),
+    [DWELL] = AT(dwell.omega_s_rad_s),
+    AT(dwell.i_q_A),
+    AT(dwell.reference_rad_s),
+    AT(dwell.share),
+    AT(dwell.gain),
+    AT(dwell.turns),
+    AT(dwell.speed_rad_s),
+    AT(dwell.reduction_pu),
+    AT(dwell.rate_pu_per_s),
+    AT(dwell.swing_rad_s),
+    [PROTECTION] = AT(limits.link.braking_pu),
+    AT(limits.overload.heat_pu[OVERLOAD_MOTOR]),
+    AT(limits.overload.heat_pu[OVERLOAD_INVERTER]),
+    AT(limits.overload.i_max_A),
+    AT_AB(supervisor.s_Wb),
+    AT(supervisor.found.residual_pu),
+    AT(supervisor.found.lambda_Wb),
+    AT(supervisor.found.i_s_A),
+    AT(supervisor.found.excess_pu),
+    AT(supervisor.omega_s_rad_s),
+    AT(supervisor.standing_pu),
+    AT_AB(supervisor.emf_sum_V),
+    AT_AB(supervisor.d_Wb),
+    AT(supervisor.flux_error_bound_pu),
+    AT(supervisor.omega_bound_rad_s),
+    AT(guard.plausibility.omega_before_rad_s),
+    AT_AB(guard.current_fit.psi_Wb),
+    AT(guard.current_fit.b_Wb),
+    AT_AB(guard.current_fit.emf_V),
+    [CONTROL] = VECTOR(speed.omega_filtered_rad_s),
+    VECTOR(speed.omega_ref_rad_s),
+    VECTOR(speed.i_q_A),
+    VECTOR(speed.slow_A),
+    VECTOR(speed.low_A),
+    VECTOR(speed.high_A),
+    VECTOR(flux_reduction_Wb),
+    VECTOR(i_d_reduction_A),
+    VECTOR(torque_gain_extra_pu),
+    VECTOR(modulation.speed_rad_s),
+    VECTOR(modulation.flux_pu),
+    VECTOR(modulation.rate_pu_per_s),
+    /* Not what the search for a turning motor gathers: its result goes into the estimate. */
+    [MODES] = AT_AB(modes.i_f.axis),
+    AT(modes.i_f.current_A),
+    AT(modes.i_f.omega_rad_s),
+    AT_AB(modes.i_f.flux_Wb),
+    AT_AB(modes.flying_current.i_before_A),
+    AT_AB(modes.flying_current.e_V),
+    AT_AB(modes.brake.current.i_before_A),
+    AT_AB(modes.brake.current.e_V),
+    AT_AB(modes.brake.i_ref_A),
+    AT(modes.brake.omega_rad_s),
+    AT_AB(modes.volts.off_axis),
+    AT(modes.volts.omega_rad_s),
+    AT(modes.volts.boost_V),
 };
 
 /* Where the part of a slot begins and ends; 0 and 0: it has none. */
-#define BEGIN(part) (uint8_t)(offsetof(parts_t, part) / sizeof(uint16_t))
-#define PART(part)                                                                                 \
-    {                                                                                              \
-        BEGIN(part), (uint8_t)(BEGIN(part) + sizeof(parts.part) / sizeof(uint16_t))                \
-    }
-
 static const uint8_t part_of_slot[SLOT_COUNT][2] = {
-    [SLOT_STATE_RESISTANCE] = PART(resistance), [SLOT_STATE_REFERENCES] = PART(references),
-    [SLOT_STATE_START] = PART(start),           [SLOT_STATE_DWELL] = PART(dwell),
-    [SLOT_STATE_PROTECTION] = PART(protection), [SLOT_STATE_CONTROL] = PART(control),
-    [SLOT_STATE_MODES] = PART(modes),
+    [SLOT_STATE_RESISTANCE] = {RESISTANCE, REFERENCES},
+    [SLOT_STATE_REFERENCES] = {REFERENCES, START},
+    [SLOT_STATE_START] = {START, DWELL},
+    [SLOT_STATE_DWELL] = {DWELL, PROTECTION},
+    [SLOT_STATE_PROTECTION] = {PROTECTION, CONTROL},
+    [SLOT_STATE_CONTROL] = {CONTROL, MODES},
+    [SLOT_STATE_MODES] = {MODES, PARTS_END},
 };
 
 float state_sum_of_slot(const drive_state_t *st)
 {
-    const uint16_t *const at = (const uint16_t *)(const void *)&parts;
     const uint8_t *const bytes = (const uint8_t *)st;
-    const uint32_t end = part_of_slot[st->slot % SLOT_COUNT][1];
-    if (end == 0u) {
+    const uint8_t *const part = part_of_slot[st->slot % SLOT_COUNT];
+    if (part[1] == 0u) {
         return state_sum_fast(st);
     }
     float sum = 0.0f;
-    for (uint32_t n = part_of_slot[st->slot % SLOT_COUNT][0]; n < end; n++) {
-        sum += *(const float *)(const void *)&bytes[at[n]];
+    for (uint32_t n = part[0]; n < part[1]; n++) {
+        sum += *(const float *)(const void *)&bytes[parts[n]];
     }
     return sum;
 }

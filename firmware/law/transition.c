@@ -146,27 +146,27 @@ COLD static void hand_back(const drive_config_t *cfg, drive_state_t *st, const m
 }
 
 /* The estimate starts again with the flux that the stator equation shows, when it has not found it
- * itself. The first times vector control goes on with it, and the supervisor judges anew. Later the
- * current holds on: a rotor that is seen to follow is no reason to give up. */
+ * itself. The first times vector control goes on with it. Later the current holds on, and the speed
+ * is unknown: a rotor that is seen to follow is no reason to give up. */
 COLD static bool hand_back_by_flux(const drive_config_t *cfg, drive_state_t *st,
                                    const mode_in_t *in)
 {
+    i_f_state_t *const i_f = &st->modes.i_f;
     estimator_seed_t seed = {.i_s_A = in->meas->i_s_A};
+    const uint32_t tries = i_f->tries + 1u;
     const float nominal_Wb = 1.0f / cfg->modes.vector.inv_lambda_ref_per_Wb;
-    if (!i_f_found(&cfg->modes.i_f, &st->modes.i_f, nominal_Wb, &seed.lambda_r_Wb,
-                   &seed.omega_e_rad_s)) {
+    if (!i_f_found(&cfg->modes.i_f, i_f, nominal_Wb, &seed.lambda_r_Wb, &seed.omega_e_rad_s)) {
         return false;
     }
     estimator_seed(&cfg->estimator, &st->estimator, &seed);
-    const uint32_t tries = st->modes.i_f.tries;
-    if (tries >= I_F_TRIES) {
-        st->modes.i_f.lost_periods = 0u; /* until the next look */
-        return false;
+    if (tries <= I_F_TRIES) {
+        st->supervisor = (supervisor_state_t){0};
+        hand_back(cfg, st, in);
+    } else {
+        i_f->lost_periods = 0u; /* until the next look */
     }
-    st->supervisor = (supervisor_state_t){0};
-    hand_back(cfg, st, in);
-    st->modes.i_f.tries = tries + 1u;
-    return true;
+    i_f->tries = tries;
+    return tries <= I_F_TRIES;
 }
 
 /* I-f holds the load: until the estimate is back, or there is no hope. */

@@ -27,7 +27,7 @@
 /* I-f after a lost orientation. */
 #define CONFIG_I_F_PER_S     6.6666667f /* share of the current by which its length changes */
 #define CONFIG_I_F_RETURN_HZ 1.5f       /* above, the estimator may take back */
-#define CONFIG_I_F_TIMEOUT_S 5.0f       /* above that and still lost for so long: fault */
+#define CONFIG_I_F_TIMEOUT_S 5.0f       /* lost, and no rotor seen, above that for so long: fault */
 
 /* Flux steering: hysteresis over steer_min_Hz, torque at which it begins over that of i_q_max_A,
  * rate over nominal flux. */
@@ -35,13 +35,6 @@
 #define CONFIG_STEER_TORQUE_PU     0.1f
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f
-/* Share of i_q_max_A that the torque may need at the lowered flux. By the duty alone the voltage is
- * less well known: with .95 the torque current was three times the flux current under a driving
- * load, an angle error of 15 degrees took the flux away, and the load the shaft (runs 61 of seed
- * 3395374624 and 395 of 841164779 of zh envelope, held with .5). With sensors a crossing under
- * rated load is off by 41 instead of 30 min^-1 with .5 (tests/sil/test_foreign_plant.py). */
-#define CONFIG_STEER_I_Q_PU      0.95f
-#define CONFIG_STEER_I_Q_DUTY_PU 0.5f
 
 /* Dwelling at zero stator frequency: window over steer_min_Hz, or in Hz without steering (the drive
  * dwells on up to twice the window, no further than steering holds the field); time inside it,
@@ -165,8 +158,6 @@ static void config_flux(drive_params_t *d, const params_t *p)
     d->flux = (flux_control_params_t){.i_d_A = p->i_d_A, .i_d_max_A = p->i_d_max_A};
     const float lambda_Wb = p->M_H * p->i_d_A;
     const float torque_Nm = p->pole_pairs * (p->M_H / p->Lr_H) * lambda_Wb * p->i_q_max_A;
-    const bool by_duty = (acting_voltage_source_t)p->voltage_source == ACTING_VOLTAGE_DUTY;
-    const float share = by_duty ? CONFIG_STEER_I_Q_DUTY_PU : CONFIG_STEER_I_Q_PU;
     d->steering = (flux_steering_params_t){.min_rad_s = NUM_TWO_PI * p->steer_min_Hz,
                                            .hysteresis_rad_s = CONFIG_STEER_HYSTERESIS_PU *
                                                                (NUM_TWO_PI * p->steer_min_Hz),
@@ -175,7 +166,7 @@ static void config_flux(drive_params_t *d, const params_t *p)
                                            .torque_min_Nm = CONFIG_STEER_TORQUE_PU * torque_Nm,
                                            .torque_filter_s = CONFIG_STEER_FILTER_S,
                                            .slew_Wb_per_s = CONFIG_STEER_PER_S * lambda_Wb,
-                                           .i_q_max_A = share * p->i_q_max_A};
+                                           .i_q_max_A = p->i_q_max_A};
 }
 
 /* A swing of the speed by k tau at 1.67 tau takes 1.67 k tau^2 J/p of torque: of a large inertia

@@ -441,6 +441,11 @@ static void test_a_rotor_that_follows_is_found_after_a_time(void)
     const ab_t fine_Wb = {0.5f, 0.1f};
     TEST_ASSERT_TRUE(found(fine_Wb, 3000u));
     TEST_ASSERT_FALSE(found(fine_Wb, 2999u));
+    st.tries = I_F_LOOKS - 1u;
+    TEST_ASSERT_TRUE(found(fine_Wb, 3000u));
+    st.tries = I_F_LOOKS;
+    TEST_ASSERT_FALSE(found(fine_Wb, 3000u));
+    st.tries = 0u;
     TEST_ASSERT_TRUE(found((ab_t){0.25f, 0.0f}, 3000u));
     TEST_ASSERT_FALSE(found((ab_t){0.249f, 0.0f}, 3000u)); /* hardly any flux */
     TEST_ASSERT_TRUE(found((ab_t){0.5f, -0.5f}, 3000u));

@@ -80,7 +80,7 @@ static int times_until_wrong_voltage_at(ab_t sensed_V, ab_t duty_V, uvw_t i_A)
 
 static int times_until_wrong_voltage(ab_t sensed_V, ab_t duty_V)
 {
-    return times_until_wrong_voltage_at(sensed_V, duty_V, (uvw_t){4.0f, -0.31f, -3.69f});
+    return times_until_wrong_voltage_at(sensed_V, duty_V, (uvw_t){-4.0f, 0.31f, 3.69f});
 }
 
 /* 3 V and a tenth of 50 V: up to 8 V in any direction. */
@@ -108,6 +108,10 @@ static void test_a_voltage_may_differ_twice_as_much_beside_a_leg_without_current
         TEST_ASSERT_EQUAL_INT(8,
                               times_until_wrong_voltage_at((ab_t){46.1f, 40.0f}, duty_V, legs[x]));
     }
+    cfg.p.open_A = 0.8f; /* a quarter of it counts */
+    st = (plausibility_state_t){0};
+    TEST_ASSERT_EQUAL_INT(
+        8, times_until_wrong_voltage_at((ab_t){45.9f, 40.0f}, (ab_t){30.0f, 40.0f}, legs[0]));
     st = (plausibility_state_t){0};
     TEST_ASSERT_EQUAL_INT(
         8, times_until_wrong_voltage_at((ab_t){NAN, 40.0f}, (ab_t){30.0f, 40.0f}, legs[0]));

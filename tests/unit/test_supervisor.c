@@ -833,7 +833,16 @@ static void test_beside_a_flux_that_may_be_far_aside_no_speed_is_known(void)
         const int n = judgements_until_unknown(bound_pu);
         if ((k == 0) || (k == 4)) { /* the low-pass of w_s is behind for a few */
             TEST_ASSERT_INT_WITHIN(2, 68, n);
-        } else { /* .69; without torque; without steering */
+            TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE,
+                                     st.reasons); /* the field turns: not STILL */
+            judge_times(132, 0.0f, -5.0f);
+            TEST_ASSERT_TRUE(st.standing_pu > 0.87f); /* and a doubt that goes on rises as before */
+            st.flux_error_bound_pu = NAN;
+            st.standing_pu = 0.0f;
+            slot = SLOT_SUPERVISOR_MEASURE - 1u;
+            step();
+            TEST_ASSERT_TRUE(st.standing_pu > 0.0f); /* no number is no knowledge */
+        } else {                                     /* .69; without torque; without steering */
             TEST_ASSERT_EQUAL_INT(200, n);
             TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
         }

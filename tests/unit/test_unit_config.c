@@ -170,19 +170,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(steering.torque_min_Nm, 1.749248599f);
     EXPECT(steering.torque_filter_s, 0.0320000015f);
     EXPECT(steering.slew_Wb_per_s, 0.368905246f);
-    EXPECT(steering.i_q_max_A, 8.25f);
-}
-
-/* By the duty alone the voltage is less well known: the flux is lowered for less torque. */
-static void test_by_the_duty_alone_half_of_the_torque_current_steers(void)
-{
-    for (uint32_t source = 0u; source <= 2u; source++) {
-        params.voltage_source = source;
-        unit_config_drive(&drive, &params);
-        const bool by_duty = drive.acting.source == ACTING_VOLTAGE_DUTY;
-        EXPECT(steering.i_q_max_A, by_duty ? 8.25f : 15.675f);
-        TEST_ASSERT_EQUAL(source == (uint32_t)ACTING_VOLTAGE_DUTY, by_duty);
-    }
+    EXPECT(steering.i_q_max_A, 16.5f);
 }
 
 /* A leg carries sqrt(2/3) of it: half the threshold; never above half the lower current. */
@@ -413,7 +401,6 @@ int main(void)
     RUN_TEST(test_board_inverter_and_loops_get_their_numbers);
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
     RUN_TEST(test_the_curve_needs_a_small_current);
-    RUN_TEST(test_by_the_duty_alone_half_of_the_torque_current_steers);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
     RUN_TEST(test_counts_of_periods_are_rounded);
     RUN_TEST(test_the_blend_is_an_angular_frequency);

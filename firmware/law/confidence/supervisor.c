@@ -3,8 +3,8 @@
 #include <math.h>
 
 /* A flux that may be off by so much of itself may stand 45 degrees aside: the torque and the flux
- * current change places. Under load the speed is then anything (zh envelope: a shaft was driven 90
- * min^-1 beyond its reference for two seconds by a field of .2 to .7 Hz). */
+ * current change places. Under load the speed is then anything (zh envelope: run 388 of 841164779
+ * was driven 90 min^-1 beyond its reference for two seconds, with a field of .2 to .7 Hz). */
 #define SUPERVISOR_UNKNOWN_PU 0.7f
 
 /* Filter of w_s: a quarter in 3.2 ms. The noise of w_hat is faster. */
@@ -184,9 +184,9 @@ static inline float high_flux_Wb(const supervisor_config_t *cfg, bool at_limit, 
     return (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
 }
 
-static inline float standing_gain(const supervisor_state_t *st, bool any)
+static inline float standing_gain(const supervisor_state_t *st, bool unseen)
 {
-    return (!any && supervisor_speed_unknown(st)) ? SUPERVISOR_DOUBT_PU : 1.0f;
+    return (!unseen && supervisor_speed_unknown(st)) ? SUPERVISOR_DOUBT_PU : 1.0f;
 }
 
 /* Part one: what d, flux and current are. */
@@ -204,9 +204,9 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float still_rad_s =
         cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
     const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
-    const bool any = loaded && (stands || (st->flux_error_bound_pu > SUPERVISOR_UNKNOWN_PU));
+    const bool unseen = loaded && (stands || !(st->flux_error_bound_pu <= SUPERVISOR_UNKNOWN_PU));
     st->standing_pu +=
-        standing_gain(st, any) * cfg->standing_gain * ((any ? 1.0f : 0.0f) - st->standing_pu);
+        standing_gain(st, unseen) * cfg->standing_gain * ((unseen ? 1.0f : 0.0f) - st->standing_pu);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && steered);
     const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));

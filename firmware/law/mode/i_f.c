@@ -114,7 +114,7 @@ bool i_f_found(const i_f_config_t *cfg, const i_f_state_t *st, float nominal_Wb,
     const float least_Wb = I_F_FLUX_PU * nominal_Wb;
     const bool follows =
         (flux2_Wb2 >= least_Wb * least_Wb) && (absf(st->flux_Wb.beta) <= st->flux_Wb.alpha);
-    if ((st->lost_periods < cfg->look_periods) || !follows) {
+    if ((st->lost_periods < cfg->look_periods) || (st->tries >= I_F_LOOKS) || !follows) {
         return false;
     }
     /* The current across the flux: i_q = -|i| sin of the flux's angle. */

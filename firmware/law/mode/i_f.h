@@ -20,7 +20,11 @@
 #include "frames.h"
 #include "motor.h"
 
-#define I_F_TRIES 3u /* hand-backs by the flux of the stator equation */
+/* Looks at the flux of the stator equation: the first ones hand back, the others only start the
+ * estimate again. They end after 30 s: a rotor that is locked lags by w Tr, and where that is below
+ * 1 it looks like one that follows. */
+#define I_F_TRIES 3u
+#define I_F_LOOKS 53u
 
 typedef struct {
     float current_A; /* power invariant; 0: never takes over */
@@ -52,7 +56,7 @@ typedef struct {
     float current_A;
     float omega_rad_s;
     uint32_t lost_periods;
-    uint32_t tries; /* hand-backs by this flux since the last one by the estimator */
+    uint32_t tries; /* looks at this flux since the last hand-back by the estimator */
     ab_t flux_Wb;   /* mean, relative to the vector */
 } i_f_state_t;
 
@@ -90,8 +94,7 @@ void i_f_see_flux(const i_f_config_t *cfg, i_f_state_t *st, ab_t u_s_V, ab_t i_s
 
 /* True when the estimator has not found the rotor in time, but the stator equation's flux shows a
  * rotor that follows: a flux of at least half of `nominal_Wb`, and a lag below the pull-out angle.
- * *flux_Wb (stationary frame) and the rotor's *omega_e_rad_s are then what to continue with: in
- * vector control, or after I_F_TRIES hand-backs in the estimate alone. */
+ * *flux_Wb (stationary frame) and the rotor's *omega_e_rad_s are then what to continue with. */
 bool i_f_found(const i_f_config_t *cfg, const i_f_state_t *st, float nominal_Wb, ab_t *flux_Wb,
                float *omega_e_rad_s);
 

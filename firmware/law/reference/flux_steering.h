@@ -5,8 +5,7 @@
  * torque: slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). Braking, where the field
  * has to pass zero, w* counts 1.25 times, as Rr may be less than known. Hysteresis and a fast
  * transition make the drive cross zero frequency without staying there. Where the flux may not
- * fall far enough for that, because of its floor or of the current that the torque would take, it
- * stays nominal, and the field crosses zero with the reference.
+ * fall far enough for that, because of its floor or of the torque, it stays nominal.
  *
  * w* is the speed reference, or the estimated speed less .4 w_min where that lies further against
  * the torque. A load that drives pushes the shaft beyond its reference: steered by the reference
