@@ -134,9 +134,12 @@ float state_sum_of_slot(const drive_state_t *st)
     if (part[1] == 0u) {
         return state_sum_fast(st);
     }
+    const uint16_t *at = &parts[part[0]];
+    const uint16_t *const end = &parts[part[1]];
     float sum = 0.0f;
-    for (uint32_t n = part[0]; n < part[1]; n++) {
-        sum += *(const float *)(const void *)&bytes[parts[n]];
-    }
+    do {
+        sum += *(const float *)(const void *)&bytes[*at];
+        at++;
+    } while (at != end);
     return sum;
 }
