@@ -7,88 +7,28 @@
  * was driven 90 min^-1 beyond its reference for two seconds, with a field of .2 to .7 Hz). */
 #define SUPERVISOR_UNKNOWN_PU 0.7f
 
-/* Filter of w_s: a quarter in 3.2 ms. The noise of w_hat is faster. */
-#define SUPERVISOR_OMEGA_S_PER_S 78.125f
-
-/* Of the share of the time in which any speed explains the measurement: the estimate of a field
- * that stands jumps. */
-#define SUPERVISOR_STANDING_S 0.3f
-#define SUPERVISOR_DOUBT_PU   0.1f /* so much more slowly a doubt fades: a lost field may turn */
+/* So much more slowly a doubt fades once it is told: a lost field may turn. */
+#define SUPERVISOR_DOUBT_PU 0.1f
 
 /* Lost is 25 degrees or a quarter of the flux; an error of a quarter turns it by 14.5 degrees at
  * most, so the quarter decides. Hysteresis: back below 10 degrees. */
 #define SUPERVISOR_LIMIT_PU  0.25f
 #define SUPERVISOR_RETURN_PU 0.18f
 
-/* The estimate of an oriented drive overshoots nominal flux by a smaller factor (M wrong by 15 %,
- * and a quarter on top). */
-#define SUPERVISOR_FLUX_HIGH_PU 1.5f
-
-/* Under all torque and near zero frequency .85 of that: 1.28. A lost drive stands there with the
- * torque current along the field, which magnetised motors of 15 and 37 kW to 1.4 (zh envelope). */
+/* Under all torque and near zero frequency .85 of the largest flux: 1.28 nominal. A lost drive
+ * stands there with the torque current along the field, which magnetised motors of 15 and 37 kW
+ * to 1.4 (zh envelope). */
 #define SUPERVISOR_FLUX_SPENT     0.85f
 #define SUPERVISOR_SPENT_OMEGA_PU 2.0f /* near zero: |w_s| over the corner */
 
-/* Floor of the flux that errors are measured by, and of w_s that bounds are divided by. */
-#define SUPERVISOR_FLUX_LOW_PU       0.05f
+/* Floor of w_s that bounds are divided by. */
 #define SUPERVISOR_OMEGA_S_MIN_RAD_S 1e-3f
 
-/* Under little torque, down to this share of still_A, a field may stand so many times as long. */
+/* Little torque ends at this share of still_A. */
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
-#define SUPERVISOR_STILL_LIGHT    5u
 
 /* With all torque in use |w_s| counts up to this times still_rad_s: .9 of what steering holds. */
 #define SUPERVISOR_STILL_AT_LIMIT 1.8f
-
-/* Longest time in schedules that a counter takes with room to spare. */
-#define SUPERVISOR_MAX_SCHEDULES 1e9f
-
-static bool params_valid(const supervisor_params_t *p)
-{
-    const bool uncertainty = ALL_NONNEGATIVE(p->Rs_uncertainty_pu, p->Rr_uncertainty_pu,
-                                             p->i_uncertainty_pu, p->u_uncertainty_V);
-    const bool residual = (p->residual_pu <= p->lost_pu) && is_finite(p->lost_pu);
-    return ALL_POSITIVE(p->corner_rad_s, p->residual_pu, p->lambda_nominal_Wb,
-                        p->omega_max_rad_s) &&
-           uncertainty && residual &&
-           ALL_NONNEGATIVE(p->confirm_s, p->return_s, p->still_rad_s, p->still_A, p->still_s);
-}
-
-bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
-                     const motor_model_t *motor, float period_s)
-{
-    if (!params_valid(params) ||
-        !ALL_POSITIVE(period_s, motor->kr, motor->eps_H, motor->tau_per_s, motor->M_H)) {
-        return false;
-    }
-    const float schedule_s = (float)SLOT_COUNT * period_s;
-    const float confirm = params->confirm_s / schedule_s;
-    const float back = params->return_s / schedule_s;
-    const float still = params->still_s / schedule_s;
-    const float still_units = (float)SUPERVISOR_STILL_LIGHT * still;
-    if (!(params->corner_rad_s * (float)SLOT_QUARTERS * period_s < 1.0f) ||
-        !(maxf(maxf(confirm, back), still_units) < SUPERVISOR_MAX_SCHEDULES)) {
-        return false;
-    }
-    *cfg = (supervisor_config_t){
-        .p = *params,
-        .kr_inv = 1.0f / motor->kr,
-        .kT_s = period_s / motor->kr,
-        .share = params->corner_rad_s * (float)SLOT_QUARTERS * period_s,
-        .eps_H = motor->eps_H,
-        .tau_per_s = motor->tau_per_s,
-        .m_tau_ohm = motor->M_H * motor->tau_per_s,
-        .corner2_rad2_s2 = params->corner_rad_s * params->corner_rad_s,
-        .lambda_low_Wb = SUPERVISOR_FLUX_LOW_PU * params->lambda_nominal_Wb,
-        .lambda_high_Wb = SUPERVISOR_FLUX_HIGH_PU * params->lambda_nominal_Wb,
-        .omega_s_gain = minf(SUPERVISOR_OMEGA_S_PER_S * schedule_s, 1.0f),
-        .standing_gain = schedule_s / (schedule_s + SUPERVISOR_STANDING_S),
-        .confirm_schedules = (uint32_t)(confirm + 0.5f),
-        .return_schedules = (uint32_t)(back + 0.5f),
-        .still_units = SUPERVISOR_STILL_LIGHT * (uint32_t)(still + 0.5f),
-    };
-    return true;
-}
 
 /* Schedules on end with the flag; stops at the limit, so that it cannot wrap. */
 static inline uint32_t schedules_with(bool flag, uint32_t schedules, uint32_t limit)
@@ -184,9 +124,15 @@ static inline float high_flux_Wb(const supervisor_config_t *cfg, bool at_limit, 
     return (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
 }
 
-static inline float standing_gain(const supervisor_state_t *st, bool unseen)
+/* Under torque: how much of the time any speed explains what is measured. */
+static inline void look_whether_seen(const supervisor_config_t *cfg, supervisor_state_t *st,
+                                     bool loaded, bool stands)
 {
-    return (!unseen && supervisor_speed_unknown(st)) ? SUPERVISOR_DOUBT_PU : 1.0f;
+    const bool aside = !(st->flux_error_bound_pu <= SUPERVISOR_UNKNOWN_PU);
+    const bool unseen = loaded && (stands || aside);
+    const bool fades = !unseen && supervisor_speed_unknown(st);
+    const float gain = fades ? (SUPERVISOR_DOUBT_PU * cfg->standing_gain) : cfg->standing_gain;
+    st->standing_pu += gain * ((unseen ? 1.0f : 0.0f) - st->standing_pu);
 }
 
 /* Part one: what d, flux and current are. */
@@ -204,9 +150,7 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const float still_rad_s =
         cfg->p.still_rad_s * (in->at_limit ? SUPERVISOR_STILL_AT_LIMIT : 1.0f);
     const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
-    const bool unseen = loaded && (stands || !(st->flux_error_bound_pu <= SUPERVISOR_UNKNOWN_PU));
-    st->standing_pu +=
-        standing_gain(st, unseen) * cfg->standing_gain * ((unseen ? 1.0f : 0.0f) - st->standing_pu);
+    look_whether_seen(cfg, st, loaded, stands);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && steered);
     const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));

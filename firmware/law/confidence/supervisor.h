@@ -19,6 +19,9 @@
 #include "motor.h"
 #include "slots.h"
 
+/* Under little torque a field may stand so many times as long. */
+#define SUPERVISOR_STILL_LIGHT 5u
+
 typedef enum {
     SUPERVISOR_CLOSED = 0,   /* oriented, as far as anyone can know */
     SUPERVISOR_DEGRADED = 1, /* may be lost, or could be lost without a sign */
