@@ -24,7 +24,7 @@
 /* Floor of w_s that bounds are divided by. */
 #define SUPERVISOR_OMEGA_S_MIN_RAD_S 1e-3f
 
-/* Little torque ends at this share of still_A. */
+/* Torque between this share of still_A and still_A is little; below it there is none. */
 #define SUPERVISOR_STILL_LIGHT_PU 0.4f
 
 /* With all torque in use |w_s| counts up to this times still_rad_s: .9 of what steering holds. */
