@@ -177,7 +177,7 @@ def _healthy(rows: Iterable[Row]) -> Iterator[str]:
 
 def _cases(rows: list[Row]) -> Iterator[str]:
     for row in rows[:LISTED]:
-        yield f"- {row_text(row)}  \n  `tools/zh campaign faults --case '{row['name']}'`"
+        yield f"- {row_text(row)}  \n  `{row['name']}`"
     if len(rows) > LISTED:
         yield f"- and {len(rows) - LISTED} more: `--json` names every one"
 
