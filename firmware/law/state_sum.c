@@ -13,16 +13,14 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
 /* NOLINTEND(bugprone-macro-parentheses) */
 
 /* Where a part begins. A part that is longer than it may be meets the next one: a warning. */
-enum {
-    RESISTANCE = 0,
-    REFERENCES = RESISTANCE + 10,
-    START = REFERENCES + 16,
-    DWELL = START + 9,
-    PROTECTION = DWELL + 10,
-    CONTROL = PROTECTION + 24,
-    MODES = CONTROL + 12,
-    PARTS_END = MODES + 21
-};
+#define RESISTANCE 0u
+#define REFERENCES (RESISTANCE + 10u)
+#define START      (REFERENCES + 16u)
+#define DWELL      (START + 9u)
+#define PROTECTION (DWELL + 10u)
+#define CONTROL    (PROTECTION + 24u)
+#define MODES      (CONTROL + 12u)
+#define PARTS_END  (MODES + 21u)
 _Static_assert(PARTS_END <= UINT8_MAX, "an index is a uint8_t");
 
 static const uint16_t parts[PARTS_END] = {
