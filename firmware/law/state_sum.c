@@ -12,7 +12,7 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
 #define FOUND(name)   AT(modes.premagnetise.name)
 /* NOLINTEND(bugprone-macro-parentheses) */
 
-/* Where a part begins. A part that is longer than it may be meets the next one: a warning. */
+/* Where a part begins. */
 #define RESISTANCE 0u
 #define REFERENCES (RESISTANCE + 10u)
 #define START      (REFERENCES + 16u)
@@ -23,8 +23,8 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
 #define PARTS_END  (MODES + 21u)
 _Static_assert(PARTS_END <= UINT8_MAX, "an index is a uint8_t");
 
-static const uint16_t parts[PARTS_END] = {
-    [RESISTANCE] = FOUND(Rs_delta_ohm),
+static const uint16_t parts[] = {
+    FOUND(Rs_delta_ohm),
     FOUND(Rr_extra_pu),
     AT(rs_tracking.delta_ohm),
     AT(omega_ref_before_rad_s),
@@ -34,7 +34,7 @@ static const uint16_t parts[PARTS_END] = {
     AT(heating.slip_rad_s),
     AT(m_tracking.extra_pu),
     AT(m_tracking.tau_extra_per_s),
-    [REFERENCES] = VECTOR(ramp.steps),
+    VECTOR(ramp.steps),
     VECTOR(steering.torque_Nm),
     VECTOR(steering.reduction_Wb),
     VECTOR(steer.reduction_Wb),
@@ -52,12 +52,12 @@ static const uint16_t parts[PARTS_END] = {
     VECTOR(plan.torque_ref_Nm),
     /* Not the sums of the teeth: what is not finite is not taken for a rotor, nor for a line of the
      * legs' loss. */
-    [START] = SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
+    SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
     FOUND(leg_loss_pu),
     FOUND(leg_threshold_A),
     FOUND(leg_tail_A),
-    [DWELL] = AT(dwell.omega_s_rad_s),
+    AT(dwell.omega_s_rad_s),
     AT(dwell.i_q_A),
     AT(dwell.reference_rad_s),
     AT(dwell.share),
@@ -67,7 +67,7 @@ static const uint16_t parts[PARTS_END] = {
     AT(dwell.reduction_pu),
     AT(dwell.rate_pu_per_s),
     AT(dwell.swing_rad_s),
-    [PROTECTION] = AT(limits.link.braking_pu),
+    AT(limits.link.braking_pu),
     AT(limits.overload.heat_pu[OVERLOAD_MOTOR]),
     AT(limits.overload.heat_pu[OVERLOAD_INVERTER]),
     AT(limits.overload.i_max_A),
@@ -86,7 +86,7 @@ static const uint16_t parts[PARTS_END] = {
     AT_AB(guard.current_fit.psi_Wb),
     AT(guard.current_fit.b_Wb),
     AT_AB(guard.current_fit.emf_V),
-    [CONTROL] = VECTOR(speed.omega_filtered_rad_s),
+    VECTOR(speed.omega_filtered_rad_s),
     VECTOR(speed.omega_ref_rad_s),
     VECTOR(speed.i_q_A),
     VECTOR(speed.slow_A),
@@ -99,7 +99,7 @@ static const uint16_t parts[PARTS_END] = {
     VECTOR(modulation.flux_pu),
     VECTOR(modulation.rate_pu_per_s),
     /* Not what the search for a turning motor gathers: its result goes into the estimate. */
-    [MODES] = AT_AB(modes.i_f.axis),
+    AT_AB(modes.i_f.axis),
     AT(modes.i_f.current_A),
     AT(modes.i_f.omega_rad_s),
     AT_AB(modes.i_f.flux_Wb),
@@ -113,6 +113,8 @@ static const uint16_t parts[PARTS_END] = {
     AT(modes.volts.omega_rad_s),
     AT(modes.volts.boost_V),
 };
+
+_Static_assert(sizeof(parts) / sizeof(parts[0]) == PARTS_END, "each float has its part");
 
 /* Where the part of a slot begins and ends; 0 and 0: it has none. */
 static const uint8_t part_of_slot[SLOT_COUNT][2] = {
