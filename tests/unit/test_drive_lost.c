@@ -165,6 +165,7 @@ static void test_run_is_supervised_and_nothing_else_is(void)
     }
     in.mode = DRIVE_PREMAGNETISE;
     step();
+    TEST_ASSERT_FALSE(st.supervisor.started);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, st.supervisor.flux_error_bound_pu);
 }
 
