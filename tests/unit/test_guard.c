@@ -170,6 +170,18 @@ static void test_a_voltage_that_the_duties_do_not_explain(void)
     assert_never_comes();
 }
 
+/* Twice as much is allowed beside a leg whose loss nobody knows: up to 60 V. */
+static void test_a_leg_without_current_allows_more_voltage(void)
+{
+    in.oriented = false;
+    in.i_ref_A = (dq_t){1.0f, 0.0f}; /* too little for an open phase */
+    in.u_s_V.beta = 40.0f;
+    meas.i_A.v = 0.29f;
+    assert_never_comes();
+    meas.i_A.v = 0.31f;
+    assert_comes(FAULT_VOLTAGE_SENSOR, SLOT_GUARD_VOLTAGE, VOLTAGE_TURNS);
+}
+
 /* Phase u carries all of it, as asked; what flows is told by the phases' own sensors. */
 static void test_a_phase_without_the_current_that_is_asked_for(void)
 {
@@ -457,6 +469,7 @@ int main(void)
     RUN_TEST(test_nothing_is_said_of_a_healthy_drive);
     RUN_TEST(test_limits_are_judged_in_every_slot_of_every_mode);
     RUN_TEST(test_a_voltage_that_the_duties_do_not_explain);
+    RUN_TEST(test_a_leg_without_current_allows_more_voltage);
     RUN_TEST(test_a_phase_without_the_current_that_is_asked_for);
     RUN_TEST(test_the_current_asked_for_is_turned_into_the_phases);
     RUN_TEST(test_a_residual_that_no_current_explains);
