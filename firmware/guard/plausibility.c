@@ -59,8 +59,7 @@ bool plausibility_init(plausibility_config_t *cfg, const plausibility_params_t *
 }
 
 /* What a leg loses has the sign of its current. A field that stands keeps a leg near zero for
- * seconds (zh envelope, 272 of 841164779: 4.7 V beside the duty's voltage, where 3.6 are allowed).
- */
+ * seconds (zh envelope, 272 of 841164779: the duty's voltage is 4.7 V off, 3.6 are allowed). */
 static bool leg_in_doubt(const plausibility_config_t *cfg, uvw_t i_A)
 {
     const float least_A = PLAUSIBILITY_OPEN_PU * cfg->p.open_A;

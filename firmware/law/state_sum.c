@@ -12,7 +12,8 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
 #define FOUND(name)   AT(modes.premagnetise.name)
 /* NOLINTEND(bugprone-macro-parentheses) */
 
-/* Where a part begins. */
+/* Where a part of the list below begins. A float in the wrong part is still summed, in another
+ * slot. */
 #define RESISTANCE 0u
 #define REFERENCES (RESISTANCE + 10u)
 #define START      (REFERENCES + 16u)
@@ -24,6 +25,7 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
 _Static_assert(PARTS_END <= UINT8_MAX, "an index is a uint8_t");
 
 static const uint16_t parts[] = {
+    /* RESISTANCE */
     FOUND(Rs_delta_ohm),
     FOUND(Rr_extra_pu),
     AT(rs_tracking.delta_ohm),
@@ -34,6 +36,7 @@ static const uint16_t parts[] = {
     AT(heating.slip_rad_s),
     AT(m_tracking.extra_pu),
     AT(m_tracking.tau_extra_per_s),
+    /* REFERENCES */
     VECTOR(ramp.steps),
     VECTOR(steering.torque_Nm),
     VECTOR(steering.reduction_Wb),
@@ -50,13 +53,14 @@ static const uint16_t parts[] = {
     VECTOR(plan.flux_pu),
     VECTOR(plan.inv_flux_pu),
     VECTOR(plan.torque_ref_Nm),
-    /* Not the sums of the teeth: what is not finite is not taken for a rotor, nor for a line of the
-     * legs' loss. */
+    /* START. Not the sums of the teeth: what is not finite is not taken for a rotor, nor for a line
+     * of the legs' loss. */
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_HIGH]),
     SUMS(modes.premagnetise.measurement.level[RS_LEVEL_LOW]),
     FOUND(leg_loss_pu),
     FOUND(leg_threshold_A),
     FOUND(leg_tail_A),
+    /* DWELL */
     AT(dwell.omega_s_rad_s),
     AT(dwell.i_q_A),
     AT(dwell.reference_rad_s),
@@ -67,6 +71,7 @@ static const uint16_t parts[] = {
     AT(dwell.reduction_pu),
     AT(dwell.rate_pu_per_s),
     AT(dwell.swing_rad_s),
+    /* PROTECTION */
     AT(limits.link.braking_pu),
     AT(limits.overload.heat_pu[OVERLOAD_MOTOR]),
     AT(limits.overload.heat_pu[OVERLOAD_INVERTER]),
@@ -86,6 +91,7 @@ static const uint16_t parts[] = {
     AT_AB(guard.current_fit.psi_Wb),
     AT(guard.current_fit.b_Wb),
     AT_AB(guard.current_fit.emf_V),
+    /* CONTROL */
     VECTOR(speed.omega_filtered_rad_s),
     VECTOR(speed.omega_ref_rad_s),
     VECTOR(speed.i_q_A),
@@ -98,7 +104,7 @@ static const uint16_t parts[] = {
     VECTOR(modulation.speed_rad_s),
     VECTOR(modulation.flux_pu),
     VECTOR(modulation.rate_pu_per_s),
-    /* Not what the search for a turning motor gathers: its result goes into the estimate. */
+    /* MODES. Not what the search for a turning motor gathers: its result goes into the estimate. */
     AT_AB(modes.i_f.axis),
     AT(modes.i_f.current_A),
     AT(modes.i_f.omega_rad_s),

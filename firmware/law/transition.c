@@ -146,8 +146,8 @@ COLD static void hand_back(const drive_config_t *cfg, drive_state_t *st, const m
 }
 
 /* The estimate starts again with the flux that the stator equation shows, when it has not found it
- * itself. The first times vector control goes on with it. Later the current holds on, and the speed
- * is unknown: a rotor that is seen to follow is no reason to give up. */
+ * itself. The first three times vector control goes on with it. Later the current holds on, and the
+ * speed is unknown: a rotor that is seen to follow is no reason to give up. */
 COLD static bool hand_back_by_flux(const drive_config_t *cfg, drive_state_t *st,
                                    const mode_in_t *in)
 {

@@ -20,11 +20,11 @@
 #include "frames.h"
 #include "motor.h"
 
-/* Looks at the flux of the stator equation: the first ones hand back, the others only start the
- * estimate again. They end after 30 s: a rotor that is locked lags by w Tr, and where that is below
- * 1 it looks like one that follows. */
+/* Looks at the flux of the stator equation: the first three hand back, the others only start the
+ * estimate again. They end after 30 s, for the rotor may be locked: it lags by atan(w Tr), and
+ * below 45 degrees that looks like one that follows. */
 #define I_F_TRIES 3u
-#define I_F_LOOKS 53u
+#define I_F_LOOKS (I_F_TRIES + 50u) /* .6 s each */
 
 typedef struct {
     float current_A; /* power invariant; 0: never takes over */
