@@ -46,7 +46,7 @@ static bool powered(sequence_id_t id)
            (id == SEQUENCE_COMMISSIONING);
 }
 
-static void enter(sequence_state_t *st, sequence_id_t id)
+COLD static void enter(sequence_state_t *st, sequence_id_t id)
 {
     st->id = id;
     st->periods = 0u;
@@ -63,7 +63,7 @@ static void energise(sequence_state_t *st, sequence_id_t id)
 }
 
 /* Gates off, and what comes next. */
-static void let_go(const sequence_config_t *cfg, sequence_state_t *st)
+COLD static void let_go(const sequence_config_t *cfg, sequence_state_t *st)
 {
     if (fault_stopping(st->faults) != 0u) {
         enter(st, SEQUENCE_FAULT);

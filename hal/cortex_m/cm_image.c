@@ -66,11 +66,14 @@ bool cm_image_check_slice(cm_image_check_t *check)
 
 uint32_t cm_image_banner(char *text)
 {
-    char *end = cm_text(cm_text(text, "ZeroHertz "), cm_image_info.version);
-    end = cm_text(cm_text(end, " "), cm_image_info.git);
-    end = cm_text(cm_text(end, " port="), cm_image_info.port);
-    end = cm_text(cm_text(end, " config="), cm_image_info.config);
-    end = cm_text(cm_text(end, " motor="), cm_image_info.motor);
+    static const char *const named[] = {
+        "ZeroHertz ", cm_image_info.version, " ",        cm_image_info.git,
+        " port=",     cm_image_info.port,    " config=", cm_image_info.config,
+        " motor=",    cm_image_info.motor};
+    char *end = text;
+    for (size_t k = 0u; k < sizeof named / sizeof named[0]; k++) {
+        end = cm_text(end, named[k]);
+    }
     end = cm_text_hex(cm_text(end, " table="), cm_image_info.table_crc32c);
     end = cm_text_hex(cm_text(end, " params="), cm_image_info.params_crc32c);
     end = cm_text_hex(cm_text(end, " image="), cm_image_crc32c());

@@ -10,7 +10,6 @@
 #include "cm_loader.h"
 #include "cm_port.h"
 #include "cm_registers.h"
-#include "cm_text.h"
 #include "hal_access_key.h"
 #include "stm32_adc.h"
 #include "stm32_board.h"
@@ -85,10 +84,10 @@ void port_gates_off(void)
 COLD void port_halt(const cm_fault_t *fault)
 {
     char text[CM_FAULT_TEXT_BYTES];
-    char *at = cm_fault_text(text, fault, (tim1->BDTR & TIM_BDTR_MOE) != 0u);
-    at = cm_text(at, "\r\n");
-    *at = '\0';
+    char *end = cm_fault_text(text, fault, (tim1->BDTR & TIM_BDTR_MOE) != 0u);
+    *end = '\0';
     (void)stm32_usart_send(usart, text);
+    (void)stm32_usart_send(usart, "\r\n");
     stm32_board_led_fault(&board, true);
     while (true) {
         port_gates_off();
@@ -228,10 +227,10 @@ COLD static bool start_drive(stm32_clock_t clock)
                                     .dead_time_s = cm_config.params.dead_time_s};
     const char *wrong = "";
     if (clock != STM32_CLOCK_CRYSTAL) {
-        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL; drive off\r\n"
-                                                : "clock: no crystal; drive off\r\n";
+        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL"
+                                                : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
-        wrong = "watchdog does not start; drive off\r\n";
+        wrong = "no watchdog";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
@@ -252,10 +251,12 @@ COLD static bool start_drive(stm32_clock_t clock)
         if (stm32_pwm_start(tim1, &pwm)) {
             stm32_board_gates_to_timer(&board);
         } else {
-            wrong = "period or dead time beyond the timer; drive off\r\n";
+            wrong = "period or dead time beyond the timer";
         }
     }
-    (void)stm32_usart_send(usart, (*wrong != '\0') ? wrong : "clock: 168 MHz crystal\r\n");
+    (void)stm32_usart_send(usart, wrong);
+    (void)stm32_usart_send(usart,
+                           (*wrong == '\0') ? "clock: 168 MHz crystal\r\n" : "; drive off\r\n");
     return *wrong == '\0';
 }
 

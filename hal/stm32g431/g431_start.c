@@ -38,10 +38,10 @@ COLD const char *g431_start_carrier(const g431_part_t *part, const g431_board_t 
                                     .lower_inverted = board->wiring->lower_inverted};
     g431_board_break(board, part->tim1, part->syscfg);
     if (!stm32_pwm_start(part->tim1, &pwm)) {
-        return "period or dead time beyond the timer; drive off\r\n";
+        return "period or dead time beyond the timer";
     }
     if (!g431_window_start(part->wwdg, timing->clock_Hz, timing->period_s)) {
-        return "period beyond the window watchdog; drive off\r\n";
+        return "period beyond the watchdog";
     }
     g431_board_gates_to_timer(board);
     return "";

@@ -10,7 +10,6 @@
 #include "cm_loader.h"
 #include "cm_port.h"
 #include "cm_registers.h"
-#include "cm_text.h"
 #include "g431_adc.h"
 #include "g431_board.h"
 #include "g431_clock.h"
@@ -89,10 +88,10 @@ COLD void port_halt(const cm_fault_t *fault)
 {
     (void)g431_window_open(wwdg);
     char text[CM_FAULT_TEXT_BYTES];
-    char *at = cm_fault_text(text, fault, (tim1->BDTR & TIM_BDTR_MOE) != 0u);
-    at = cm_text(at, "\r\n");
-    *at = '\0';
+    char *end = cm_fault_text(text, fault, (tim1->BDTR & TIM_BDTR_MOE) != 0u);
+    *end = '\0';
     (void)stm32_usart_send(usart, text);
+    (void)stm32_usart_send(usart, "\r\n");
     while (true) {
         port_gates_off();
         stm32_watchdog_serve(iwdg);
@@ -246,12 +245,12 @@ COLD static bool start_drive(g431_clock_t clock)
     const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory, NULL, 0u};
     const char *wrong = "";
     if (clock != G431_CLOCK_CRYSTAL) {
-        wrong = (clock == G431_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL; drive off\r\n"
-                                               : "clock: no crystal; drive off\r\n";
+        wrong =
+            (clock == G431_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL" : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
-        wrong = "watchdog does not start; drive off\r\n";
+        wrong = "no watchdog";
     } else if (!g431_start_measurement(&part, &board, &adcs, &timing, &shunts)) {
-        wrong = "converters do not start; drive off\r\n";
+        wrong = "no ADC";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
@@ -262,7 +261,8 @@ COLD static bool start_drive(g431_clock_t clock)
         /* Last: the first crest, half a period later, finds everything waiting for it. */
         wrong = g431_start_carrier(&part, &board, &timing);
     }
-    (void)stm32_usart_send(usart, (*wrong != '\0') ? wrong : G431_WIRING.crystal_text);
+    (void)stm32_usart_send(usart, wrong);
+    (void)stm32_usart_send(usart, (*wrong == '\0') ? G431_WIRING.crystal_text : "; drive off\r\n");
     return *wrong == '\0';
 }
 

@@ -46,11 +46,23 @@ void tearDown(void)
 {
 }
 
+/* moved: by the reference since the last step. */
+static flux_steering_out_t step_of(flux_steering_state_t *state, float omega_ref_rad_s,
+                                   float omega_hat_rad_s, float torque_Nm, float moved_rad_s)
+{
+    const flux_steering_in_t in = {.omega_ref_rad_s = omega_ref_rad_s,
+                                   .omega_hat_rad_s = omega_hat_rad_s,
+                                   .torque_Nm = torque_Nm};
+    state->omega_ref_rad_s = omega_ref_rad_s - moved_rad_s;
+    const flux_steering_out_t out = flux_steering_step(&cfg, state, &in);
+    ASSERT_SAME_FLOAT(omega_ref_rad_s, state->omega_ref_rad_s);
+    return out;
+}
+
 /* Flux reference after a step. */
 static float flux_Wb(float omega_ref_rad_s, float torque_Nm)
 {
-    const flux_steering_out_t out =
-        flux_steering_step(&cfg, &st, omega_ref_rad_s, omega_ref_rad_s, torque_Nm);
+    const flux_steering_out_t out = step_of(&st, omega_ref_rad_s, omega_ref_rad_s, torque_Nm, 0.0f);
     return cfg.lambda_nominal_Wb - out.reduction_Wb;
 }
 
@@ -165,7 +177,7 @@ static void test_switched_off_nothing_is_looked_at_and_nothing_moves(void)
     TEST_ASSERT_TRUE(flux_steering_init(&cfg, &off, &none, NAN));
     st = (flux_steering_state_t){0};
     const flux_steering_state_t before = st;
-    const flux_steering_out_t out = flux_steering_step(&cfg, &st, 0.0f, 0.0f, 10.0f);
+    const flux_steering_out_t out = step_of(&st, 0.0f, 0.0f, 10.0f, 0.0f);
     ASSERT_SAME_FLOAT(0.0f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(0.0f, out.rate_Wb_per_s);
     TEST_ASSERT_FALSE(out.moving);
@@ -203,7 +215,7 @@ static void test_the_speed_further_against_the_torque_counts(void)
     for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
         st = (flux_steering_state_t){0};
         const flux_steering_out_t out =
-            flux_steering_step(&cfg, &st, of[k].ref_rad_s, of[k].hat_rad_s, of[k].torque_Nm);
+            step_of(&st, of[k].ref_rad_s, of[k].hat_rad_s, of[k].torque_Nm, 0.0f);
         ASSERT_NEAR(1e-6, sqrt(2.0 / of[k].slip_rad_s), 1.0 - (double)out.reduction_Wb);
         TEST_ASSERT_TRUE(st.steering);
     }
@@ -223,8 +235,8 @@ static void test_one_step_agrees_with_double_arithmetic_on_both_machines(void)
         const double pairs = (double)reference_machine[m].pole_pairs;
         const double lambda = sqrt((double)reference_machine[m].Rr_ohm * -torque / (pairs * slip));
         const double below = 0.52 - fmin(lambda, 0.52);
-        const double step = fmax(-2e-3, fmin(2e-3, below - 0.2));
-        const flux_steering_out_t out = flux_steering_step(&cfg, &st, 1.0f, 1.0f, -7.0f);
+        const double step = 0.2 / 32.2 * (below - 0.2);
+        const flux_steering_out_t out = step_of(&st, 1.0f, 1.0f, -7.0f, 0.0f);
         ASSERT_NEAR(1e-6, torque, st.torque_Nm);
         ASSERT_NEAR(1e-7, 0.2 + step, out.reduction_Wb);
         ASSERT_NEAR(1e-3, -step / 2e-4, out.rate_Wb_per_s);
@@ -344,21 +356,62 @@ static void test_the_flux_moves_by_the_slew_step_and_says_so(void)
     cfg.step_Wb = 0.125f;
     const float reduction_Wb[] = {0.125f, 0.25f, 0.375f, 0.5f, 0.5f};
     for (unsigned k = 0; k < 5u; k++) {
-        const flux_steering_out_t out = flux_steering_step(&cfg, &st, -3.2f, -3.2f, 8.0f);
+        const flux_steering_out_t out = step_of(&st, -3.2f, -3.2f, 8.0f, 0.0f);
         ASSERT_SAME_FLOAT(reduction_Wb[k], out.reduction_Wb);
         ASSERT_NEAR(0.0, (k < 4u) ? -512.0 : 0.0, out.rate_Wb_per_s);
         TEST_ASSERT_EQUAL(k < 4u, out.moving);
     }
     /* And back, the last bit of the way slower than the limit. */
     st.reduction_Wb = 0.1875f;
-    flux_steering_out_t out = flux_steering_step(&cfg, &st, 20.0f, 20.0f, 8.0f);
+    flux_steering_out_t out = step_of(&st, 20.0f, 20.0f, 8.0f, 0.0f);
     ASSERT_SAME_FLOAT(0.0625f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(512.0f, out.rate_Wb_per_s);
     TEST_ASSERT_TRUE(out.moving);
-    out = flux_steering_step(&cfg, &st, 20.0f, 20.0f, 8.0f);
+    out = step_of(&st, 20.0f, 20.0f, 8.0f, 0.0f);
     ASSERT_SAME_FLOAT(0.0f, out.reduction_Wb);
     ASSERT_SAME_FLOAT(256.0f, out.rate_Wb_per_s);
     TEST_ASSERT_FALSE(out.moving);
+}
+
+/* Less than a step of the slew limit away the flux comes nearer by the share of the filter, so that
+ * the noise of the estimate does not move it. */
+static void test_the_flux_follows_as_slowly_as_the_torque(void)
+{
+    cfg.filter_gain = 0.25f;
+    st = (flux_steering_state_t){.torque_Nm = 8.0f, .steering = true};
+    const float reduction_Wb[] = {0.125f, 0.21875f, 0.2890625f};
+    for (unsigned k = 0; k < 3u; k++) {
+        const flux_steering_out_t out = step_of(&st, -3.2f, -3.2f, 8.0f, 0.0f);
+        ASSERT_SAME_FLOAT(reduction_Wb[k], out.reduction_Wb);
+        TEST_ASSERT_FALSE(out.moving);
+    }
+    cfg.step_Wb = 0.03125f;
+    TEST_ASSERT_TRUE(step_of(&st, -3.2f, -3.2f, 8.0f, 0.0f).moving);
+    ASSERT_SAME_FLOAT(0.3203125f, st.reduction_Wb);
+}
+
+/* 15 rad/s^2 in a step of 1/4096 s. */
+static void test_a_reference_that_crosses_fast_needs_no_steering(void)
+{
+    const float fast_rad_s = 15.0f / 4096.0f;
+    const struct {
+        float moved_rad_s;
+        bool from_rest; /* steering afterwards, when it was off; once begun it goes on */
+    } of[] = {{0.999f * fast_rad_s, true},
+              {1.001f * fast_rad_s, false},
+              {NAN, false},
+              {-0.999f * fast_rad_s, true},
+              {-1.001f * fast_rad_s, false}};
+    for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
+        st = (flux_steering_state_t){0};
+        flux_steering_out_t out = step_of(&st, -3.2f, -3.2f, 8.0f, of[k].moved_rad_s);
+        TEST_ASSERT_EQUAL(of[k].from_rest, st.steering);
+        ASSERT_SAME_FLOAT(of[k].from_rest ? 0.5f : 0.0f, out.reduction_Wb);
+        st = (flux_steering_state_t){.steering = true};
+        out = step_of(&st, -3.2f, -3.2f, 8.0f, of[k].moved_rad_s);
+        TEST_ASSERT_TRUE(st.steering);
+        ASSERT_SAME_FLOAT(0.5f, out.reduction_Wb);
+    }
 }
 
 static void test_no_number_is_remembered(void)
@@ -450,7 +503,7 @@ static void test_noise_within_the_hysteresis_switches_once(void)
     for (int k = 0; k < 25000; k++) {
         /* 6 Nm: slip 5.55 at nominal flux; the field wanders around -4.4 rad/s, by 1 rad/s. */
         const float w_rad_s = -4.4f - 5.547f + 0.5f * noise(&seed);
-        (void)flux_steering_step(&cfg, &st, w_rad_s, w_rad_s, 6.0f + noise(&seed));
+        (void)step_of(&st, w_rad_s, w_rad_s, 6.0f + noise(&seed), 0.0f);
         switches += st.steering != before;
         before = st.steering;
     }
@@ -459,7 +512,7 @@ static void test_noise_within_the_hysteresis_switches_once(void)
     cfg.leave_rad_s = cfg.min_rad_s; /* without hysteresis it would chatter */
     for (int k = 0; k < 1000; k++) {
         const float w_rad_s = -4.4f - 5.547f + 0.5f * noise(&seed);
-        (void)flux_steering_step(&cfg, &st, w_rad_s, w_rad_s, 6.0f + noise(&seed));
+        (void)step_of(&st, w_rad_s, w_rad_s, 6.0f + noise(&seed), 0.0f);
         switches += st.steering != before;
         before = st.steering;
     }
@@ -481,8 +534,8 @@ static void test_a_torque_that_swings_switches_once(void)
         for (int k = 0; k < 50000; k++) {
             /* A swing of .1 s, by a third. */
             const float swing = 1.0f + 0.33f * sinf(0.0126f * (float)k);
-            (void)flux_steering_step(&cfg, &st, of[n].w_rad_s, of[n].w_rad_s,
-                                     swing * of[n].torque_Nm + 0.2f * noise(&seed));
+            (void)step_of(&st, of[n].w_rad_s, of[n].w_rad_s,
+                          swing * of[n].torque_Nm + 0.2f * noise(&seed), 0.0f);
             switches += st.steering != before;
             before = st.steering;
         }
@@ -527,7 +580,7 @@ static void test_two_steerings_share_a_config_and_nothing_else(void)
 {
     flux_steering_state_t other = {0};
     const float first_Wb = flux_Wb(-4.0f, 8.0f);
-    const flux_steering_out_t out = flux_steering_step(&cfg, &other, -4.0f, -4.0f, 8.0f);
+    const flux_steering_out_t out = step_of(&other, -4.0f, -4.0f, 8.0f, 0.0f);
     ASSERT_SAME_FLOAT(first_Wb, cfg.lambda_nominal_Wb - out.reduction_Wb);
 }
 
@@ -550,6 +603,8 @@ int main(void)
     RUN_TEST(test_thresholds_on_either_side_of_zero);
     RUN_TEST(test_motoring_faster_than_the_minimum_needs_no_slip);
     RUN_TEST(test_the_flux_moves_by_the_slew_step_and_says_so);
+    RUN_TEST(test_the_flux_follows_as_slowly_as_the_torque);
+    RUN_TEST(test_a_reference_that_crosses_fast_needs_no_steering);
     RUN_TEST(test_no_number_is_remembered);
     RUN_TEST(test_the_field_keeps_away_from_zero_or_the_flux_stays_nominal);
     RUN_TEST(test_noise_within_the_hysteresis_switches_once);

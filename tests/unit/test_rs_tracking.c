@@ -28,8 +28,8 @@ static const rs_tracking_config_t simple = {.gain_T_ohm_s_per_rad = 0.0625f,
                                             .i_0_A2 = 4.0f,
                                             .min_rad_s = 2.0f,
                                             .max_rad_s = 32.0f,
-                                            .low_pu = 0.5f,
-                                            .high_pu = 2.0f,
+                                            .down_pu = -0.5f,
+                                            .up_pu = 1.0f,
                                             .speed_err_rad_s = 3.0f,
                                             .moved_rad_s = 0.25f,
                                             .quiet_periods = 2u};
@@ -71,8 +71,8 @@ static void test_init_derives_the_coefficients(void)
     ASSERT_SAME_FLOAT(2.25f, cfg.i_0_A2);
     ASSERT_SAME_FLOAT(1.9f, cfg.min_rad_s);
     ASSERT_SAME_FLOAT(38.0f, cfg.max_rad_s);
-    ASSERT_SAME_FLOAT(0.98f, cfg.low_pu);
-    ASSERT_SAME_FLOAT(1.5f, cfg.high_pu);
+    ASSERT_SAME_FLOAT(0.98f - 1.0f, cfg.down_pu);
+    ASSERT_SAME_FLOAT(0.5f, cfg.up_pu);
     ASSERT_SAME_FLOAT(3.0f, cfg.speed_err_rad_s);
     ASSERT_NEAR(1e-9, 20.0 * 2e-4, cfg.moved_rad_s);
     ASSERT_NEAR(1e-9, 2e-4, cfg.dwell_gain_T_ohm);
@@ -296,6 +296,43 @@ static void test_the_resistance_stays_within_its_band_around_the_starts(void)
     ASSERT_SAME_FLOAT(-2.0f, added_ohm(in)); /* half */
 }
 
+/* Frozen or not: in a narrow band Rs comes back to the start's by 3 % of what is missing. */
+static void test_while_the_field_generates_rs_does_not_stay_low(void)
+{
+    const struct {
+        float i_q_A, omega_s_rad_s, down_pu, delta_ohm, left_ohm;
+    } of[] = {
+        {-2.0f, 8.0f, -0.0625f, -0.03125f, 0.97f * -0.03125f},
+        {2.0f, -8.0f, -0.0625f, -0.03125f, 0.97f * -0.03125f},
+        {-2.0f, 8.0f, -0.0625f, -0.0625f, 0.97f * -0.0625f}, /* the end of the band */
+        {-2.0f, 8.0f, -0.0625f, 0.03125f, 0.03125f},         /* higher is as it was */
+        {2.0f, 8.0f, -0.0625f, -0.03125f, -0.03125f},        /* drives */
+        {-2.0f, -8.0f, -0.0625f, -0.03125f, -0.03125f},
+        {-2.0f, 0.0f, -0.0625f, -0.03125f, -0.03125f},
+        {-2.0f, 8.0f, -0.0625f, -0.07f, -0.07f},    /* found while dwelling */
+        {-2.0f, 8.0f, -0.125f, -0.0625f, -0.0625f}, /* a wide band */
+        {-2.0f, NAN, -0.0625f, -0.03125f, -0.03125f},
+    };
+    for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {
+        cfg.down_pu = of[k].down_pu;
+        rs_tracking_state_t st = {.delta_ohm = of[k].delta_ohm};
+        rs_tracking_in_t in = still;
+        in.i_q_A = of[k].i_q_A;
+        in.omega_s_hat_rad_s = of[k].omega_s_rad_s;
+        in.changing = true; /* frozen */
+        rs_tracking_step(&cfg, &st, &in);
+        ASSERT_SAME_FLOAT(of[k].left_ohm, st.delta_ohm);
+    }
+    /* Tracking still pulls: down, by a step that is less than what comes back. */
+    cfg.down_pu = -0.0625f;
+    rs_tracking_state_t st = {.delta_ohm = -0.03125f, .periods = 2u};
+    rs_tracking_in_t in = still;
+    in.i_q_A = -2.0f;
+    in.e1_d_A = 0.25f / 64.0f;
+    rs_tracking_step(&cfg, &st, &in);
+    ASSERT_SAME_FLOAT(0.97f * -0.03125f - STEP_OHM / 64.0f, st.delta_ohm);
+}
+
 static void test_no_number_stays_within_the_band(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
@@ -505,6 +542,7 @@ int main(void)
     RUN_TEST(test_too_little_torque_moves_nothing);
     RUN_TEST(test_a_speed_error_at_the_limit_is_no_disturbance);
     RUN_TEST(test_the_resistance_stays_within_its_band_around_the_starts);
+    RUN_TEST(test_while_the_field_generates_rs_does_not_stay_low);
     RUN_TEST(test_no_number_stays_within_the_band);
     RUN_TEST(test_the_error_along_the_flux_has_one_sign_motoring_and_braking);
     RUN_TEST(test_the_error_dies_exponentially_whatever_speed_load_and_direction);

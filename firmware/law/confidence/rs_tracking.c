@@ -4,6 +4,11 @@
 
 #define RS_TRACKING_MAX_PERIODS 1000000.0f
 
+/* A band that goes down further is wide. In a narrow one so much of what is missing from the
+ * start's Rs is left after a step: .1 s. */
+#define RS_TRACKING_WIDE_PU (-0.1f)
+#define RS_TRACKING_LEFT    0.97f
+
 /* While dwelling Rs is seen well enough to follow one that cools. */
 #define RS_TRACKING_DWELL_LOW_PU 0.6f
 
@@ -32,8 +37,8 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
         .i_0_A2 = i_0_A2,
         .min_rad_s = p->min_rad_s,
         .max_rad_s = p->max_rad_s,
-        .low_pu = p->low_pu,
-        .high_pu = p->high_pu,
+        .down_pu = p->low_pu - 1.0f,
+        .up_pu = p->high_pu - 1.0f,
         .speed_err_rad_s = p->speed_err_rad_s,
         .moved_rad_s = p->slew_rad_s2 * period_s,
         .quiet_periods = (uint32_t)(p->quiet_s / period_s + 0.5f),
@@ -42,9 +47,22 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
     return true;
 }
 
+/* Less than the band allows was found while dwelling, and stays. */
+static void come_back(const rs_tracking_config_t *cfg, rs_tracking_state_t *st, float low_ohm)
+{
+    if ((st->delta_ohm >= low_ohm) && (cfg->down_pu > RS_TRACKING_WIDE_PU)) {
+        st->delta_ohm = maxf(st->delta_ohm, RS_TRACKING_LEFT * st->delta_ohm);
+    }
+}
+
 void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
                       const rs_tracking_in_t *in)
 {
+    const float low_ohm = cfg->down_pu * in->Rs_start_ohm;
+    const float along_A_rad_s = in->i_q_A * in->omega_s_hat_rad_s;
+    if (along_A_rad_s < 0.0f) {
+        come_back(cfg, st, low_ohm);
+    }
     if (in->changing || !(absf(in->moved_rad_s) <= cfg->moved_rad_s) ||
         !(absf(in->speed_err_rad_s) <= cfg->speed_err_rad_s)) {
         st->periods = 0u;
@@ -60,11 +78,10 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
         !(i_q_A2 >= cfg->i_0_A2)) {
         return;
     }
-    const float per_A = in->i_q_A / (i_q_A2 + cfg->i_0_A2);
-    const float step_ohm = cfg->gain_T_ohm_s_per_rad * in->e1_d_A * in->omega_s_hat_rad_s * per_A;
-    st->delta_ohm = clampf(st->delta_ohm + step_ohm,
-                           minf((cfg->low_pu - 1.0f) * in->Rs_start_ohm, st->delta_ohm),
-                           (cfg->high_pu - 1.0f) * in->Rs_start_ohm);
+    const float step_ohm =
+        cfg->gain_T_ohm_s_per_rad * in->e1_d_A * along_A_rad_s / (i_q_A2 + cfg->i_0_A2);
+    st->delta_ohm = clampf(st->delta_ohm + step_ohm, minf(low_ohm, st->delta_ohm),
+                           cfg->up_pu * in->Rs_start_ohm);
 }
 
 void rs_tracking_dwell(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
@@ -78,6 +95,6 @@ void rs_tracking_dwell(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
         const float step_ohm = cfg->dwell_gain_T_ohm * along_A2_per_s / length_A2_per_s;
         st->delta_ohm =
             clampf(st->delta_ohm + step_ohm, (RS_TRACKING_DWELL_LOW_PU - 1.0f) * in->Rs_start_ohm,
-                   (cfg->high_pu - 1.0f) * in->Rs_start_ohm);
+                   cfg->up_pu * in->Rs_start_ohm);
     }
 }

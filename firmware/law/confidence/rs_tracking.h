@@ -5,6 +5,10 @@
  * regeneration. The error therefore decays as e^{-k c t}, whatever the speed and load. The usual
  * law, Re(conj(i_s_hat) e1), changes its sign in regeneration and gets small before.
  *
+ * While the field generates, which a low Rs loses near zero frequency, Rs does not stay below the
+ * start's, which is 2 % high on purpose; while it drives, which a high Rs loses, it may fall. Where
+ * the band is wide Rs has to be right in both.
+ *
  * Rs is frozen below the torque current i_0: an error of M or of the leakage affects e1 more than
  * Rs does there. Tracked at no load, Rs ran 8 % high, and crossings of zero frequency were lost. At
  * zero frequency the gain fades out. Rs is also frozen outside a band of stator frequency, and for
@@ -37,8 +41,8 @@ typedef struct {
     float i_0_A2;
     float min_rad_s;
     float max_rad_s;
-    float low_pu;
-    float high_pu;
+    float down_pu; /* ends of the band, less 1 */
+    float up_pu;
     float speed_err_rad_s;
     float moved_rad_s; /* by the reference in a period */
     uint32_t quiet_periods;

@@ -38,7 +38,8 @@ static request_t current_along_u(float i_d_A)
     return (request_t){.kind = REQUEST_CURRENT, .axis = {1.0f, 0.0f}, .i_ref_A = {i_d_A, 0.0f}};
 }
 
-static request_t voltage(ab_t u_ref_V)
+/* Of three modes: inlined in each it took 32 B more. */
+APART static request_t voltage(ab_t u_ref_V)
 {
     return (request_t){.kind = REQUEST_VOLTAGE, .axis = {1.0f, 0.0f}, .u_ref_V = u_ref_V};
 }

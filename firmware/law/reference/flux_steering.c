@@ -13,6 +13,10 @@
  * stood at zero, and the shaft ran away (zh envelope). */
 #define STEERING_SLIP_PU 1.25f
 
+/* A reference that is faster takes the field through zero in half a second, which steering would
+ * need for the flux alone (zh envelope, 373 of 1983621623: lost with the flux on its way down). */
+#define STEERING_CROSSES_RAD_S2 15.0f
+
 /* Of torque_min and w_min. Steering begins where the torque can turn the field with w_min, rounding
  * aside. Under less the field would stand, which is dwelling's to hold (dwell.h). While it steers,
  * or is asked to stand, half of both is enough: the estimate sees up to a third less torque once
@@ -69,23 +73,34 @@ static float steered_flux(const flux_steering_config_t *cfg, float speed_with_to
     return clampf(maxf(lambda_Wb, for_torque_Wb), cfg->lambda_min_Wb, cfg->lambda_nominal_Wb);
 }
 
+/* Not beside a reference that crosses fast. Once begun steering goes on: one that comes in steps is
+ * fast now and then. */
+static bool may_steer(const flux_steering_config_t *cfg, const flux_steering_state_t *st,
+                      float omega_ref_rad_s)
+{
+    const float moved_rad_s = omega_ref_rad_s - st->omega_ref_rad_s;
+    return st->steering || (absf(moved_rad_s) * cfg->inv_period_per_s <= STEERING_CROSSES_RAD_S2);
+}
+
 /* Where the flux should be; moves the hysteresis. */
 static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                    float omega_ref_rad_s, float omega_hat_rad_s)
+                    const flux_steering_in_t *in)
 {
+    const float omega_ref_rad_s = in->omega_ref_rad_s;
     const float torque_Nm = absf(st->torque_Nm);
     /* Seen in the sense of the torque: braking is negative. */
     const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
-    const float speed_rad_s =
-        minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
+    const float speed_rad_s = minf(way * omega_ref_rad_s,
+                                   way * in->omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
     const float nominal_rad_s = speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm;
     const float within_rad_s = st->steering ? cfg->leave_rad_s : cfg->min_rad_s;
     const float share =
         (st->steering || is_zero(omega_ref_rad_s)) ? STEERING_KEEP_PU : STEERING_BEGIN_PU;
+    const bool allowed = may_steer(cfg, st, omega_ref_rad_s);
     st->steering = false;
     /* Motoring faster than w_min needs no slip at all. */
     if (!(torque_Nm >= share * cfg->torque_min_Nm) || !(absf(nominal_rad_s) <= within_rad_s) ||
-        !(speed_rad_s < cfg->min_rad_s)) {
+        !(speed_rad_s < cfg->min_rad_s) || !allowed) {
         return cfg->lambda_nominal_Wb;
     }
     const float lambda_Wb = steered_flux(cfg, speed_rad_s, torque_Nm);
@@ -96,19 +111,21 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
 }
 
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                                       float omega_ref_rad_s, float omega_hat_rad_s,
-                                       float torque_Nm)
+                                       const flux_steering_in_t *in)
 {
     if (!flux_steering_on(cfg)) {
         return (flux_steering_out_t){0.0f, 0.0f, false};
     }
-    const float behind_Nm = torque_Nm - st->torque_Nm;
+    const float behind_Nm = in->torque_Nm - st->torque_Nm;
     if (is_finite(behind_Nm)) {
         st->torque_Nm += cfg->filter_gain * behind_Nm;
     }
-    const float reduction_Wb =
-        cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s, omega_hat_rad_s);
-    const float step_Wb = limitf(reduction_Wb - st->reduction_Wb, cfg->step_Wb);
+    const float reduction_Wb = cfg->lambda_nominal_Wb - target(cfg, st, in);
+    st->omega_ref_rad_s = in->omega_ref_rad_s;
+    /* Followed as fast as the slew limit allows, the noise of the estimate made the direct current
+     * swing by half of itself, and Rs was never tracked (zh envelope, 395 of 841164779). */
+    const float step_Wb =
+        limitf(cfg->filter_gain * (reduction_Wb - st->reduction_Wb), cfg->step_Wb);
     st->reduction_Wb += step_Wb;
     return (flux_steering_out_t){.reduction_Wb = st->reduction_Wb,
                                  .rate_Wb_per_s = -step_Wb * cfg->inv_period_per_s,
