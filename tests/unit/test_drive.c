@@ -123,7 +123,8 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
         target = s->steering ? low : nominal;
     }
     const double slew = T * (double)f->slew_Wb_per_s;
-    const double wanted = T / (T + (double)f->torque_filter_s) * (nominal - target - s->below);
+    const double follows = fmin(4.0 * T / (T + (double)f->torque_filter_s), 1.0);
+    const double wanted = follows * (nominal - target - s->below);
     const double step = limit(wanted, slew);
     s->moving = fabs(wanted) >= slew;
     s->below += step;
@@ -452,7 +453,7 @@ static drive_params_t with_means(int n)
                                           .lambda_min_Wb = 0.1f * p.motor.M_H * p.flux.i_d_A,
                                           .torque_min_Nm = 0.1f,
                                           .torque_filter_s = 2e-3f,
-                                          .slew_Wb_per_s = 20.0f,
+                                          .slew_Wb_per_s = 40.0f,
                                           .i_q_max_A = 12.0f};
     return p;
 }

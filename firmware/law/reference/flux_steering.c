@@ -17,6 +17,12 @@
  * need for the flux alone (zh envelope, 373 of 1983621623: lost with the flux on its way down). */
 #define STEERING_CROSSES_RAD_S2 15.0f
 
+/* The flux follows so many times as fast as the torque is filtered. As fast as the slew limit
+ * allows the noise of the estimate made the direct current swing by half of itself, and Rs was
+ * never tracked (zh envelope, 395 of 841164779); as slowly as the torque the field swung after a
+ * load. */
+#define STEERING_FOLLOWS 4.0f
+
 /* Of torque_min and w_min. Steering begins where the torque can turn the field with w_min, rounding
  * aside. Under less the field would stand, which is dwelling's to hold (dwell.h). While it steers,
  * or is asked to stand, half of both is enough: the estimate sees up to a third less torque once
@@ -122,10 +128,8 @@ flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_s
     }
     const float reduction_Wb = cfg->lambda_nominal_Wb - target(cfg, st, in);
     st->omega_ref_rad_s = in->omega_ref_rad_s;
-    /* Followed as fast as the slew limit allows, the noise of the estimate made the direct current
-     * swing by half of itself, and Rs was never tracked (zh envelope, 395 of 841164779). */
-    const float step_Wb =
-        limitf(cfg->filter_gain * (reduction_Wb - st->reduction_Wb), cfg->step_Wb);
+    const float share = minf(STEERING_FOLLOWS * cfg->filter_gain, 1.0f);
+    const float step_Wb = limitf(share * (reduction_Wb - st->reduction_Wb), cfg->step_Wb);
     st->reduction_Wb += step_Wb;
     return (flux_steering_out_t){.reduction_Wb = st->reduction_Wb,
                                  .rate_Wb_per_s = -step_Wb * cfg->inv_period_per_s,

@@ -26,7 +26,7 @@ typedef struct {
     float lambda_nominal_Wb;
     float lambda_min_Wb;
     float torque_min_Nm;   /* steering begins above, and ends below half of it */
-    float torque_filter_s; /* of the flux reference as well */
+    float torque_filter_s; /* of the flux reference a quarter of it */
     float slew_Wb_per_s;
     float i_q_max_A; /* the flux stays high enough for the torque with this */
 } flux_steering_params_t;
