@@ -1,8 +1,7 @@
 #include "flux_steering.h"
 
-/* Share of the largest torque current the lowered flux may need. With half of it four envelope runs
- * held that end in SPEED_DEVIATION (a driving load, and a voltage 3 % off); but a sound drive that
- * holds rated driving load at 25 to 37 min^-1 was lost then, and left to I-f. */
+/* Share of the largest torque current the lowered flux may need. With half of it a sound drive that
+ * holds rated driving load at 25 to 37 min^-1 was lost, and left to I-f. */
 #define STEERING_I_Q_SHARE 0.95f
 
 /* The estimate counts only where it is further than this share of w_min beyond the reference: its
