@@ -21,9 +21,9 @@
 /* All torque in use and a field slower than this: the estimate may be lost there without a sign, so
  * any deviation counts (zh envelope: a shaft ran away beside an estimate that followed). */
 #define SPEED_STANDING_RAD_S 6.0f
-/* Electrical. Beside a ramp that is faster time counts once, however far off: it is the reference
- * that goes away, and a load that sticks waits for the integrator (zh envelope, 265 of 4236589842).
- */
+/* Electrical. Beside a ramp that is faster, with torque in reserve, time counts once, however far
+ * off: it is the reference that goes away, and a load that sticks waits for the integrator (zh
+ * envelope, 265 of 4236589842). The count of deviation_s hurries all the same. */
 #define SPEED_RAMP_RAD_S2 40.0f
 /* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
  * that heals slowly. */
@@ -110,13 +110,17 @@ static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *s
            (st->approach_s >= cfg->approach_s);
 }
 
-/* How many times a deviation may count. */
-static float hurry_pu(const speed_guard_config_t *cfg, speed_guard_state_t *st,
-                      float omega_ref_rad_s)
+static bool ramps(const speed_guard_config_t *cfg, speed_guard_state_t *st, float omega_ref_rad_s)
 {
     const float moved_rad_s = omega_ref_rad_s - st->omega_ref_rad_s;
     st->omega_ref_rad_s = omega_ref_rad_s;
-    return (absf(moved_rad_s) > SPEED_RAMP_RAD_S2 * cfg->schedule_s) ? 1.0f : SPEED_FARTHEST_PU;
+    return absf(moved_rad_s) > SPEED_RAMP_RAD_S2 * cfg->schedule_s;
+}
+
+/* Torque at its limit explains a deviation: that only heals. */
+static float unexplained_step_s(const speed_guard_in_t *in, float step_s)
+{
+    return in->at_limit ? minf(step_s, 0.0f) : step_s;
 }
 
 static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_state_t *st,
@@ -125,7 +129,7 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
     const float allowed_rad_s =
         maxf(cfg->deviation_rad_s, SPEED_DEVIATION_PU * absf(in->omega_ref_rad_s));
     const float far_pu = (in->omega_ref_rad_s - in->omega_rad_s) / allowed_rad_s;
-    const float most_pu = hurry_pu(cfg, st, in->omega_ref_rad_s);
+    const bool ramp = ramps(cfg, st, in->omega_ref_rad_s);
     const bool wrong = deviates(cfg, st, in, far_pu);
     /* Neither away nor lately so: nothing to count. (unexplained_s is never above deviation_s.) */
     if (!wrong && (absf(far_pu) <= 1.0f) &&
@@ -133,10 +137,10 @@ static uint32_t look_at_deviation(const speed_guard_config_t *cfg, speed_guard_s
         return 0u;
     }
     const float one_s = cfg->schedule_s * (wrong ? 1.0f : -SPEED_HEALS_PU);
-    const float step_s = wrong ? (one_s * clampf(absf(far_pu), 1.0f, most_pu)) : one_s;
-    const float free_s = in->at_limit ? minf(step_s, 0.0f) : step_s;
+    const float step_s = wrong ? (one_s * clampf(absf(far_pu), 1.0f, SPEED_FARTHEST_PU)) : one_s;
     st->deviation_s = passed(st->deviation_s, step_s, cfg->deviation_s);
-    st->unexplained_s = passed(st->unexplained_s, free_s, cfg->unexplained_s);
+    st->unexplained_s = passed(st->unexplained_s, unexplained_step_s(in, ramp ? one_s : step_s),
+                               cfg->unexplained_s);
     const bool late =
         (st->deviation_s >= cfg->deviation_s) || (st->unexplained_s >= cfg->unexplained_s);
     const bool told = lacks_torque(cfg, st, in, far_pu, wrong);

@@ -230,7 +230,7 @@ COLD static bool start_drive(stm32_clock_t clock)
         wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL"
                                                 : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
-        wrong = "no watchdog";
+        wrong = "watchdog does not start";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {

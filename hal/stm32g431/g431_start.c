@@ -41,7 +41,7 @@ COLD const char *g431_start_carrier(const g431_part_t *part, const g431_board_t 
         return "period or dead time beyond the timer";
     }
     if (!g431_window_start(part->wwdg, timing->clock_Hz, timing->period_s)) {
-        return "period beyond the watchdog";
+        return "period beyond the window watchdog";
     }
     g431_board_gates_to_timer(board);
     return "";

@@ -248,9 +248,9 @@ COLD static bool start_drive(g431_clock_t clock)
         wrong =
             (clock == G431_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL" : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
-        wrong = "no watchdog";
+        wrong = "watchdog does not start";
     } else if (!g431_start_measurement(&part, &board, &adcs, &timing, &shunts)) {
-        wrong = "no ADC";
+        wrong = "converters do not start";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {

@@ -25,7 +25,6 @@ typedef struct {
     double flux_pu, i_q_max, target;
     cplx lagging, lag_step, ahead;
     int quiet, slot;
-    double steered_at;
     bool steering, moving, dead_found;
 } ref_t;
 
@@ -109,10 +108,7 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
     const double share = (s->steering || !(fabs(s->wref) > 0.0)) ? 0.5 : 0.99;
     const double within = s->steering ? (least + (double)f->hysteresis_rad_s) : least;
     double target = nominal;
-    const bool crosses = !s->steering && (fabs(s->wref - s->steered_at) > 15.0 * T);
-    s->steered_at = s->wref;
-    if ((torque < share * (double)f->torque_min_Nm) || (w >= least) || (fabs(field) > within) ||
-        crosses) {
+    if ((torque < share * (double)f->torque_min_Nm) || (w >= least) || (fabs(field) > within)) {
         s->steering = false;
     } else {
         const double needed = least - ((w < 0.0) ? (1.25 * w) : w);
@@ -123,8 +119,8 @@ static double ref_steer(ref_t *s, const drive_params_t *p)
         target = s->steering ? low : nominal;
     }
     const double slew = T * (double)f->slew_Wb_per_s;
-    const double follows = fmin(4.0 * T / (T + (double)f->torque_filter_s), 1.0);
-    const double wanted = follows * (nominal - target - s->below);
+    const double follow = fmin(4.0 * T / (T + (double)f->torque_filter_s), 1.0);
+    const double wanted = follow * (nominal - target - s->below);
     const double step = limit(wanted, slew);
     s->moving = fabs(wanted) >= slew;
     s->below += step;

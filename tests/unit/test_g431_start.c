@@ -69,7 +69,7 @@ static void test_a_period_beyond_timer_or_window_keeps_the_pins(void)
     TEST_ASSERT_EQUAL_HEX32(WWDG_CR_RESET, wwdg.CR);
     bad = timing;
     bad.period_s = 80e-6f;
-    TEST_ASSERT_NOT_NULL(strstr(g431_start_carrier(&part, &esc, &bad), "beyond the watchdog"));
+    TEST_ASSERT_NOT_NULL(strstr(g431_start_carrier(&part, &esc, &bad), "window watchdog"));
     TEST_ASSERT_EQUAL_HEX32(WWDG_CR_RESET, wwdg.CR);
     TEST_ASSERT_EQUAL_HEX32(0u, port[0].MODER);
 }

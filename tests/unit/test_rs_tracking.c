@@ -309,8 +309,9 @@ static void test_while_the_field_generates_rs_does_not_stay_low(void)
         {2.0f, 8.0f, -0.0625f, -0.03125f, -0.03125f},        /* drives */
         {-2.0f, -8.0f, -0.0625f, -0.03125f, -0.03125f},
         {-2.0f, 0.0f, -0.0625f, -0.03125f, -0.03125f},
-        {-2.0f, 8.0f, -0.0625f, -0.07f, -0.07f},    /* found while dwelling */
-        {-2.0f, 8.0f, -0.125f, -0.0625f, -0.0625f}, /* a wide band */
+        {-1.99f, 8.0f, -0.0625f, -0.03125f, -0.03125f}, /* no load */
+        {-2.0f, 8.0f, -0.0625f, -0.07f, -0.07f},        /* found while dwelling */
+        {-2.0f, 8.0f, -0.125f, -0.0625f, -0.0625f},     /* a wide band */
         {-2.0f, NAN, -0.0625f, -0.03125f, -0.03125f},
     };
     for (unsigned k = 0; k < sizeof of / sizeof of[0]; k++) {

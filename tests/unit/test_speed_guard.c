@@ -104,38 +104,36 @@ static void test_a_standing_deviation_is_a_fault(void)
     TEST_ASSERT_TRUE(st.deviation_s < 1.0f);
 }
 
-/* A load that sticks: the reference goes away from a shaft that stands. */
+/* A load that sticks: the reference goes away from a shaft that stands. Twice as far. */
 static void test_beside_a_ramp_distance_does_not_hurry(void)
 {
     const float slew_rad_s2[] = {94.0f, 41.0f, 39.0f, -94.0f};
     const bool ramp[] = {true, true, false, true};
     for (int n = 0; n < 4; n++) {
         setUp();
-        in.omega_rad_s = 0.0f;
-        in.omega_ref_rad_s = (slew_rad_s2[n] > 0.0f) ? 72.1f : -72.1f; /* four times as far */
+        in.omega_ref_rad_s = (slew_rad_s2[n] > 0.0f) ? 72.1f : -72.1f;
         st.omega_ref_rad_s = in.omega_ref_rad_s;
         int k = 0;
         uint32_t faults = 0u;
         while (((faults & FAULT_SPEED_DEVIATION) == 0u) && (k < 1000)) {
             in.omega_ref_rad_s += slew_rad_s2[n] * SCHEDULE_S;
+            in.omega_rad_s = in.omega_ref_rad_s - ((slew_rad_s2[n] > 0.0f) ? 36.0f : -36.0f);
+            st.omega_slow_rad_s = in.omega_rad_s; /* comes no nearer */
             faults = speed_guard_look(&cfg, &st, &in);
             k++;
         }
-        TEST_ASSERT_FLOAT_WITHIN(0.01f, ramp[n] ? 0.8f : 0.2f, (float)k * SCHEDULE_S);
+        TEST_ASSERT_FLOAT_WITHIN(0.01f, ramp[n] ? 0.8f : 0.4f, (float)k * SCHEDULE_S);
     }
-    /* With all torque in use neither; it is told. */
+    /* The longer time hurries all the same: four times as far. */
     setUp();
-    in.at_limit = true;
     in.omega_rad_s = 0.0f;
+    in.omega_ref_rad_s = 72.1f;
     int k = 0;
-    uint32_t faults = 0u;
-    while (((faults & FAULT_SPEED_DEVIATION) == 0u) && (k < 1000)) {
+    while (((speed_guard_look(&cfg, &st, &in) & FAULT_SPEED_DEVIATION) == 0u) && (k < 1000)) {
         in.omega_ref_rad_s += 94.0f * SCHEDULE_S;
-        faults = speed_guard_look(&cfg, &st, &in);
         k++;
-        TEST_ASSERT_EQUAL((float)k * SCHEDULE_S > 0.15f, (faults & FAULT_DERATED) != 0u);
     }
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 2.0f, (float)k * SCHEDULE_S);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.5f, (float)k * SCHEDULE_S);
 }
 
 static void test_at_the_limit_of_torque_it_is_told_first(void)

@@ -339,37 +339,35 @@ static void test_steering_has_a_slot_of_its_own(void)
     st.speed.omega_ref_rad_s = -3.0f;
     st.speed.omega_filtered_rad_s = -5.0f;
     for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
-        st.steering = (flux_steering_state_t){.omega_ref_rad_s = -3.0f};
+        st.steering = (flux_steering_state_t){0};
         st.speed.omega_ref_rad_s = -3.0f;
         vector_slow(cfg, &drive.limits, &st, &in);
         TEST_ASSERT_EQUAL(in.slot == SLOT_FLUX_STEERING, st.steering.reduction_Wb > 0.0f);
     }
-    flux_steering_state_t expected = {.omega_ref_rad_s = -3.0f};
+    flux_steering_state_t expected = {0};
     st.steering = expected;
     in.slot = SLOT_FLUX_STEERING;
     const float torque_Nm =
         motor_torque_Nm(&cfg->motor, estimate.lambda_Wb, ab_cross(axis(), meas.i_s_A));
-    const flux_steering_out_t steer_out = flux_steering_step(
-        &cfg->steering, &expected, &(flux_steering_in_t){-3.0f, -5.0f, torque_Nm});
+    const flux_steering_out_t steer_out =
+        flux_steering_step(&cfg->steering, &expected, -3.0f, -5.0f, torque_Nm);
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(steer_out.reduction_Wb, st.flux_reduction_Wb);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
     /* Asked to stand, a modulation on top: the estimate does not count. */
-    expected = (flux_steering_state_t){.omega_ref_rad_s = -3.0f};
+    expected = (flux_steering_state_t){0};
     st.steering = expected;
     st.modulation.speed_rad_s = -3.0f;
-    (void)flux_steering_step(&cfg->steering, &expected,
-                             &(flux_steering_in_t){-3.0f, -3.0f, torque_Nm});
+    (void)flux_steering_step(&cfg->steering, &expected, -3.0f, -3.0f, torque_Nm);
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(expected.reduction_Wb, st.steering.reduction_Wb);
     st.modulation.speed_rad_s = 0.0f;
     /* The slip of a warm rotor with more M: 1.5/1.25^2 of it. */
-    expected = (flux_steering_state_t){.omega_ref_rad_s = -3.0f};
+    expected = (flux_steering_state_t){0};
     st.steering = expected;
     in.Rr_pu = 1.5f;
     in.M_pu = 1.25f;
-    (void)flux_steering_step(&cfg->steering, &expected,
-                             &(flux_steering_in_t){-3.0f, -5.0f, torque_Nm * 1.5f / 1.5625f});
+    (void)flux_steering_step(&cfg->steering, &expected, -3.0f, -5.0f, torque_Nm * 1.5f / 1.5625f);
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(expected.torque_Nm, st.steering.torque_Nm);
 }

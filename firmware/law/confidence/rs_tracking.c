@@ -4,8 +4,8 @@
 
 #define RS_TRACKING_MAX_PERIODS 1000000.0f
 
-/* A band that goes down further is wide. In a narrow one so much of what is missing from the
- * start's Rs is left after a step: .1 s. */
+/* A band that goes down further is wide. In a narrow one a step leaves this share of what is
+ * missing from the start's Rs: a time constant of 33 steps, .1 s at 200 us. */
 #define RS_TRACKING_WIDE_PU (-0.1f)
 #define RS_TRACKING_LEFT    0.97f
 
@@ -60,7 +60,9 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
 {
     const float low_ohm = cfg->down_pu * in->Rs_start_ohm;
     const float along_A_rad_s = in->i_q_A * in->omega_s_hat_rad_s;
-    if (along_A_rad_s < 0.0f) {
+    const float i_q_A2 = in->i_q_A * in->i_q_A;
+    const bool loaded = i_q_A2 >= cfg->i_0_A2;
+    if (loaded && (along_A_rad_s < 0.0f)) {
         come_back(cfg, st, low_ohm);
     }
     if (in->changing || !(absf(in->moved_rad_s) <= cfg->moved_rad_s) ||
@@ -73,9 +75,7 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
         return;
     }
     const float frequency_rad_s = absf(in->omega_s_hat_rad_s);
-    const float i_q_A2 = in->i_q_A * in->i_q_A;
-    if (!(frequency_rad_s >= cfg->min_rad_s) || !(frequency_rad_s <= cfg->max_rad_s) ||
-        !(i_q_A2 >= cfg->i_0_A2)) {
+    if (!(frequency_rad_s >= cfg->min_rad_s) || !(frequency_rad_s <= cfg->max_rad_s) || !loaded) {
         return;
     }
     const float step_ohm =

@@ -5,9 +5,9 @@
  * regeneration. The error therefore decays as e^{-k c t}, whatever the speed and load. The usual
  * law, Re(conj(i_s_hat) e1), changes its sign in regeneration and gets small before.
  *
- * While the field generates, which a low Rs loses near zero frequency, Rs does not stay below the
- * start's, which is 2 % high on purpose; while it drives, which a high Rs loses, it may fall. Where
- * the band is wide Rs has to be right in both.
+ * Near zero frequency a field that generates is lost with an Rs too low, one that drives with an Rs
+ * too high. So Rs comes back to the start's, which is 2 % high on purpose, while the field
+ * generates under load. In a wide band it does not: there Rs has to be right in both.
  *
  * Rs is frozen below the torque current i_0: an error of M or of the leakage affects e1 more than
  * Rs does there. Tracked at no load, Rs ran 8 % high, and crossings of zero frequency were lost. At

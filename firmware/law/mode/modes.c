@@ -38,7 +38,7 @@ static request_t current_along_u(float i_d_A)
     return (request_t){.kind = REQUEST_CURRENT, .axis = {1.0f, 0.0f}, .i_ref_A = {i_d_A, 0.0f}};
 }
 
-/* Of three modes: inlined in each it took 32 B more. */
+/* Called by three modes; inlining it costs 32 B. */
 APART static request_t voltage(ab_t u_ref_V)
 {
     return (request_t){.kind = REQUEST_VOLTAGE, .axis = {1.0f, 0.0f}, .u_ref_V = u_ref_V};

@@ -54,12 +54,12 @@ static void steer_flux(const vector_config_t *cfg, vector_state_t *st, const mod
         /* Asked to stand it is steered as asked: with an Rs far off the estimate of a shaft that
          * stands unloaded steered the flux down and lost it (zh modes, flying start). */
         const float ref_rad_s = st->speed.omega_ref_rad_s;
-        const bool stands = !(absf(vector_unmodulated_rad_s(st)) > 0.0f);
-        const flux_steering_in_t steering_in = {
-            .omega_ref_rad_s = ref_rad_s,
-            .omega_hat_rad_s = stands ? ref_rad_s : st->speed.omega_filtered_rad_s,
-            .torque_Nm = slip_Nm};
-        st->steer = flux_steering_step(&cfg->steering, &st->steering, &steering_in);
+        float hat_rad_s = st->speed.omega_filtered_rad_s;
+        if (!(absf(vector_unmodulated_rad_s(st)) > 0.0f)) {
+            hat_rad_s = ref_rad_s;
+        }
+        st->steer =
+            flux_steering_step(&cfg->steering, &st->steering, ref_rad_s, hat_rad_s, slip_Nm);
         choose_flux(cfg, st);
     }
 }

@@ -12,10 +12,6 @@
  * stood at zero, and the shaft ran away (zh envelope). */
 #define STEERING_SLIP_PU 1.25f
 
-/* A reference that is faster takes the field through zero in half a second, which steering would
- * need for the flux alone (zh envelope, 373 of 1983621623: lost with the flux on its way down). */
-#define STEERING_CROSSES_RAD_S2 15.0f
-
 /* The flux follows so many times as fast as the torque is filtered. As fast as the slew limit
  * allows the noise of the estimate made the direct current swing by half of itself, and Rs was
  * never tracked (zh envelope, 395 of 841164779); as slowly as the torque the field swung after a
@@ -50,6 +46,7 @@ bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_
     if (!params_valid(params) || !ALL_POSITIVE(period_s, slip_Wb2_per_Nm_s, per_i_q_Wb_per_Nm)) {
         return false;
     }
+    const float filter_gain = period_s / (period_s + params->torque_filter_s);
     *cfg = (flux_steering_config_t){
         .min_rad_s = params->min_rad_s,
         .leave_rad_s = params->min_rad_s + params->hysteresis_rad_s,
@@ -61,7 +58,8 @@ bool flux_steering_init(flux_steering_config_t *cfg, const flux_steering_params_
             slip_Wb2_per_Nm_s / (params->lambda_nominal_Wb * params->lambda_nominal_Wb),
         .flux_per_torque_Wb_per_Nm = per_i_q_Wb_per_Nm,
         .step_Wb = params->slew_Wb_per_s * period_s,
-        .filter_gain = period_s / (period_s + params->torque_filter_s),
+        .filter_gain = filter_gain,
+        .follow = minf(STEERING_FOLLOWS * filter_gain, 1.0f),
         .inv_period_per_s = 1.0f / period_s,
     };
     return true;
@@ -78,34 +76,23 @@ static float steered_flux(const flux_steering_config_t *cfg, float speed_with_to
     return clampf(maxf(lambda_Wb, for_torque_Wb), cfg->lambda_min_Wb, cfg->lambda_nominal_Wb);
 }
 
-/* Not beside a reference that crosses fast. Once begun steering goes on: one that comes in steps is
- * fast now and then. */
-static bool may_steer(const flux_steering_config_t *cfg, const flux_steering_state_t *st,
-                      float omega_ref_rad_s)
-{
-    const float moved_rad_s = omega_ref_rad_s - st->omega_ref_rad_s;
-    return st->steering || (absf(moved_rad_s) * cfg->inv_period_per_s <= STEERING_CROSSES_RAD_S2);
-}
-
 /* Where the flux should be; moves the hysteresis. */
 static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                    const flux_steering_in_t *in)
+                    float omega_ref_rad_s, float omega_hat_rad_s)
 {
-    const float omega_ref_rad_s = in->omega_ref_rad_s;
     const float torque_Nm = absf(st->torque_Nm);
     /* Seen in the sense of the torque: braking is negative. */
     const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
-    const float speed_rad_s = minf(way * omega_ref_rad_s,
-                                   way * in->omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
+    const float speed_rad_s =
+        minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
     const float nominal_rad_s = speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm;
     const float within_rad_s = st->steering ? cfg->leave_rad_s : cfg->min_rad_s;
     const float share =
         (st->steering || is_zero(omega_ref_rad_s)) ? STEERING_KEEP_PU : STEERING_BEGIN_PU;
-    const bool allowed = may_steer(cfg, st, omega_ref_rad_s);
     st->steering = false;
     /* Motoring faster than w_min needs no slip at all. */
     if (!(torque_Nm >= share * cfg->torque_min_Nm) || !(absf(nominal_rad_s) <= within_rad_s) ||
-        !(speed_rad_s < cfg->min_rad_s) || !allowed) {
+        !(speed_rad_s < cfg->min_rad_s)) {
         return cfg->lambda_nominal_Wb;
     }
     const float lambda_Wb = steered_flux(cfg, speed_rad_s, torque_Nm);
@@ -116,19 +103,19 @@ static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st
 }
 
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                                       const flux_steering_in_t *in)
+                                       float omega_ref_rad_s, float omega_hat_rad_s,
+                                       float torque_Nm)
 {
     if (!flux_steering_on(cfg)) {
         return (flux_steering_out_t){0.0f, 0.0f, false};
     }
-    const float behind_Nm = in->torque_Nm - st->torque_Nm;
+    const float behind_Nm = torque_Nm - st->torque_Nm;
     if (is_finite(behind_Nm)) {
         st->torque_Nm += cfg->filter_gain * behind_Nm;
     }
-    const float reduction_Wb = cfg->lambda_nominal_Wb - target(cfg, st, in);
-    st->omega_ref_rad_s = in->omega_ref_rad_s;
-    const float share = minf(STEERING_FOLLOWS * cfg->filter_gain, 1.0f);
-    const float step_Wb = limitf(share * (reduction_Wb - st->reduction_Wb), cfg->step_Wb);
+    const float reduction_Wb =
+        cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s, omega_hat_rad_s);
+    const float step_Wb = limitf(cfg->follow * (reduction_Wb - st->reduction_Wb), cfg->step_Wb);
     st->reduction_Wb += step_Wb;
     return (flux_steering_out_t){.reduction_Wb = st->reduction_Wb,
                                  .rate_Wb_per_s = -step_Wb * cfg->inv_period_per_s,

@@ -5,8 +5,7 @@
  * torque: slip = w_min - w* sgn(T), lambda = sqrt(Rr |T| / (p slip)). Braking, where the field
  * has to pass zero, w* counts 1.25 times, as Rr may be less than known. Hysteresis and a fast
  * transition make the drive cross zero frequency without staying there. Where the flux may not
- * fall far enough for that, because of its floor or of the torque, it stays nominal. It does not
- * begin beside a reference that crosses fast itself.
+ * fall far enough for that, because of its floor or of the torque, it stays nominal.
  *
  * w* is the speed reference, or the estimated speed less .4 w_min where that lies further against
  * the torque. A load that drives pushes the shaft beyond its reference: steered by the reference
@@ -26,7 +25,7 @@ typedef struct {
     float lambda_nominal_Wb;
     float lambda_min_Wb;
     float torque_min_Nm;   /* steering begins above, and ends below half of it */
-    float torque_filter_s; /* of the flux reference a quarter of it */
+    float torque_filter_s; /* the flux follows with a quarter of this */
     float slew_Wb_per_s;
     float i_q_max_A; /* the flux stays high enough for the torque with this */
 } flux_steering_params_t;
@@ -42,21 +41,15 @@ typedef struct {
     float flux_per_torque_Wb_per_Nm; /* flux that i_q_max needs */
     float step_Wb;
     float filter_gain;
+    float follow; /* share of the way that the flux goes in a step */
     float inv_period_per_s;
 } flux_steering_config_t;
 
 typedef struct {
-    float torque_Nm;       /* filtered */
-    float omega_ref_rad_s; /* of the last step */
-    float reduction_Wb;    /* nominal flux minus the reference, after the slew limit */
-    bool steering;         /* hysteresis */
+    float torque_Nm;    /* filtered */
+    float reduction_Wb; /* nominal flux minus the reference, after the slew limit */
+    bool steering;      /* hysteresis */
 } flux_steering_state_t;
-
-typedef struct {
-    float omega_ref_rad_s; /* electrical speed reference after its slew limit */
-    float omega_hat_rad_s; /* low-passed */
-    float torque_Nm;       /* of the estimate, unfiltered */
-} flux_steering_in_t;
 
 typedef struct {
     float reduction_Wb;  /* nominal flux minus the reference */
@@ -74,7 +67,10 @@ static inline bool flux_steering_on(const flux_steering_config_t *cfg)
     return cfg->min_rad_s > 0.0f;
 }
 
+/* omega_ref: electrical speed reference after its slew limit; omega_hat: the estimate, low-passed;
+ * torque: of the estimate, unfiltered. */
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                                       const flux_steering_in_t *in);
+                                       float omega_ref_rad_s, float omega_hat_rad_s,
+                                       float torque_Nm);
 
 #endif
