@@ -21,9 +21,9 @@
 /* All torque in use and a field slower than this: the estimate may be lost there without a sign, so
  * any deviation counts (zh envelope: a shaft ran away beside an estimate that followed). */
 #define SPEED_STANDING_RAD_S 6.0f
-/* Electrical. Beside a ramp that is faster, with torque in reserve, time counts once, however far
- * off: it is the reference that goes away, and a load that sticks waits for the integrator (zh
- * envelope, 265 of 4236589842). The count of deviation_s hurries all the same. */
+/* Electrical. Beside a faster ramp time counts once towards unexplained_s, however far off: it is
+ * the reference that goes away, and a load that sticks waits for the integrator (zh envelope, 265
+ * of 4236589842). Towards deviation_s it counts as ever. */
 #define SPEED_RAMP_RAD_S2 40.0f
 /* Time that heals over time that counts. A rotor that was lost and caught again may be lost again:
  * that heals slowly. */

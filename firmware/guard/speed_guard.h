@@ -55,7 +55,7 @@ typedef struct {
     float omega_slow_rad_s; /* low-passed speed, to see whether the speed changes */
     float omega_ref_rad_s;  /* of the last look */
     float deviation_s;      /* time of deviation, twice as fast at twice the deviation */
-    float unexplained_s;    /* likewise, with torque in reserve; not hurried beside a ramp */
+    float unexplained_s;    /* likewise, with torque in reserve; beside a ramp plain time */
     float away_s;           /* time of any deviation */
     float approach_s; /* likewise, on the way back too; with all torque in use at half the limit */
     uint32_t frequency; /* count of debounce.h */

@@ -324,7 +324,7 @@ static void test_while_the_field_generates_rs_does_not_stay_low(void)
         rs_tracking_step(&cfg, &st, &in);
         ASSERT_SAME_FLOAT(of[k].left_ohm, st.delta_ohm);
     }
-    /* Tracking still pulls: down, by a step that is less than what comes back. */
+    /* Tracking goes on beside it: here down, by less than comes back. */
     cfg.down_pu = -0.0625f;
     rs_tracking_state_t st = {.delta_ohm = -0.03125f, .periods = 2u};
     rs_tracking_in_t in = still;

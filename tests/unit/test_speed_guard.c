@@ -104,7 +104,7 @@ static void test_a_standing_deviation_is_a_fault(void)
     TEST_ASSERT_TRUE(st.deviation_s < 1.0f);
 }
 
-/* A load that sticks: the reference goes away from a shaft that stands. Twice as far. */
+/* The shaft stays behind by twice the limit. */
 static void test_beside_a_ramp_distance_does_not_hurry(void)
 {
     const float slew_rad_s2[] = {94.0f, 41.0f, 39.0f, -94.0f};

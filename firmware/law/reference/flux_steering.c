@@ -12,10 +12,9 @@
  * stood at zero, and the shaft ran away (zh envelope). */
 #define STEERING_SLIP_PU 1.25f
 
-/* The flux follows so many times as fast as the torque is filtered. As fast as the slew limit
- * allows the noise of the estimate made the direct current swing by half of itself, and Rs was
- * never tracked (zh envelope, 395 of 841164779); as slowly as the torque the field swung after a
- * load. */
+/* The flux follows this many times as fast as the torque is filtered. With the slew limit alone the
+ * noise of the estimate made the direct current swing by half of itself, and Rs was never tracked
+ * (zh envelope, 395 of 841164779). With 1 the field swung after a load step. */
 #define STEERING_FOLLOWS 4.0f
 
 /* Of torque_min and w_min. Steering begins where the torque can turn the field with w_min, rounding
