@@ -22,7 +22,7 @@ Real = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 # flux_steering.c
-_STEERING_I_Q_SHARE, _STEERING_SLIP_PU = 0.95, 1.25
+_STEERING_I_Q_SHARE, _STEERING_SLIP_PU, _STEERING_FOLLOWS = 0.95, 1.25, 4.0
 _STEERING_BEGIN_PU, _STEERING_KEEP_PU = 0.99, 0.5
 # Constants of unit_config.c.
 _PHI_RAMP_TAU = 1.7760728
@@ -86,6 +86,7 @@ class Steering:
     slip_Wb2_per_Nm_s: float
     flux_per_torque_Wb_per_Nm: float
     filter_gain: float
+    follow: float  # of the way to its target that the flux goes in a period
 
     def steers(self, omega_ref_rad_s: Real, torque_Nm: Real) -> npt.NDArray[np.bool_]:
         """Where the hysteresis stands once the torque has come up from zero, slowly."""
@@ -245,6 +246,7 @@ def _current_pi(p: Mapping[str, float], circuit: Circuit) -> Pi:
 def _steering(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Steering:
     kr = circuit.M_H / circuit.Lr_H
     min_rad_s = 2.0 * math.pi * p["steer_min_Hz"]
+    filter_gain = p["period_s"] / (p["period_s"] + _STEER_FILTER_S)
     return Steering(
         min_rad_s=min_rad_s,
         leave_rad_s=(1.0 + _STEER_HYSTERESIS_PU) * min_rad_s,
@@ -254,5 +256,6 @@ def _steering(p: Mapping[str, float], circuit: Circuit, lambda_Wb: float) -> Ste
         slip_Wb2_per_Nm_s=circuit.tau_per_s * circuit.M_H / (kr * p["pole_pairs"]),
         flux_per_torque_Wb_per_Nm=1.0
         / (p["pole_pairs"] * kr * _STEERING_I_Q_SHARE * p["i_q_max_A"]),
-        filter_gain=p["period_s"] / (p["period_s"] + _STEER_FILTER_S),
+        filter_gain=filter_gain,
+        follow=min(_STEERING_FOLLOWS * filter_gain, 1.0),
     )

@@ -254,7 +254,8 @@ def _references(
     torque, flux below nominal."""
     torque = fw.pole_pairs * fw.kr * size * i_dq.imag
     filtered = s.torque_filtered + fw.steering.filter_gain * (torque - s.torque_filtered)
-    below = fw.steering.below_Wb(p.omega_ref_rad_s, filtered, steering)
+    target = fw.steering.below_Wb(p.omega_ref_rad_s, filtered, steering)
+    below = s.flux_below + fw.steering.follow * (target - s.flux_below)
     rate = (s.flux_below - below) / fw.period_s  # of the reference
     less = below - rate / fw.circuit.tau_per_s
     i_d = fw.i_d_A - less / fw.circuit.M_H
