@@ -9,9 +9,10 @@
 #define LIVENESS_SMALL_PU      0.05f /* of the trip */
 #define LIVENESS_SMALL_COUNTS  16.0f
 #define LIVENESS_JUMP          1.5f /* counts */
-/* What the EMF may change by in a spell: of itself, when it turns slowly or is anywhere, and of
+/* What the EMF may change by in a spell: of itself, when it turns by 23 degrees (with a quarter, 17
+ * of 1658601084 in zh envelope was taken for frozen while its torque fell) or is anywhere, and of
  * Rs i, when direct current magnetises a rotor that slows down. */
-#define LIVENESS_TURNED   0.25f
+#define LIVENESS_TURNED   0.4f
 #define LIVENESS_ANYWHERE 3.0f
 #define LIVENESS_ROTOR    0.25f
 #define LIVENESS_LOOKS    16u /* with a jump, on end, or from one in eight on */
