@@ -72,7 +72,7 @@ static const uint16_t parts[] = {
     AT(dwell.rate_pu_per_s),
     AT(dwell.swing_rad_s),
     /* PROTECTION */
-    AT(limits.link.braking_pu),
+    AT(limits.link.taken_pu),
     AT(limits.overload.heat_pu[OVERLOAD_MOTOR]),
     AT(limits.overload.heat_pu[OVERLOAD_INVERTER]),
     AT(limits.overload.i_max_A),

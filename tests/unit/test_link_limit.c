@@ -97,12 +97,12 @@ static void test_the_brake_resistor_has_a_hysteresis(void)
 static void test_braking_fades_before_the_trip(void)
 {
     link_limit_step(&cfg, &st, 375.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f, st.braking_pu);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f, st.taken_pu);
     TEST_ASSERT_TRUE(st.limiting);
     link_limit_step(&cfg, &st, 390.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.0f, st.braking_pu);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.0f, st.taken_pu);
     link_limit_step(&cfg, &st, 399.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.braking_pu);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.taken_pu);
     link_limit_step(&cfg, &st, 345.0f);
     TEST_ASSERT_FALSE(st.limiting);
 }
@@ -124,7 +124,7 @@ static void test_a_voltage_that_is_no_number_allows_least(void)
 {
     link_limit_step(&cfg, &st, NAN);
     TEST_ASSERT_FALSE(st.brake_on);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, st.braking_pu);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, st.taken_pu);
 }
 
 int main(void)

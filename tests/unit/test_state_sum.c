@@ -183,7 +183,7 @@ static void test_dwelling_is_seen_once_in_sixteen(void)
 static void test_protection_is_seen_once_in_sixteen(void)
 {
     supervisor_state_t *const s = &st.supervisor;
-    float *const value[] = {&st.limits.link.braking_pu,
+    float *const value[] = {&st.limits.link.taken_pu,
                             &st.limits.overload.heat_pu[OVERLOAD_MOTOR],
                             &st.limits.overload.heat_pu[OVERLOAD_INVERTER],
                             &st.limits.overload.i_max_A,

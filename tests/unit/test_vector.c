@@ -319,6 +319,30 @@ static void test_the_voltage_limit_lowers_the_flux_in_its_slot(void)
     ASSERT_SAME_FLOAT(expected.reduction_Wb, st.flux_reduction_Wb);
 }
 
+/* As if there were less voltage, by the share that the link takes from braking; half at the most.
+ */
+static void test_a_full_link_lowers_the_flux(void)
+{
+    const float taken_pu[] = {0.0f, 0.25f, 0.5f, 1.0f};
+    const float u_dc_V[] = {540.0f, 405.0f, 270.0f, 270.0f};
+    weaken();
+    acting.legs_V = (ab_t){200.0f, 220.0f};
+    in.slot = SLOT_FLUX_REFERENCE;
+    for (int k = 0; k < 4; k++) {
+        flux_reference_state_t expected = {.weakened_Wb = 0.1f};
+        st.reference = expected;
+        limits.link.taken_pu = taken_pu[k];
+        const flux_reference_in_t reference_in = {.u_V = sqrtf(200.0f * 200.0f + 220.0f * 220.0f),
+                                                  .u_dc_V = u_dc_V[k],
+                                                  .omega_s_rad_s = 103.0f,
+                                                  .lambda_Wb = estimate.lambda_Wb};
+        flux_reference_step(&cfg->reference, &expected, &reference_in);
+        vector_slow(cfg, &drive.limits, &st, &in);
+        ASSERT_SAME_FLOAT(expected.weakened_Wb, st.reference.weakened_Wb);
+        TEST_ASSERT_EQUAL(k > 0, st.reference.weakened_Wb > 0.1f);
+    }
+}
+
 /* Switched off while it acts: the flux comes back, and then nothing is stepped any more. */
 static void test_a_voltage_limit_that_is_switched_off_lets_go(void)
 {
@@ -605,6 +629,7 @@ int main(void)
     RUN_TEST(test_the_torque_current_stays_in_its_window);
     RUN_TEST(test_less_flux_takes_more_current_for_the_torque);
     RUN_TEST(test_the_voltage_limit_lowers_the_flux_in_its_slot);
+    RUN_TEST(test_a_full_link_lowers_the_flux);
     RUN_TEST(test_a_voltage_limit_that_is_switched_off_lets_go);
     RUN_TEST(test_steering_has_a_slot_of_its_own);
     RUN_TEST(test_the_speed_schedule_has_a_slot_of_its_own);

@@ -30,8 +30,8 @@ typedef struct {
 typedef struct {
     bool acting;
     bool brake_on;
-    bool limiting;    /* the share below is less than 1 */
-    float braking_pu; /* 0..1 of the largest torque current */
+    bool limiting;  /* the share below is not 0 */
+    float taken_pu; /* 0..1 of the largest torque current that brakes */
 } link_limit_state_t;
 
 /* False for a voltage that is negative or not finite, or levels in the wrong order. */

@@ -25,10 +25,7 @@ torque_window_t torque_limits_window(const torque_limits_config_t *cfg,
         const float i_A = st->overload.i_max_A;
         most_A = minf(most_A, sqrtf(maxf(i_A * i_A - i_d_A * i_d_A, 0.0f)));
     }
-    if (!st->link.limiting) {
-        return (torque_window_t){-most_A, most_A};
-    }
-    const float braking_A = st->link.braking_pu * most_A;
+    const float braking_A = most_A - st->link.taken_pu * most_A;
     return (omega_e_rad_s < 0.0f) ? (torque_window_t){-most_A, braking_A}
                                   : (torque_window_t){-braking_A, most_A};
 }
