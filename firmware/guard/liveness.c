@@ -9,9 +9,10 @@
 #define LIVENESS_SMALL_PU      0.05f /* of the trip */
 #define LIVENESS_SMALL_COUNTS  16.0f
 #define LIVENESS_JUMP          1.5f /* counts */
-/* What the EMF may change by in a spell: of itself, when it turns by 23 degrees (with a quarter, 17
- * of 1658601084 in zh envelope was taken for frozen while its torque fell) or is anywhere, and of
- * Rs i, when direct current magnetises a rotor that slows down. */
+/* What the EMF may change by in a spell: a share of itself, when it turns slowly (.4 is 23 degrees)
+ * or may point anywhere; and a share of Rs i, when direct current magnetises a rotor that slows
+ * down. With .25, run 17 of zh envelope --seed 1658601084 was taken for frozen: its currents stood
+ * still for 3 ms while the torque fell. */
 #define LIVENESS_TURNED   0.4f
 #define LIVENESS_ANYWHERE 3.0f
 #define LIVENESS_ROTOR    0.25f

@@ -148,7 +148,7 @@ static void test_each_of_the_words_that_moves_ends_a_spell(void)
 
 /* What the EMF was before the spell explains the voltage: 20 V of it, and .4 of it that may
  * have changed. For good: 2.08 A and (1.5 + 8) V/1.5 ohm are 12.6 V. */
-static void test_the_emf_of_before_explains_and_may_change_by_some(void)
+static void test_the_emf_of_before_explains_and_may_change_by_two_fifths(void)
 {
     const float u_V[] = {20.0f, 32.4f, 7.6f, 32.9f, 7.1f};
     for (int k = 0; k < 5; k++) {
@@ -262,7 +262,7 @@ int main(void)
     RUN_TEST(test_coarse_words_stand_still_for_longer);
     RUN_TEST(test_a_change_that_is_taken_back_is_no_demand);
     RUN_TEST(test_each_of_the_words_that_moves_ends_a_spell);
-    RUN_TEST(test_the_emf_of_before_explains_and_may_change_by_some);
+    RUN_TEST(test_the_emf_of_before_explains_and_may_change_by_two_fifths);
     RUN_TEST(test_a_spell_keeps_the_emf_of_its_beginning);
     RUN_TEST(test_a_small_current_says_nothing_of_the_field);
     RUN_TEST(test_words_that_flickered_may_not_stand_still);

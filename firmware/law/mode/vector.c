@@ -5,8 +5,8 @@
 
 #include "fault.h"
 
-/* Of the voltage that weakening leaves. A motor whose torque limit the link has halved at full flux
- * holds as much with half of the flux, and may heat itself with twice the current. */
+/* A full link takes this share of the voltage from the flux at most. With half of the flux a torque
+ * needs twice the current: more would leave no current to brake with. */
 #define VECTOR_FLUX_TAKEN_PU 0.5f
 
 /* The lower of the two flux references counts: steering acts near zero frequency, the voltage limit
@@ -40,8 +40,8 @@ static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     if (!flux_reference_on(&cfg->reference) && !(st->reference.reduction_Wb > 0.0f)) {
         return;
     }
-    /* Where the link takes no more, the motor takes what it can: with less flux the same torque
-     * needs more current, and so do its losses. */
+    /* What the link does not take, the motor has to. With less flux the same torque needs more
+     * current, and the copper's losses grow. */
     const float taken_pu = minf(in->limits->link.taken_pu, VECTOR_FLUX_TAKEN_PU);
     const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->legs_V)),
                                               .u_dc_V = (1.0f - taken_pu) * in->meas->u_dc_V,

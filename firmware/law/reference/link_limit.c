@@ -42,7 +42,7 @@ void link_limit_act(const link_limit_config_t *cfg, link_limit_state_t *st, floa
 {
     st->brake_on = (cfg->chopper_on_V > 0.0f) &&
                    (u_dc_V > (st->brake_on ? cfg->chopper_off_V : cfg->chopper_on_V));
-    /* So that nothing is left of it where the voltage is no number. */
+    /* A voltage that is no number takes all of it: clampf makes 0 of that. */
     st->taken_pu = 1.0f - clampf(cfg->braking_pu + cfg->braking_pu_per_V * u_dc_V, 0.0f, 1.0f);
     st->limiting = st->taken_pu > 0.0f;
     st->acting = st->brake_on || st->limiting;

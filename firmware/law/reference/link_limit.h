@@ -1,9 +1,9 @@
 /* Braking into the dc link: brake resistor, and limit of the braking current.
  *
  * With u_dc above regen_start_V, the allowed braking current falls linearly. It is zero at three
- * quarters of the way to u_dc_max_V. The resistor switches off 3 % below its switch-on voltage.
- * Each is off at 0 V; below the first of the two nothing is computed. mains_loss.h handles a
- * falling link.
+ * quarters of the way to u_dc_max_V. The flux falls as well at high speed (vector.c). The resistor
+ * switches off 3 % below its switch-on voltage. Each is off at 0 V; below the first of the two
+ * nothing is computed. mains_loss.h handles a falling link.
  */
 #ifndef LINK_LIMIT_H
 #define LINK_LIMIT_H
@@ -31,7 +31,7 @@ typedef struct {
     bool acting;
     bool brake_on;
     bool limiting;  /* the share below is not 0 */
-    float taken_pu; /* 0..1 of the largest torque current that brakes */
+    float taken_pu; /* share of the largest braking current that is not allowed, 0..1 */
 } link_limit_state_t;
 
 /* False for a voltage that is negative or not finite, or levels in the wrong order. */

@@ -20,9 +20,9 @@ P2_A, P2_B = 0.87, 0.8
 P1_FROM, P1_TO = 0.2, 0.6
 # Adaptation: s^2 + (|p1| + g kp) s + g ki, g = lambda^2 kr/(sigma Ls) from speed to lambda e1_q.
 ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
-# Neither loop is made for a slower pole than this. A motor of 37 kW and more has half the pole of
-# Table 1's, and with loops by that a load step threw light shafts (39 of 3900032313 and 7 of
-# 3973734054 in zh envelope). With 190 they are held as well, with more ripple and a false trip.
+# Adaptation and speed loop take a slower pole for one of this. 37 and 75 kW have 100 and 92, half of
+# Table 1's, and with loops that slow a load step threw light shafts (zh envelope, 39 of 3900032313
+# and 7 of 3973734054). With 190 both are held as well, but another run ends in a false trip.
 LEAST_POLE_PER_S = 150.0
 # Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
 SPEED_SLOW, SPEED_FAST = 0.37, 0.72
@@ -139,10 +139,15 @@ def _orientation(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, fl
     }
 
 
+def _pace_per_s(slow_per_s: float) -> float:
+    """The pole that adaptation and speed loop go by, of a motor whose slow pole this is."""
+    return max(slow_per_s, LEAST_POLE_PER_S)
+
+
 def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, float]:
     slow, _ = poles_per_s(circuit)
     g = flux_Wb**2 * circuit.M_H / circuit.Lr_H / circuit.sigma_Ls_H
-    omega = ADAPT_OMEGA * max(slow, LEAST_POLE_PER_S)
+    omega = ADAPT_OMEGA * _pace_per_s(slow)
     return {
         "observer_method": 1,
         "adapt_ki": omega**2 / g,
@@ -157,7 +162,7 @@ def _estimator(circuit: Circuit, plate: Plate, flux_Wb: float) -> dict[str, floa
 
 def _speed(circuit: Circuit, plate: Plate, J_kg_m2: float) -> dict[str, float]:
     slow, _ = poles_per_s(circuit)
-    pace = max(slow, LEAST_POLE_PER_S)
+    pace = _pace_per_s(slow)
     slew = MARGIN * plate.torque_Nm / J_kg_m2 * plate.pole_pairs
     return {
         "speed_bandwidth_rad_s": SPEED_SLOW * pace,
