@@ -20,8 +20,8 @@ P2_A, P2_B = 0.87, 0.8
 P1_FROM, P1_TO = 0.2, 0.6
 # Adaptation: s^2 + (|p1| + g kp) s + g ki, g = lambda^2 kr/(sigma Ls) from speed to lambda e1_q.
 ADAPT_OMEGA, ADAPT_DAMPING = 1.33, 0.892
-# Adaptation and speed loop take a slower pole for one of this. 37 and 75 kW have 100 and 92, half of
-# Table 1's, and with loops that slow a load step threw light shafts (zh envelope, 39 of 3900032313
+# Adaptation and speed loop take a slower pole for one of this. 37 and 75 kW have 100 and 92, half
+# of Table 1's. With loops that slow a load step threw light shafts (zh envelope, 39 of 3900032313
 # and 7 of 3973734054). With 190 both are held as well, but another run ends in a false trip.
 LEAST_POLE_PER_S = 150.0
 # Speed loop: inside the adaptation; what a large inertia would take is bounded by the firmware.
