@@ -108,6 +108,8 @@ static void test_init_refuses_each_bad_number(void)
     p = good;
     p.pull_out_share = 1.01f;
     TEST_ASSERT_TRUE(refused(p));
+    p.pull_out_share = 1.0f;
+    TEST_ASSERT_FALSE(refused(p));
     p = good;
     p.economy_min_pu = -0.1f;
     TEST_ASSERT_TRUE(refused(p));

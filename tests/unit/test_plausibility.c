@@ -293,6 +293,7 @@ static void test_all_torque_and_no_speed_is_a_stall(void)
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(false, 0.0f, 20.0f)); /* it need not try */
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 3.1f, 20.0f));  /* it moves */
     TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 0.0f, 0.49f));  /* it is to stand still */
+    TEST_ASSERT_EQUAL_INT(1000, times_until_stalled(true, 0.0f, 0.5f));   /* the limit included */
 }
 
 static void test_a_slow_shaft_that_does_not_turn_is_a_stall(void)
