@@ -234,7 +234,7 @@ COLD static bool start_drive(stm32_clock_t clock)
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
-            (void)stm32_usart_send(usart, "parameters or gain table refused; gates stay off\r\n");
+            (void)stm32_usart_send(usart, "parameters or gain table refused; drive off\r\n");
         }
         unit_record_init(&unit, &(unit_memory_t){trace_memory, TRACE_WORDS, &fault_memory,
                                                  flight_memory, sizeof flight_memory / 4u});

@@ -250,11 +250,11 @@ COLD static bool start_drive(g431_clock_t clock)
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "watchdog does not start";
     } else if (!g431_start_measurement(&part, &board, &adcs, &timing, &shunts)) {
-        wrong = "converters do not start";
+        wrong = "ADC does not start";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
-            (void)stm32_usart_send(usart, "parameters or gain table refused; gates stay off\r\n");
+            (void)stm32_usart_send(usart, "parameters or gain table refused; drive off\r\n");
         }
         unit_record_init(&unit, &memory);
         start_interrupts(timing.clock_Hz);
