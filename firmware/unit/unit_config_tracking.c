@@ -59,6 +59,7 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .min_rad_s = NUM_TWO_PI * CONFIG_TRACK_MIN_HZ,
         .max_rad_s =
             NUM_TWO_PI * maxf(CONFIG_TRACK_MAX_HZ, CONFIG_TRACK_MAX_STEER * p->steer_min_Hz),
+        .back_rad_s = NUM_TWO_PI * p->steer_min_Hz,
         .low_pu = CONFIG_TRACK_LOW_PU,
         .high_pu = CONFIG_TRACK_HIGH_PU,
         .quiet_s = CONFIG_TRACK_QUIET_S,

@@ -156,6 +156,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(rs_tracking.i_0_A, 3.49649978f);
     EXPECT(rs_tracking.min_rad_s, 1.88495576f);
     EXPECT(rs_tracking.max_rad_s, 18.849556f);
+    EXPECT(rs_tracking.back_rad_s, 2.2996459f);
     EXPECT(rs_tracking.low_pu, 0.980000019f);
     EXPECT(rs_tracking.high_pu, 1.5f);
     EXPECT(rs_tracking.quiet_s, 0.5f);
@@ -164,7 +165,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(flux.i_d_A, 4.99499989f);
     EXPECT(flux.i_d_max_A, 8.89599991f);
     EXPECT(steering.min_rad_s, 2.2996459f);
-    EXPECT(steering.hysteresis_rad_s, 0.804876065f);
+    EXPECT(steering.hysteresis_rad_s, 1.03484066f);
     EXPECT(steering.lambda_nominal_Wb, 0.518660784f);
     EXPECT(steering.lambda_min_Wb, 0.233189881f);
     EXPECT(steering.torque_min_Nm, 1.749248599f);

@@ -4,17 +4,17 @@
 
 #define RS_TRACKING_MAX_PERIODS 1000000.0f
 
-/* A band that goes down further is wide. In a narrow one a step leaves this share of what is
- * missing from the start's Rs: a time constant of 33 steps, .1 s at 200 us. */
-#define RS_TRACKING_WIDE_PU (-0.1f)
-#define RS_TRACKING_LEFT    0.97f
+/* On its way back to the start's Rs a step leaves this share of what is missing: a time constant of
+ * 33 steps, .1 s at 200 us. */
+#define RS_TRACKING_LEFT 0.97f
 
 /* While dwelling Rs is seen well enough to follow one that cools. */
 #define RS_TRACKING_DWELL_LOW_PU 0.6f
 
 static bool bands_valid(const rs_tracking_params_t *p)
 {
-    const bool frequency = nonnegativef(p->min_rad_s) && (p->min_rad_s < p->max_rad_s);
+    const bool frequency =
+        ALL_NONNEGATIVE(p->min_rad_s, p->back_rad_s) && (p->min_rad_s < p->max_rad_s);
     const bool resistance = positivef(p->low_pu) && (p->low_pu <= 1.0f) && (p->high_pu >= 1.0f);
     return frequency && resistance && ALL_FINITE(p->max_rad_s, p->high_pu);
 }
@@ -37,6 +37,7 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
         .i_0_A2 = i_0_A2,
         .min_rad_s = p->min_rad_s,
         .max_rad_s = p->max_rad_s,
+        .back_rad_s = p->back_rad_s,
         .down_pu = p->low_pu - 1.0f,
         .up_pu = p->high_pu - 1.0f,
         .speed_err_rad_s = p->speed_err_rad_s,
@@ -48,9 +49,9 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
 }
 
 /* Less than the band allows was found while dwelling, and stays. */
-static void come_back(const rs_tracking_config_t *cfg, rs_tracking_state_t *st, float low_ohm)
+static void come_back(rs_tracking_state_t *st, float low_ohm)
 {
-    if ((st->delta_ohm >= low_ohm) && (cfg->down_pu > RS_TRACKING_WIDE_PU)) {
+    if (st->delta_ohm >= low_ohm) {
         st->delta_ohm = maxf(st->delta_ohm, RS_TRACKING_LEFT * st->delta_ohm);
     }
 }
@@ -62,8 +63,9 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
     const float along_A_rad_s = in->i_q_A * in->omega_s_hat_rad_s;
     const float i_q_A2 = in->i_q_A * in->i_q_A;
     const bool loaded = i_q_A2 >= cfg->i_0_A2;
-    if (loaded && (along_A_rad_s < 0.0f)) {
-        come_back(cfg, st, low_ohm);
+    const float frequency_rad_s = absf(in->omega_s_hat_rad_s);
+    if (loaded && (along_A_rad_s < 0.0f) && (frequency_rad_s < cfg->back_rad_s)) {
+        come_back(st, low_ohm);
     }
     if (in->changing || !(absf(in->moved_rad_s) <= cfg->moved_rad_s) ||
         !(absf(in->speed_err_rad_s) <= cfg->speed_err_rad_s)) {
@@ -74,7 +76,6 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
         st->periods++;
         return;
     }
-    const float frequency_rad_s = absf(in->omega_s_hat_rad_s);
     if (!(frequency_rad_s >= cfg->min_rad_s) || !(frequency_rad_s <= cfg->max_rad_s) || !loaded) {
         return;
     }

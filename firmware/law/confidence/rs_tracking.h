@@ -6,8 +6,10 @@
  * law, Re(conj(i_s_hat) e1), changes its sign in regeneration and gets small before.
  *
  * Near zero frequency a field that generates is lost with an Rs too low, one that drives with an Rs
- * too high. So Rs comes back to the start's, which is 2 % high on purpose, while the field
- * generates under load. In a wide band it does not: there Rs has to be right in both.
+ * too high. So below a frequency Rs comes back to the start's, which is 2 % high on purpose, while
+ * the field generates under load. Above it Rs is seen, and a right one is what the field needs that
+ * goes through zero to the other side. Without flux steering it does not come back at all: the
+ * field may stay on either side.
  *
  * Rs is frozen below the torque current i_0: an error of M or of the leakage affects e1 more than
  * Rs does there. Tracked at no load, Rs ran 8 % high, and crossings of zero frequency were lost. At
@@ -28,7 +30,8 @@ typedef struct {
     float i_0_A;
     float min_rad_s; /* band of |w_s| */
     float max_rad_s;
-    float low_pu; /* band of Rs over the start's */
+    float back_rad_s; /* below this |w_s| Rs comes back while the field generates; 0: never */
+    float low_pu;     /* band of Rs over the start's */
     float high_pu;
     float quiet_s;              /* frozen this long after a disturbance */
     float speed_err_rad_s;      /* a larger speed error is a disturbance ... */
@@ -41,6 +44,7 @@ typedef struct {
     float i_0_A2;
     float min_rad_s;
     float max_rad_s;
+    float back_rad_s;
     float down_pu; /* ends of the band, less 1 */
     float up_pu;
     float speed_err_rad_s;

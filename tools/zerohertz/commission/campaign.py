@@ -296,7 +296,7 @@ def page_text(rows: list[Row], seed: int) -> str:
     return f"""\
 # Self-commissioning of {motors} motors
 
-Made by `tools/zh campaign commissioning --seed {seed} --write`; `tools/zh test` runs three of them.
+Made by `tools/zh campaign commissioning --seed {seed} --write`; `tools/zh test` runs four of them.
 Each motor on two laws of saturation: {good} of {len(rows)} are within the goals and run, {held} of
 {len(rows)} hold everything that is asked near zero frequency. How it is done:
 [walkthrough.md](walkthrough.md) and `firmware/law/mode/commissioning.h`.
