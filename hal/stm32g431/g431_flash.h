@@ -13,11 +13,11 @@
 #include "stm32_registers.h"
 
 #define G431_FLASH_PAGE_BYTES 2048u
-#ifndef G431_FLASH_PAGE_FIRST             /* the boot loader has others: boot/CMakeLists.txt */
-#define G431_FLASH_PAGE_FIRST 56u         /* of the parameters */
-#define G431_FLASH_PAGE_LAST  63u         /* of the part */
-#define G431_FLASH_START      0x0801C000u /* of the first page */
-#define G431_FLASH_END        0x08020000u /* behind the last */
+#ifndef G431_FLASH_PAGE_FIRST     /* the boot loader has others: CMakeLists.txt */
+#define G431_FLASH_PAGE_FIRST 61u /* of the parameters */
+#define G431_FLASH_PAGE_LAST  62u
+#define G431_FLASH_START      0x0801E800u /* of the first page */
+#define G431_FLASH_END        0x0801F800u /* behind the last */
 #endif
 
 /* Polls of BSY; each takes several clocks: above the 25 ms of a page. */

@@ -9,18 +9,14 @@ static bool inside(uint32_t slot, uint32_t offset, uint32_t bytes)
     return (slot < 2u) && (offset < G431_SLOTS_BYTES) && (offset % bytes == 0u);
 }
 
-COLD hal_flash_status_t g431_slots_erase(g431_slots_t *slots, uint32_t slot)
+COLD hal_flash_status_t g431_slots_erase(const g431_slots_t *slots, uint32_t slot)
 {
     if (!inside(slot, 0u, 8u)) {
         return HAL_FLASH_FAILED;
     }
-    const uint32_t page = G431_FLASH_PAGE_FIRST + slot * G431_SLOTS_PAGES + slots->erased;
-    if (g431_flash_erase(slots->flash, page, slots->polls) != G431_FLASH_OK) {
-        slots->erased = 0u;
-        return HAL_FLASH_FAILED;
-    }
-    slots->erased = (slots->erased + 1u) % G431_SLOTS_PAGES;
-    return (slots->erased == 0u) ? HAL_FLASH_DONE : HAL_FLASH_BUSY;
+    const g431_flash_status_t status =
+        g431_flash_erase(slots->flash, G431_FLASH_PAGE_FIRST + slot, slots->polls);
+    return (status == G431_FLASH_OK) ? HAL_FLASH_DONE : HAL_FLASH_FAILED;
 }
 
 COLD hal_flash_status_t g431_slots_program(const g431_slots_t *slots, uint32_t slot,

@@ -155,7 +155,7 @@ void usart_interrupt(void)
 }
 
 static g431_store_t store = {
-    .slots = {BLOCK(flash, FLASH), (volatile uint32_t *)G431_FLASH_START, G431_FLASH_POLLS, 0u},
+    .slots = {BLOCK(flash, FLASH), (volatile uint32_t *)G431_FLASH_START, G431_FLASH_POLLS},
     .pwm = BLOCK(tim, TIM1),
     .adcs = &adcs,
     .hang = BLOCK(tim, TIM7),

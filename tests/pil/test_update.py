@@ -277,6 +277,14 @@ def test_the_loader_of_the_stm32f405_starts_what_is_proven(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("preset", ["stm32f405", "stm32g431_esc", "stm32g431_ihm08m1"])
+def test_there_is_room_for_the_application_above_the_loader(preset: str) -> None:
+    """It has 512 bytes of header more than one without a loader; the linker refuses what is too
+    large. Once nobody linked it on the smaller part, and it had outgrown its pages by 680 bytes."""
+    application = build_image(preset, "zh_above").with_suffix(".bin").read_bytes()
+    assert len(signed(application, 7, preset).slot) > len(application) > 80_000
+
+
+@pytest.mark.parametrize("preset", ["stm32f405", "stm32g431_esc", "stm32g431_ihm08m1"])
 def test_a_loader_leaves_alone_what_survives_a_reset(preset: str) -> None:
     """The fault record lies above all RAM that the loader uses."""
     end = sizes._symbols(build_image(preset, "zh_boot"))["boot_bss_end"][0]

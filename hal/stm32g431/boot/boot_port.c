@@ -1,4 +1,4 @@
-/* The boot loader on the STM32G431: USART2, one slot of 48 pages. */
+/* The boot loader on the STM32G431: USART2, one slot of 52 pages. */
 #include "boot_port.h"
 
 #include "g431_board.h"
@@ -9,7 +9,7 @@
 
 #define COUNTER_BYTES     G431_FLASH_PAGE_BYTES
 #define SLOT_AT           0x08004000u
-#define SLOT_BYTES        (48u * G431_FLASH_PAGE_BYTES)
+#define SLOT_BYTES        (52u * G431_FLASH_PAGE_BYTES)
 #define BLOCK(type, name) ((stm32_##type##_t *)STM32_##name##_BASE)
 
 static stm32_flash_t *const controller = BLOCK(flash, FLASH);
