@@ -15,7 +15,7 @@ COLD hal_flash_status_t g431_slots_erase(const g431_slots_t *slots, uint32_t slo
         return HAL_FLASH_FAILED;
     }
     const g431_flash_status_t status =
-        g431_flash_erase(slots->flash, G431_FLASH_PAGE_FIRST + slot, slots->polls);
+        g431_flash_erase(slots->flash, g431_slots_page(slot), slots->polls);
     return (status == G431_FLASH_OK) ? HAL_FLASH_DONE : HAL_FLASH_FAILED;
 }
 

@@ -15,6 +15,11 @@ typedef struct {
     uint32_t polls;
 } g431_slots_t;
 
+static inline uint32_t g431_slots_page(uint32_t slot)
+{
+    return G431_FLASH_PAGE_FIRST + slot;
+}
+
 hal_flash_status_t g431_slots_erase(const g431_slots_t *slots, uint32_t slot);
 /* Two words. */
 hal_flash_status_t g431_slots_program(const g431_slots_t *slots, uint32_t slot, uint32_t offset,

@@ -453,6 +453,8 @@ static void test_a_torn_word_of_the_parameters_is_forgiven_and_no_other(void)
 
 static void test_a_slot_is_a_page(void)
 {
+    TEST_ASSERT_EQUAL_UINT32(G431_FLASH_PAGE_FIRST, g431_slots_page(0u));
+    TEST_ASSERT_EQUAL_UINT32(G431_FLASH_PAGE_LAST, g431_slots_page(1u));
     TEST_ASSERT_EQUAL(HAL_FLASH_DONE, g431_slots_erase(&slots, 1u));
     flash.CR = 0u;
     TEST_ASSERT_EQUAL(HAL_FLASH_DONE, g431_slots_erase(&slots, 0u));

@@ -150,6 +150,14 @@ static void test_names_have_keys_of_their_own_and_values_fit_a_float(void)
     }
 }
 
+/* A page of the STM32G431, the smallest slot of a port (hal/stm32g431/g431_slots.h). */
+static void test_the_list_fits_the_smallest_slot(void)
+{
+    flash.slot_bytes = 2048u;
+    flash.unit_words = 2u;
+    TEST_ASSERT_TRUE(param_record_fits(&flash, (uint32_t)params_count()));
+}
+
 /* However large the flash: a count beyond that was never written. */
 static void test_a_record_has_1024_entries_at_most(void)
 {
@@ -494,6 +502,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_every_parameter_comes_back);
     RUN_TEST(test_names_have_keys_of_their_own_and_values_fit_a_float);
+    RUN_TEST(test_the_list_fits_the_smallest_slot);
     RUN_TEST(test_a_record_has_1024_entries_at_most);
     RUN_TEST(test_the_layout_stays_what_it_is);
     RUN_TEST(test_two_words_at_a_time_give_the_same_record);

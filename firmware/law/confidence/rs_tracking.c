@@ -49,9 +49,10 @@ bool rs_tracking_init(rs_tracking_config_t *cfg, const rs_tracking_params_t *p, 
 }
 
 /* Less than the band allows was found while dwelling, and stays. */
-static void come_back(rs_tracking_state_t *st, float low_ohm)
+static void come_back(const rs_tracking_config_t *cfg, rs_tracking_state_t *st, float low_ohm,
+                      float frequency_rad_s)
 {
-    if (st->delta_ohm >= low_ohm) {
+    if ((frequency_rad_s < cfg->back_rad_s) && (st->delta_ohm >= low_ohm)) {
         st->delta_ohm = maxf(st->delta_ohm, RS_TRACKING_LEFT * st->delta_ohm);
     }
 }
@@ -64,8 +65,8 @@ void rs_tracking_step(const rs_tracking_config_t *cfg, rs_tracking_state_t *st,
     const float i_q_A2 = in->i_q_A * in->i_q_A;
     const bool loaded = i_q_A2 >= cfg->i_0_A2;
     const float frequency_rad_s = absf(in->omega_s_hat_rad_s);
-    if (loaded && (along_A_rad_s < 0.0f) && (frequency_rad_s < cfg->back_rad_s)) {
-        come_back(st, low_ohm);
+    if (loaded && (along_A_rad_s < 0.0f)) {
+        come_back(cfg, st, low_ohm, frequency_rad_s);
     }
     if (in->changing || !(absf(in->moved_rad_s) <= cfg->moved_rad_s) ||
         !(absf(in->speed_err_rad_s) <= cfg->speed_err_rad_s)) {

@@ -7,9 +7,9 @@
  *
  * Near zero frequency a field that generates is lost with an Rs too low, one that drives with an Rs
  * too high. So below a frequency Rs comes back to the start's, which is 2 % high on purpose, while
- * the field generates under load. Above it Rs is seen, and a right one is what the field needs that
- * goes through zero to the other side. Without flux steering it does not come back at all: the
- * field may stay on either side.
+ * the field generates under load; .1 s, where tracking takes one. Above it Rs stays as tracked:
+ * steering takes the field through zero, and beyond it drives. Without steering Rs does not come
+ * back at all: the field may stay on either side.
  *
  * Rs is frozen below the torque current i_0: an error of M or of the leakage affects e1 more than
  * Rs does there. Tracked at no load, Rs ran 8 % high, and crossings of zero frequency were lost. At

@@ -7,9 +7,11 @@
 #include "stm32_gpio.h"
 #include "stm32_map.h"
 
-#define COUNTER_BYTES     G431_FLASH_PAGE_BYTES
-#define SLOT_AT           0x08004000u
-#define SLOT_BYTES        (52u * G431_FLASH_PAGE_BYTES)
+#define COUNTER_BYTES G431_FLASH_PAGE_BYTES
+#define SLOT_AT       0x08004000u
+#define SLOT_BYTES    (52u * G431_FLASH_PAGE_BYTES)
+_Static_assert(SLOT_AT + SLOT_BYTES == G431_FLASH_END,
+               "the slot ends with the pages that are erased");
 #define BLOCK(type, name) ((stm32_##type##_t *)STM32_##name##_BASE)
 
 static stm32_flash_t *const controller = BLOCK(flash, FLASH);
