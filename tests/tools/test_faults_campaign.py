@@ -290,6 +290,15 @@ def test_half_of_every_current_is_found_by_the_resistance_at_the_start(bench: Be
     assert row["peak_A"] < 22.5
 
 
+def test_a_quarter_of_every_current_is_found_before_the_largest_current(bench: Bench) -> None:
+    """All words of half, the currents once more: 28 A flowed while 7 were asked for."""
+    name = "currents.gain_0.5+all.gain_0.5@starting,9,-1,la2,averaged,sensors"
+    row = run.run_case(bench, cases.case_of(name))
+    assert row["verdict"] == judge.BEFORE
+    assert row["bits"] == Fault.STATOR_RESISTANCE
+    assert row["peak_A"] < 22.5
+
+
 def test_every_exception_has_a_proof_and_is_a_kind_with_its_gain() -> None:
     for name, proven in excepted.every_proven().items():
         assert name in kinds.every_kind()

@@ -228,7 +228,8 @@ static void test_a_tooth_runs_to_and_fro_by_the_dither(void)
     cfg.dither_A = 0.5f;
     cfg.dither_turns = 0.25f;
     for (int k = 0; k < 16; k++) {
-        const float i_A = step(1.0f, 1.0f, 1.0f).i_ref_A;
+        const float now_A = level_A[k / 4];
+        const float i_A = step(now_A, now_A, now_A).i_ref_A;
         if ((k / 4) != RS_LEVEL_SMALL) {
             ASSERT_SAME_FLOAT(level_A[k / 4] + tooth_A[k % 4], i_A);
         }
@@ -588,6 +589,39 @@ static void test_a_refusal_stays_and_shows_what_was_measured(void)
     }
 }
 
+/* What comes behind the levels below the largest, on a resistance. */
+static rs_measurement_out_t before_the_high_level(float ohm, bool by_duty)
+{
+    static const float level_A[] = {2.0f, 0.3f, 1.5f};
+    cfg = simple;
+    cfg.curve = true;
+    cfg.by_duty = by_duty;
+    st = (rs_measurement_state_t){0};
+    for (int k = 0; k < 12; k++) {
+        const float i_A = level_A[k / 4];
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, step(i_A, ohm * i_A, ohm * i_A).status);
+    }
+    return step(1.5f, ohm * 1.5f, ohm * 1.5f);
+}
+
+static void test_a_resistance_that_is_too_large_never_sees_the_high_level(void)
+{
+    rs_measurement_out_t out = before_the_high_level(2.0f, false);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
+    ASSERT_SAME_FLOAT(6.0f, out.i_ref_A);
+    /* Of the duties' voltage the tail is not taken off yet. */
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, before_the_high_level(3.0f, true).status);
+    /* One that is too small needs the level to be sure. */
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, before_the_high_level(0.0f, false).status);
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, before_the_high_level(NAN, false).status);
+    out = before_the_high_level(2.001953125f, false);
+    for (int k = 0; k < 5; k++) {
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.status);
+        ASSERT_SAME_FLOAT(0.0f, out.i_ref_A);
+        out = step(2.0f, 2.0f, 2.0f);
+    }
+}
+
 static void test_less_than_half_the_current_step_is_an_open_phase(void)
 {
     const rs_measurement_in_t low = {2.0f, 2.0f, 2.0f, 0u};
@@ -753,6 +787,7 @@ int main(void)
     RUN_TEST(test_a_loss_below_zero_is_none);
     RUN_TEST(test_limits_hold_for_the_measured_value_and_belong_to_the_range);
     RUN_TEST(test_a_refusal_stays_and_shows_what_was_measured);
+    RUN_TEST(test_a_resistance_that_is_too_large_never_sees_the_high_level);
     RUN_TEST(test_less_than_half_the_current_step_is_an_open_phase);
     RUN_TEST(test_no_number_is_refused_or_harmless);
     RUN_TEST(test_the_resistance_of_both_machines_is_found_behind_dead_time_and_offsets);

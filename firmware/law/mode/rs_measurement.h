@@ -31,6 +31,10 @@
  * level more than at the low one; RS_BENT of what lies between them is added. How far off the
  * result is: tools/docs/claims.md.
  *
+ * With the curve, and the voltage of sensors, the levels before the largest current show already
+ * whether Rs is too large. It is refused then: sensors that read a quarter of the current would let
+ * it be four times as large.
+ *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
  */
@@ -114,7 +118,7 @@ typedef enum {
 typedef struct {
     rs_measurement_status_t status;
     float i_ref_A;     /* while BUSY, along u */
-    float Rs_ohm;      /* DONE: times bias; REFUSED: as measured */
+    float Rs_ohm;      /* DONE: times bias; REFUSED: as measured, 0 before the high level */
     float Rr_ohm;      /* DONE: of the rotor, seen from the stator: Rr (M/Lr)^2 */
     float lost_V;      /* DONE: loss per leg in dead time and devices at these currents */
     float tail_A;      /* DONE: of that a current i of a leg loses 1 - tail_A/i; 0: all */
