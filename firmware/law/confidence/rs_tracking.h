@@ -7,7 +7,7 @@
  *
  * Near zero frequency a field that generates is lost with an Rs too low, one that drives with an Rs
  * too high. So below a frequency Rs comes back to the start's, which is 2 % high on purpose, while
- * the field generates under load; .1 s, where tracking takes one. Above it Rs stays as tracked:
+ * the field generates under load, in .1 s (tracking takes a second). Above it Rs stays as tracked:
  * steering takes the field through zero, and beyond it drives. Without steering Rs does not come
  * back at all: the field may stay on either side.
  *
