@@ -31,7 +31,7 @@
 
 /* Flux steering: hysteresis over steer_min_Hz, torque at which it begins over that of i_q_max_A,
  * rate over nominal flux. */
-#define CONFIG_STEER_HYSTERESIS_PU 0.45f
+#define CONFIG_STEER_HYSTERESIS_PU 0.4f
 #define CONFIG_STEER_TORQUE_PU     0.1f
 #define CONFIG_STEER_FILTER_S      0.032f
 #define CONFIG_STEER_PER_S         0.71126497f

@@ -15,7 +15,7 @@ from zerohertz.image.command import BOARDS, Experiment, measure
 from zerohertz.image.loop import End
 
 FLASH, CORE_COUPLED, RAM = 0x08000000, 0x10000000, 0x20000000
-IMAGE_MAX = 96 * 1024
+IMAGE_MAX = 120 * 1024  # pages 0 to 59
 PERIOD = ("drive_step", "estimate", "observe", "trig_unit_small", "current_jump_look")  # fast.ld
 
 

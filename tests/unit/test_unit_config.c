@@ -165,7 +165,7 @@ static void test_protection_resistance_and_flux_get_their_numbers(void)
     EXPECT(flux.i_d_A, 4.99499989f);
     EXPECT(flux.i_d_max_A, 8.89599991f);
     EXPECT(steering.min_rad_s, 2.2996459f);
-    EXPECT(steering.hysteresis_rad_s, 1.03484066f);
+    EXPECT(steering.hysteresis_rad_s, 0.919858396f);
     EXPECT(steering.lambda_nominal_Wb, 0.518660784f);
     EXPECT(steering.lambda_min_Wb, 0.233189881f);
     EXPECT(steering.torque_min_Nm, 1.749248599f);
