@@ -162,8 +162,8 @@ def test_steering_keeps_away_from_zero_frequency_and_has_hysteresis():
     # to w_min, then only what was on before.
     w_min = 2.0 * np.pi * 0.67
     slip_per_Nm = fw.circuit.Rr_ohm / (fw.pole_pairs * fw.lambda_nominal_Wb**2)
-    share = np.array([0.9, 1.1, 1.3, 1.4])
+    share = np.array([0.9, 1.1, 1.38, 1.42])
     torque = -(4.0 + share * w_min) / slip_per_Nm
-    np.testing.assert_array_equal(fw.steering.steers(np.full(4, 4.0), torque), share < 1.35)
+    np.testing.assert_array_equal(fw.steering.steers(np.full(4, 4.0), torque), share < 1.4)
     at_once = dataclasses.replace(fw.steering, leave_rad_s=fw.steering.min_rad_s)
     np.testing.assert_array_equal(at_once.steers(np.full(4, 4.0), torque), share < 1.0)
