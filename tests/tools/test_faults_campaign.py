@@ -291,7 +291,7 @@ def test_half_of_every_current_is_found_by_the_resistance_at_the_start(bench: Be
 
 
 def test_a_quarter_of_every_current_is_found_before_the_largest_current(bench: Bench) -> None:
-    """All words of half, the currents once more: 28 A flowed while 7 were asked for."""
+    """All words read half and the currents half of that: 28 A flowed where 7 were read."""
     name = "currents.gain_0.5+all.gain_0.5@starting,9,-1,la2,averaged,sensors"
     row = run.run_case(bench, cases.case_of(name))
     assert row["verdict"] == judge.BEFORE
