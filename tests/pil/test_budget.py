@@ -30,6 +30,10 @@ def test_image_keeps_the_limits(port: str) -> None:
     assert found.stack_bound_bytes <= found.stack_bytes
 
 
+def test_every_feature_fits_96_KiB_of_the_reference_board() -> None:
+    assert sizes.measure(build_image("stm32f405"), "stm32f405").flash_bytes <= 96 * 1024
+
+
 @pytest.mark.parametrize("port", PORTS)
 def test_image_has_no_heap_no_double_and_no_mathematics_library(port: str) -> None:
     assert sizes.forbidden_symbols(build_image(port)) == []
