@@ -801,7 +801,7 @@ static void test_beside_a_field_that_stands_under_torque_no_speed_is_known(void)
         TEST_ASSERT_TRUE(supervisor_speed_unknown(&st));
     }
     st = (supervisor_state_t){0};
-    in.i_s_A = (ab_t){8.0f, 1.19f}; /* without torque */
+    in.i_s_A = (ab_t){8.0f, 0.59f}; /* without torque */
     judge_times(200, 0.0f, 1.0f);
     ASSERT_SAME_FLOAT(0.0f, st.standing_pu);
 }
@@ -827,7 +827,8 @@ static void test_beside_a_flux_that_may_be_far_aside_no_speed_is_known(void)
         const float bound_pu = (k == 0) ? 0.71f : ((k == 1) ? 0.69f : 0.9f);
         setUp();
         configure_steered();
-        in.i_s_A = (k == 2) ? (ab_t){8.0f, 1.19f} : (ab_t){0.0f, 1.21f};
+        /* Half the torque from which a field that stands counts. */
+        in.i_s_A = (k == 2) ? (ab_t){8.0f, 0.59f} : (ab_t){0.0f, 0.61f};
         cfg.p.still_rad_s = (k == 3) ? 0.0f : cfg.p.still_rad_s;
         in.omega_s_hat_rad_s = -5.0f;
         const int n = judgements_until_unknown(bound_pu);
