@@ -347,17 +347,19 @@ static float i_q_at(double u_dc_V, float omega_rad_s, float ref_rad_s)
     return out.i_ref_A.q;
 }
 
-/* From 600 V the braking current falls, to none at 675 V; the dc word has steps of .05 V. */
+/* From 600 V the drive says so; the braking current falls from 630 V, to none at 675 V, half of it
+ * at 652.5 V. The dc word has steps of .05 V. */
 static void test_a_link_that_fills_limits_braking_in_both_directions(void)
 {
     p.link.regen_start_V = 600.0f;
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, -12.0f, i_q_at(590.0, 200.0f, 0.0f));
     TEST_ASSERT_EQUAL_UINT32(0u, out.faults);
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, -6.0f, i_q_at(637.5, 200.0f, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, -12.0f, i_q_at(629.0, 200.0f, 0.0f));
     TEST_ASSERT_EQUAL_UINT32(FAULT_REGENERATION, out.faults);
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, i_q_at(637.5, -200.0f, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.03f, -6.0f, i_q_at(652.5, 200.0f, 0.0f));
+    TEST_ASSERT_FLOAT_WITHIN(0.03f, 6.0f, i_q_at(652.5, -200.0f, 0.0f));
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.0f, i_q_at(680.0, 200.0f, 0.0f));
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(637.5, 100.0f, 300.0f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 12.0f, i_q_at(652.5, 100.0f, 300.0f));
 }
 
 /* What is hot stays hot, and the brake resistor works, while the gates are off. */

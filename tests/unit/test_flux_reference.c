@@ -25,6 +25,7 @@ static flux_reference_config_t cfg;
 static flux_reference_state_t st;
 static motor_model_t table1;
 static float lambda_hat_Wb;
+static float full_pu;
 
 void setUp(void)
 {
@@ -32,6 +33,7 @@ void setUp(void)
     TEST_ASSERT_TRUE(flux_reference_init(&cfg, &good, &table1, TURN_S));
     st = (flux_reference_state_t){0};
     lambda_hat_Wb = 0.0f;
+    full_pu = 0.0f;
 }
 
 void tearDown(void)
@@ -40,7 +42,12 @@ void tearDown(void)
 
 static void step(float u_V, float u_dc_V, float omega_s_rad_s, float torque_Nm)
 {
-    const flux_reference_in_t in = {u_V, u_dc_V, omega_s_rad_s, torque_Nm, lambda_hat_Wb};
+    const flux_reference_in_t in = {.u_V = u_V,
+                                    .u_dc_V = u_dc_V,
+                                    .omega_s_rad_s = omega_s_rad_s,
+                                    .torque_Nm = torque_Nm,
+                                    .lambda_Wb = lambda_hat_Wb,
+                                    .full_pu = full_pu};
     flux_reference_step(&cfg, &st, &in);
 }
 
@@ -170,6 +177,39 @@ static void test_one_step_of_the_voltage_controller_by_hand(void)
         step(500.0f, 283.0f, 500.0f, 0.0f);
     }
     ASSERT_NEAR(1e-6, 0.47, st.reduction_Wb);
+}
+
+/* The flux at which the voltage is at its share of what the link leaves. */
+static double settled_Wb(int steps)
+{
+    for (int k = 0; k < steps; k++) {
+        step(716.0f * (0.52f - st.reduction_Wb), 283.0f, 716.0f, 0.0f);
+    }
+    return 0.52 - (double)st.reduction_Wb;
+}
+
+/* Half of the voltage at most. 625 steps are 2 s: exp(-1) is left of a link that was full. */
+static void test_a_full_link_takes_flux_at_once_and_gives_it_back_within_seconds(void)
+{
+    flux_reference_params_t p = good;
+    p.economy_min_pu = 0.0f;
+    TEST_ASSERT_TRUE(flux_reference_init(&cfg, &p, &table1, TURN_S));
+    const double free_Wb = settled_Wb(300);
+    full_pu = 0.2f;
+    step(200.0f, 283.0f, 716.0f, 0.0f);
+    ASSERT_SAME_FLOAT(0.2f, st.full_pu);
+    ASSERT_NEAR(1e-4, 0.8 * free_Wb, settled_Wb(300));
+    full_pu = 0.9f;
+    ASSERT_NEAR(1e-4, 0.5 * free_Wb, settled_Wb(300));
+    full_pu = 0.0f;
+    (void)settled_Wb(625);
+    ASSERT_NEAR(1e-3, 0.5 * exp(-1.0), st.full_pu);
+    for (int k = 0; k < NOT_FINITE_COUNT; k++) {
+        st.full_pu = not_finite(k);
+        step(200.0f, 283.0f, 716.0f, 0.0f);
+        TEST_ASSERT_TRUE(st.full_pu <= 0.5f);
+    }
+    ASSERT_NEAR(1e-3, free_Wb, settled_Wb(6000));
 }
 
 /* Near zero speed the division has a floor: half the speed at which weakening could begin. */
@@ -361,6 +401,7 @@ int main(void)
     RUN_TEST(test_init_refuses_each_bad_number);
     RUN_TEST(test_weakening_settles_with_the_voltage_at_its_share);
     RUN_TEST(test_one_step_of_the_voltage_controller_by_hand);
+    RUN_TEST(test_a_full_link_takes_flux_at_once_and_gives_it_back_within_seconds);
     RUN_TEST(test_floor_of_the_frequency);
     RUN_TEST(test_a_number_that_is_none_changes_nothing);
     RUN_TEST(test_what_is_switched_off_gives_its_flux_back);

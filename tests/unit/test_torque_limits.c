@@ -65,10 +65,17 @@ static void test_heat_leaves_what_the_magnetising_current_does(void)
     assert_window(-4.0f, 4.0f, 100.0f, 3.0f, 7.5f);
 }
 
-/* Braking is against the speed, in either direction. */
+/* Braking is against the speed, in either direction. Up to .4 less flux is to do it, 1 is nothing;
+ * .85 is a quarter of the way from 1 to .4. */
 static void test_a_full_link_limits_what_brakes(void)
 {
-    st.link = (link_limit_state_t){.limiting = true, .taken_pu = 0.75f};
+    st.link = (link_limit_state_t){.limiting = true, .taken_pu = 0.39f};
+    assert_window(-12.0f, 12.0f, 100.0f, 4.0f, 0.0f);
+    st.link.taken_pu = 0.41f;
+    assert_window(-11.8f, 12.0f, 100.0f, 4.0f, 0.0f);
+    st.link.taken_pu = 1.0f;
+    assert_window(0.0f, 12.0f, 100.0f, 4.0f, 0.0f);
+    st.link.taken_pu = 0.85f;
     TEST_ASSERT_TRUE(torque_limits_active(&st));
     assert_window(-3.0f, 12.0f, 100.0f, 4.0f, 0.0f);
     assert_window(-12.0f, 3.0f, -100.0f, 4.0f, 0.0f);
@@ -79,7 +86,7 @@ static void test_a_full_link_limits_what_brakes(void)
 /* The shares are of what heat and pull-out leave. */
 static void test_link_and_heat_limit_together(void)
 {
-    st.link = (link_limit_state_t){.limiting = true, .taken_pu = 0.5f};
+    st.link = (link_limit_state_t){.limiting = true, .taken_pu = 0.7f};
     st.overload = (overload_state_t){.derating = true, .i_max_A = 5.0f};
     assert_window(-2.0f, 4.0f, 100.0f, 3.0f, 0.0f);
     assert_window(-4.0f, 2.0f, -100.0f, 3.0f, 0.0f);

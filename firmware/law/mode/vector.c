@@ -5,10 +5,6 @@
 
 #include "fault.h"
 
-/* A full link takes this share of the voltage from the flux at most. With half of the flux a torque
- * needs twice the current: more would leave no current to brake with. */
-#define VECTOR_FLUX_TAKEN_PU 0.5f
-
 /* The lower of the two flux references counts: steering acts near zero frequency, the voltage limit
  * far from it. */
 static void choose_flux(const vector_config_t *cfg, vector_state_t *st)
@@ -40,14 +36,12 @@ static void limit_flux(const vector_config_t *cfg, vector_state_t *st, const mod
     if (!flux_reference_on(&cfg->reference) && !(st->reference.reduction_Wb > 0.0f)) {
         return;
     }
-    /* What the link does not take, the motor has to. With less flux the same torque needs more
-     * current, and the copper's losses grow. */
-    const float taken_pu = minf(in->limits->link.taken_pu, VECTOR_FLUX_TAKEN_PU);
     const flux_reference_in_t reference_in = {.u_V = sqrtf(ab_norm2(in->acting->legs_V)),
-                                              .u_dc_V = (1.0f - taken_pu) * in->meas->u_dc_V,
+                                              .u_dc_V = in->meas->u_dc_V,
                                               .omega_s_rad_s = in->estimate->omega_s_rad_s,
                                               .lambda_Wb = in->estimate->lambda_Wb,
-                                              .torque_Nm = torque_Nm(cfg, in, axis)};
+                                              .torque_Nm = torque_Nm(cfg, in, axis),
+                                              .full_pu = in->limits->link.taken_pu};
     flux_reference_step(&cfg->reference, &st->reference, &reference_in);
     choose_flux(cfg, st);
 }

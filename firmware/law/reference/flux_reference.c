@@ -10,6 +10,11 @@
  * (zh modes). */
 #define FLUX_REFERENCE_THERE_PU 0.5f
 
+/* A full link takes this share of the voltage from the flux at most. With half of the flux a torque
+ * needs twice the current: more would leave no current to brake with. */
+#define FLUX_REFERENCE_FULL_PU 0.5f
+#define FLUX_REFERENCE_FULL_S  2.0f /* and is forgotten within */
+
 static bool params_valid(const flux_reference_params_t *p)
 {
     const bool shares = ALL_NONNEGATIVE(p->voltage_share, p->economy_from_rad_s) &&
@@ -52,6 +57,7 @@ bool flux_reference_init(flux_reference_config_t *cfg, const flux_reference_para
         .i_q_per_Wb_A = params->pull_out_share * Ls_H / (motor->sigma_Ls_H * motor->M_H),
         .i_q_max_A = params->i_q_max_A,
         .inv_period_per_s = 1.0f / period_s,
+        .full_keep = 1.0f - period_s / FLUX_REFERENCE_FULL_S,
     };
     return true;
 }
@@ -103,7 +109,9 @@ void flux_reference_step(const flux_reference_config_t *cfg, flux_reference_stat
     } else {
         st->economy_Wb = 0.0f; /* switched off while it acted */
     }
-    const float u_max_V = cfg->voltage_share * in->u_dc_V;
+    /* Neither a number that is not finite nor a flipped bit stays. */
+    st->full_pu = minf(maxf(cfg->full_keep * st->full_pu, in->full_pu), FLUX_REFERENCE_FULL_PU);
+    const float u_max_V = cfg->voltage_share * (1.0f - st->full_pu) * in->u_dc_V;
     const float omega_s_rad_s = at_least(cfg, in->omega_s_rad_s, u_max_V);
     if (cfg->voltage_share > 0.0f) {
         weaken(cfg, st, in, u_max_V, omega_s_rad_s);

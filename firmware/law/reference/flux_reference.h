@@ -3,6 +3,12 @@
  * Weakening: reduction' = bw (|u| - u_max)/(kr w), u_max = share u_dc/sqrt(2): the voltage vector
  * keeps that distance from the hexagon at any speed, dc link and load.
  *
+ * A full dc link: what it does not take, the motor has to. Where it takes x less of the braking
+ * current than there may be, the voltage counts 1 - x, at least half. With less flux the same
+ * torque needs more current, and the copper's losses grow. x comes at once and goes within seconds:
+ * a flux that came back as soon as the link had room filled it again, once a second (zh envelope:
+ * run 146 of 724531672).
+ *
  * Economy: the copper loss Rs (i_d^2 + i_q^2) + kr^2 Rr i_q^2 of a torque is least at lambda^2 = M
  * |T|/(p kr) sqrt(1 + kr^2 Rr/Rs). The lower of the two fluxes counts.
  *
@@ -45,6 +51,7 @@ typedef struct {
     float i_q_per_Wb_A;
     float i_q_max_A;
     float inv_period_per_s;
+    float full_keep; /* of a link that was full, per step */
 } flux_reference_config_t;
 
 typedef struct {
@@ -53,6 +60,7 @@ typedef struct {
     float reduction_Wb;    /* the larger of the two, in force */
     float rate_Wb_per_s;   /* of the flux, in the last step */
     float i_q_reduction_A; /* largest torque current minus what pull-out allows */
+    float full_pu;         /* the link, lately */
 } flux_reference_state_t;
 
 typedef struct {
@@ -61,6 +69,7 @@ typedef struct {
     float omega_s_rad_s;
     float torque_Nm; /* wanted */
     float lambda_Wb; /* estimated */
+    float full_pu;   /* share of the braking current that the link does not take */
 } flux_reference_in_t;
 
 /* False for a number that is not finite or of the wrong sign, or a share or flux above its maximum.
