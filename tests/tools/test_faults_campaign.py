@@ -9,12 +9,13 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from zerohertz import sim
 from zerohertz.atlas.run import RunOptions
-from zerohertz.atlas.simulate import Bench
+from zerohertz.atlas.simulate import RATED_TORQUE_NM, Bench
 from zerohertz.campaign.faults import (
     campaign,
     cases,
@@ -257,7 +258,7 @@ def harmful(**changed: Any) -> dict[str, Any]:
         (EXACT.replace("currents.gain_0.5", "voltages.gain_0.5"), {}),
         (EXACT.replace("currents.gain_0.5", "all.gain_1.5"), {}),
         (EXACT.replace("@", "+u_dc.gain_0.5@"), {}),
-        (EXACT.replace("@", "+all.gain_0.8@"), {}),
+        (EXACT.replace("@", "+all.gain_0.8@"), {"peak_A": 56.3}),  # 22.5 A / .5 / .8
         (EXACT.replace("@", "+open_u@"), {}),
         (EXACT.replace("@", "+u_uv.frozen@").replace("duty", "sensors"), {}),
         (EXACT, {"undeclared": f"{judge.CURRENT} {judge.DEVIATION}"}),
@@ -274,7 +275,17 @@ def test_an_exception_is_not_wider_than_its_proof(name: str, changed: dict[str, 
 
 
 @pytest.mark.parametrize(
-    "other", ["motor_0.4", "J_10", "load_reversal", "locked_rotor", "u_uv.frozen"]
+    "other",
+    [
+        "motor_0.4",
+        "J_10",
+        "load_reversal",
+        "locked_rotor",
+        "u_uv.frozen",
+        "sag_0.5_0.2s",
+        "mains_loss",
+        "all.gain_0.8",
+    ],
 )
 def test_what_tells_nothing_of_a_current_may_be_wrong_as_well(other: str) -> None:
     case = cases.case_of(EXACT.replace("@", f"+{other}@"))
@@ -338,6 +349,36 @@ def test_the_words_of_a_scaled_motor_are_the_scaled_words(bench: Bench) -> None:
     assert seen_A["motor"] == pytest.approx(seen_A["sensor"], abs=0.02)
     true_A = {name: record["i_abs_A"].max() for name, record in records.items()}
     assert true_A["sensor"] == pytest.approx(2.0 * true_A["motor"], rel=0.01)
+
+
+def test_all_words_scaled_are_those_of_a_motor_on_a_scaled_link(bench: Bench) -> None:
+    """The proof of all.gain_0.5, by the plant, from the start to load at speed: half the link gives
+    half the flux and current, a quarter of the torque, and the same speeds and words."""
+    case = cases.case_of("all.gain_0.5@starting,300,+0.5,la0,averaged,duty")
+    scaled = run.job(bench, case)
+    exact = {"sensors.current_gain": [1.0] * 3, "sensors.voltage_gain": [1.0] * 2} | dict.fromkeys(
+        [f"sensors.{name}" for name in ("current_noise_A", "voltage_noise_V", "dc_noise_V")], 0.0
+    )
+    rig = {**scaled.rig_overrides, **exact, "sensors.current_offset_A": [0.0] * 3}
+    quarter = {
+        f"mechanics.{name}": 0.25 * rig[f"mechanics.{name}"] for name in ("J_kg_m2", "coulomb_Nm")
+    }
+    half = {"inverter.u_dc_V": 0.5 * 283.0, "inverter.i_threshold_A": 0.5 * 0.25}  # of atlas.toml
+    load_Nm = case.condition.load_pu * RATED_TORQUE_NM
+    sensor = sim.run(dataclasses.replace(scaled, rig_overrides=rig))
+    motor = sim.run(
+        dataclasses.replace(
+            scaled,
+            scenario=scaled.scenario.replace(f"{load_Nm}]]", f"{0.25 * load_Nm}]]"),
+            scenario_overrides={},
+            rig_overrides=rig | quarter | half,
+        )
+    )
+    assert motor["load_Nm"].max() == pytest.approx(0.25 * sensor["load_Nm"].max())
+    assert motor["i_peak_A"].max() == pytest.approx(0.5 * sensor["i_peak_A"].max(), rel=1e-3)
+    assert (motor["faults"] == sensor["faults"]).all()
+    for name, within in (("speed_hat_rpm", 0.3), ("i_q_ref_A", 0.1), ("Rs_hat_ohm", 1e-3)):
+        assert np.abs(motor[name] - sensor[name]).max() < within
 
 
 def test_quantiles_are_values_that_occurred() -> None:

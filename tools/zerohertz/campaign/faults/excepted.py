@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -54,16 +55,19 @@ def looked_up(row: Mapping[str, Any], over_A: float) -> dict[str, Any]:
 
 
 def verdict(case: Case, row: Mapping[str, Any], over_A: float) -> str:
-    """The row's, or EXCEPTED: from the start, by its current, not beyond the proof."""
+    """The row's, or EXCEPTED: from the start, by its current, not beyond the proof.
+
+    Two such kinds follow one another: the words are those of words that are excepted themselves.
+    """
     found = [every_proven()[kind.name] for kind in case.kinds if kind.name in every_proven()]
     others = [kind for kind in case.kinds if kind.name not in every_proven()]
     exact = (
-        len(found) == 1
+        bool(found)
         and all(_says_nothing(kind, case.condition) for kind in others)
         and case.condition.mode == STARTING
         and row["verdict"] == UNDECLARED
         and row["undeclared"] == CURRENT
-        and row["peak_A"] <= found[0].allowed_A(over_A)
+        and row["peak_A"] <= over_A / math.prod(proven.gain for proven in found)
     )
     return EXCEPTED if exact else str(row["verdict"])
 
