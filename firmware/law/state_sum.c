@@ -16,7 +16,7 @@ _Static_assert(sizeof(drive_state_t) <= UINT16_MAX, "an offset is a uint16_t");
  * slot. */
 #define RESISTANCE 0u
 #define REFERENCES (RESISTANCE + 10u)
-#define START      (REFERENCES + 16u)
+#define START      (REFERENCES + 17u)
 #define DWELL      (START + 9u)
 #define PROTECTION (DWELL + 10u)
 #define CONTROL    (PROTECTION + 24u)
@@ -39,6 +39,7 @@ static const uint16_t parts[] = {
     /* REFERENCES */
     VECTOR(ramp.steps),
     VECTOR(steering.torque_Nm),
+    VECTOR(steering.omega_rad_s),
     VECTOR(steering.reduction_Wb),
     VECTOR(steer.reduction_Wb),
     VECTOR(steer.rate_Wb_per_s),

@@ -381,14 +381,35 @@ static void test_the_flux_follows_its_target(void)
     ASSERT_SAME_FLOAT(0.3203125f, st.reduction_Wb);
 }
 
+/* In torque mode the reference is the filtered estimate: what goes up and down with each step does
+ * not move the flux. Unfiltered the target would, by all the slew there is. */
+static void test_the_estimate_is_filtered_as_the_torque(void)
+{
+    cfg.filter_gain = 0.0625f;
+    cfg.follow = 0.25f;
+    cfg.step_Wb = 0.0625f;
+    st = (flux_steering_state_t){
+        .torque_Nm = 8.0f, .omega_rad_s = -3.2f, .reduction_Wb = 0.5f, .steering = true};
+    for (int k = 0; k < 200; k++) {
+        const float hat_rad_s = ((k % 2) == 0) ? -2.4f : -4.0f;
+        const flux_steering_out_t out =
+            flux_steering_step(&cfg, &st, st.omega_rad_s, hat_rad_s, 8.0f);
+        TEST_ASSERT_FALSE(out.moving);
+    }
+    ASSERT_NEAR(0.06, -3.2, st.omega_rad_s);
+}
+
 static void test_no_number_is_remembered(void)
 {
     for (int i = 0; i < NOT_FINITE_COUNT; i++) {
         const float x = not_finite(i);
-        st = (flux_steering_state_t){.torque_Nm = 8.0f, .reduction_Wb = 0.5f, .steering = true};
+        st = (flux_steering_state_t){
+            .torque_Nm = 8.0f, .omega_rad_s = -3.2f, .reduction_Wb = 0.5f, .steering = true};
         ASSERT_SAME_FLOAT(0.5f, flux_Wb(-3.2f, x));
         ASSERT_SAME_FLOAT(8.0f, st.torque_Nm);
-        ASSERT_SAME_FLOAT(1.0f, flux_Wb(x, 8.0f)); /* a reference without sense: nominal flux */
+        (void)flux_steering_step(&cfg, &st, -3.2f, x, 8.0f);
+        ASSERT_SAME_FLOAT(-3.2f, st.omega_rad_s);
+        ASSERT_SAME_FLOAT(1.0f, flux_Wb(NAN, 8.0f)); /* a reference without sense: nominal flux */
         ASSERT_SAME_FLOAT(0.5f, flux_Wb(-3.2f, 8.0f));
     }
 }
@@ -572,6 +593,7 @@ int main(void)
     RUN_TEST(test_motoring_faster_than_the_minimum_needs_no_slip);
     RUN_TEST(test_the_flux_moves_by_the_slew_step_and_says_so);
     RUN_TEST(test_the_flux_follows_its_target);
+    RUN_TEST(test_the_estimate_is_filtered_as_the_torque);
     RUN_TEST(test_no_number_is_remembered);
     RUN_TEST(test_the_field_keeps_away_from_zero_or_the_flux_stays_nominal);
     RUN_TEST(test_noise_within_the_hysteresis_switches_once);

@@ -54,7 +54,8 @@ static void steer_flux(const vector_config_t *cfg, vector_state_t *st, const mod
         const float slip_Nm = torque_Nm(cfg, in, axis) * in->Rr_pu / (in->M_pu * in->M_pu);
         /* Asked to stand it is steered as asked: with an Rs far off the estimate of a shaft that
          * stands unloaded steered the flux down and lost it (zh modes, flying start). */
-        const float ref_rad_s = st->speed.omega_ref_rad_s;
+        const bool torque = in->asked->aim == DRIVE_AIM_TORQUE;
+        const float ref_rad_s = torque ? st->steering.omega_rad_s : st->speed.omega_ref_rad_s;
         float hat_rad_s = st->speed.omega_filtered_rad_s;
         if (!(absf(vector_unmodulated_rad_s(st)) > 0.0f)) {
             hat_rad_s = ref_rad_s;

@@ -77,13 +77,13 @@ static float steered_flux(const flux_steering_config_t *cfg, float speed_with_to
 
 /* Where the flux should be; moves the hysteresis. */
 static float target(const flux_steering_config_t *cfg, flux_steering_state_t *st,
-                    float omega_ref_rad_s, float omega_hat_rad_s)
+                    float omega_ref_rad_s)
 {
     const float torque_Nm = absf(st->torque_Nm);
     /* Seen in the sense of the torque: braking is negative. */
     const float way = (st->torque_Nm < 0.0f) ? -1.0f : 1.0f;
-    const float speed_rad_s =
-        minf(way * omega_ref_rad_s, way * omega_hat_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s);
+    const float estimate_rad_s = way * st->omega_rad_s + STEERING_BEYOND_PU * cfg->min_rad_s;
+    const float speed_rad_s = minf(estimate_rad_s, way * omega_ref_rad_s); /* NaN stays NaN */
     const float nominal_rad_s = speed_rad_s + cfg->nominal_slip_per_Nm_s * torque_Nm;
     const float within_rad_s = st->steering ? cfg->leave_rad_s : cfg->min_rad_s;
     const float share =
@@ -108,12 +108,15 @@ flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_s
     if (!flux_steering_on(cfg)) {
         return (flux_steering_out_t){0.0f, 0.0f, false};
     }
+    /* The flux that moves shows in the estimate of the speed: unfiltered, the target of torque mode
+     * went up and down with it in every step (zh envelope: 94 of 3443314690). */
     const float behind_Nm = torque_Nm - st->torque_Nm;
-    if (is_finite(behind_Nm)) {
+    const float behind_rad_s = omega_hat_rad_s - st->omega_rad_s;
+    if (is_finite(behind_Nm + behind_rad_s)) {
         st->torque_Nm += cfg->filter_gain * behind_Nm;
+        st->omega_rad_s += cfg->filter_gain * behind_rad_s;
     }
-    const float reduction_Wb =
-        cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s, omega_hat_rad_s);
+    const float reduction_Wb = cfg->lambda_nominal_Wb - target(cfg, st, omega_ref_rad_s);
     const float step_Wb = limitf(cfg->follow * (reduction_Wb - st->reduction_Wb), cfg->step_Wb);
     st->reduction_Wb += step_Wb;
     return (flux_steering_out_t){.reduction_Wb = st->reduction_Wb,
