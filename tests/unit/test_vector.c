@@ -386,6 +386,15 @@ static void test_steering_has_a_slot_of_its_own(void)
     vector_slow(cfg, &drive.limits, &st, &in);
     ASSERT_SAME_FLOAT(expected.reduction_Wb, st.steering.reduction_Wb);
     st.modulation.speed_rad_s = 0.0f;
+    /* Torque mode: the reference is the filtered estimate of the step before. */
+    expected = (flux_steering_state_t){.omega_rad_s = -4.0f};
+    st.steering = expected;
+    asked.aim = DRIVE_AIM_TORQUE;
+    (void)flux_steering_step(&cfg->steering, &expected, -4.0f, -5.0f, torque_Nm);
+    vector_slow(cfg, &drive.limits, &st, &in);
+    ASSERT_SAME_FLOAT(expected.omega_rad_s, st.steering.omega_rad_s);
+    ASSERT_SAME_FLOAT(expected.reduction_Wb, st.steering.reduction_Wb);
+    asked.aim = DRIVE_AIM_SPEED;
     /* The slip of a warm rotor with more M: 1.5/1.25^2 of it. */
     expected = (flux_steering_state_t){0};
     st.steering = expected;
