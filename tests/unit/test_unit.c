@@ -153,6 +153,11 @@ static void test_a_commissioning_begins_anew(void)
     TEST_ASSERT_NOT_EQUAL(COMMISSIONING_STAGE_END, unit.commissioning.stage);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, unit.commissioning.result.Rs_ohm);
     TEST_ASSERT_EQUAL(COMMISSIONING_BUSY, unit.commissioned.status);
+    for (int k = 0; (k < 100) && !(unit.commissioned.i_ref_A > 0.0f); k++) {
+        (void)periods(SEQUENCE_CMD_COMMISSION, 0.0f, 1);
+    }
+    TEST_ASSERT_TRUE(unit.asked.i_d_ref_A > 0.0f); /* the drive is asked for its current */
+    TEST_ASSERT_EQUAL_FLOAT(unit.commissioned.i_ref_A, unit.asked.i_d_ref_A);
 }
 
 /* To RUN, with the number of a command that stands from then on. */
