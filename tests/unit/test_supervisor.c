@@ -838,7 +838,7 @@ static void test_beside_a_flux_that_may_be_far_aside_no_speed_is_known(void)
                                      st.reasons); /* the field turns: not STILL */
             judge_times(132, 0.0f, -5.0f);
             TEST_ASSERT_TRUE(st.standing_pu > 0.87f); /* and a doubt that goes on rises as before */
-            st.flux_error_bound_pu = 0.7f; /* not beyond the limit */
+            st.flux_error_bound_pu = 0.7f;            /* not beyond the limit */
             st.standing_pu = 0.0f;
             slot = SLOT_SUPERVISOR_MEASURE - 1u;
             step();
