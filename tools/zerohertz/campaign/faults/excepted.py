@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -56,23 +55,17 @@ def looked_up(row: Mapping[str, Any], over_A: float) -> dict[str, Any]:
 
 def verdict(case: Case, row: Mapping[str, Any], over_A: float) -> str:
     """The row's, or EXCEPTED: from the start, by its current, not beyond the proof."""
-    by_current = row["verdict"] == UNDECLARED and row["undeclared"] == CURRENT
-    exact = by_current and _is_exact(case) and row["peak_A"] <= over_A / _gain(case)
-    return EXCEPTED if exact else str(row["verdict"])
-
-
-def _is_exact(case: Case) -> bool:
-    """A proof holds for the whole case."""
+    found = [every_proven()[kind.name] for kind in case.kinds if kind.name in every_proven()]
     others = [kind for kind in case.kinds if kind.name not in every_proven()]
-    alone = all(_says_nothing(kind, case.condition) for kind in others)
-    return alone and len(others) < len(case.kinds) and case.condition.mode == STARTING
-
-
-def _gain(case: Case) -> float:
-    """Of the words. Two proven kinds follow one another: the words of the second are those of a
-    case that is excepted itself."""
-    proven = every_proven()
-    return math.prod(proven[kind.name].gain for kind in case.kinds if kind.name in proven)
+    exact = (
+        len(found) == 1
+        and all(_says_nothing(kind, case.condition) for kind in others)
+        and case.condition.mode == STARTING
+        and row["verdict"] == UNDECLARED
+        and row["undeclared"] == CURRENT
+        and row["peak_A"] <= found[0].allowed_A(over_A)
+    )
+    return EXCEPTED if exact else str(row["verdict"])
 
 
 def _says_nothing(kind: Kind, condition: Condition) -> bool:

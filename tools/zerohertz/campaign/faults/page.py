@@ -73,8 +73,8 @@ the fault is not to blame; such runs are counted above and left out below.
 
 No observer of the words could tell these: the fault was there before the gates were ever on, and
 the harm is by current alone. Beside it there may be another motor, inertia or load, a sag or loss
-of the mains, another of these kinds, and with the voltage from the duty a wrong line voltage.
-Everywhere else the kind counts like any other.
+of the mains, and with the voltage from the duty a wrong line voltage. Everywhere else the kind
+counts like any other.
 [The list with its proofs](../zerohertz/campaign/faults/excepted.toml).
 
 | fault | excepted here | worst of these, A | allowed by the proof, A |
