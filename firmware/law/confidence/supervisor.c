@@ -129,8 +129,8 @@ static inline float high_flux_Wb(const supervisor_config_t *cfg, bool at_limit, 
     return (spent ? SUPERVISOR_FLUX_SPENT : 1.0f) * cfg->lambda_high_Wb;
 }
 
-/* Under torque, of which a field aside needs less: how much of the time any speed explains what is
- * measured. */
+/* How much of the time any speed explains what is measured: under torque, beside a field that
+ * stands or a flux that may stand aside. */
 static inline void look_whether_seen(const supervisor_config_t *cfg, supervisor_state_t *st,
                                      bool stands, bool loaded_aside)
 {

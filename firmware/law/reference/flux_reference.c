@@ -13,7 +13,7 @@
 /* A full link takes this share of the voltage from the flux at most. With half of the flux a torque
  * needs twice the current: more would leave no current to brake with. */
 #define FLUX_REFERENCE_FULL_PU 0.5f
-#define FLUX_REFERENCE_FULL_S  2.0f /* and is forgotten within */
+#define FLUX_REFERENCE_FULL_S  2.0f /* time constant of giving it back */
 
 static bool params_valid(const flux_reference_params_t *p)
 {

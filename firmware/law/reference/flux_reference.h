@@ -5,7 +5,7 @@
  *
  * A full dc link: what it does not take, the motor has to. Where it takes x less of the braking
  * current than there may be, the voltage counts 1 - x, at least half. With less flux the same
- * torque needs more current, and the copper's losses grow. x comes at once and goes within seconds:
+ * torque needs more current, and the copper's losses grow. x comes at once and goes slowly:
  * a flux that came back as soon as the link had room filled it again, once a second (zh envelope:
  * run 146 of 724531672).
  *
@@ -60,7 +60,7 @@ typedef struct {
     float reduction_Wb;    /* the larger of the two, in force */
     float rate_Wb_per_s;   /* of the flux, in the last step */
     float i_q_reduction_A; /* largest torque current minus what pull-out allows */
-    float full_pu;         /* the link, lately */
+    float full_pu;         /* the same after it has been larger: it goes slowly */
 } flux_reference_state_t;
 
 typedef struct {

@@ -68,8 +68,8 @@ static inline bool flux_steering_on(const flux_steering_config_t *cfg)
     return cfg->min_rad_s > 0.0f;
 }
 
-/* omega_ref: electrical speed reference after its slew limit, without one omega_rad_s of the state;
- * omega_hat: the estimate; torque: of the estimate, unfiltered. */
+/* omega_ref: electrical speed reference after its slew limit, in torque mode omega_rad_s of
+ * the state; omega_hat: the estimate; torque: of the estimate, unfiltered. */
 flux_steering_out_t flux_steering_step(const flux_steering_config_t *cfg, flux_steering_state_t *st,
                                        float omega_ref_rad_s, float omega_hat_rad_s,
                                        float torque_Nm);

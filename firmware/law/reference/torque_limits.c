@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-/* From this share of a full link on the braking current is limited. Less flux comes first, which
- * takes a second: where the current was limited with it the load drove the shaft away, although the
- * motor could have taken the power (zh envelope: runs 362 of 1658601084, 268 of 2528188677). */
+/* The braking current is limited once the link is as full as this. The flux falls before that,
+ * which takes a second. With both at once the load drove the shaft away, although the motor could
+ * have taken the power (zh envelope: runs 362 of 1658601084, 268 of 2528188677). */
 #define TORQUE_LIMITS_FULL_PU 0.4f
 
 bool torque_limits_init(torque_limits_config_t *cfg, const torque_limits_params_t *params,
