@@ -3,7 +3,7 @@
  *
  * The sums are taken before a period uses the state. `passing`, in every period: states where a
  * limit would turn NaN into a wrong number in the same period. `fast`, in every fourth: the other
- * states behind the voltage, and the sensor offsets. The rest, in seven parts once in sixteen:
+ * states behind the voltage, and the sensor offsets. The rest, in nine parts once in sixteen:
  * states that change slowly or are used later. What is tracked of the sensors reaches the estimate
  * within the period and is not summed.
  */
@@ -28,12 +28,10 @@ static inline float state_sum_fast(const drive_state_t *st)
     return acting + offsets + st->modes.vector.speed.gain_change;
 }
 
-#define STATE_SUM_SLOTS                                                                            \
-    (SLOTS_OF_QUARTER(SLOT_QUARTER_STATE) | (1u << SLOT_STATE_RESISTANCE) |                        \
-     (1u << SLOT_STATE_PROTECTION) | (1u << SLOT_STATE_START) | (1u << SLOT_STATE_MODES) |         \
-     (1u << SLOT_STATE_DWELL) | (1u << SLOT_STATE_CONTROL) | (1u << SLOT_STATE_REFERENCES))
+/* Every one but 1, 2 and 10. */
+#define STATE_SUM_SLOTS 0xFBF9u
 
-/* Of a slot in STATE_SUM_SLOTS: `fast` in its quarter, else the part of this slot. */
+/* Of a slot in STATE_SUM_SLOTS: `fast` in its quarter, else the runs of this slot. */
 HOT float state_sum_of_slot(const drive_state_t *st);
 
 /* due: in one of STATE_SUM_SLOTS. */

@@ -87,26 +87,10 @@ static void test_the_supervisor_judges_in_the_order_of_its_parts(void)
     TEST_ASSERT_EQUAL_UINT32(SLOT_SUPERVISOR_BOUND, slot_next(SLOT_SUPERVISOR_DECIDE));
 }
 
-/* The voltage path is looked at before the sines replace what it rests on, resistances before heat
- * and tracking do, the supervisor before it measures anew; no part of the rest comes in a slot of
- * another or of the heat. */
-static void test_each_part_of_the_state_has_a_slot_of_its_own(void)
+/* The voltage path is looked at before the sines replace what it rests on. */
+static void test_the_voltage_path_is_looked_at_before_the_sines(void)
 {
-    const uint32_t part[] = {SLOT_STATE_RESISTANCE, SLOT_STATE_PROTECTION, SLOT_STATE_START,
-                             SLOT_STATE_MODES,      SLOT_STATE_DWELL,      SLOT_STATE_CONTROL,
-                             SLOT_STATE_REFERENCES};
-    uint32_t taken = SLOTS_OF_QUARTER(SLOT_QUARTER_STATE) | (1u << SLOT_HEAT);
-    for (size_t n = 0u; n < sizeof part / sizeof part[0]; n++) {
-        TEST_ASSERT_BITS_LOW(1u << part[n], taken);
-        taken |= 1u << part[n];
-    }
     TEST_ASSERT_EQUAL_UINT32(SLOT_QUARTER_ANGLES, SLOT_QUARTER_STATE);
-    /* In the quarter without a kind of its own. */
-    TEST_ASSERT_TRUE(slot_is_quarter(SLOT_COMMAND, SLOT_GUARD_VOLTAGE));
-    TEST_ASSERT_LESS_THAN_UINT32(SLOT_HEAT, SLOT_STATE_RESISTANCE);
-    TEST_ASSERT_LESS_THAN_UINT32(SLOT_M_TRACKING, SLOT_STATE_RESISTANCE);
-    TEST_ASSERT_LESS_THAN_UINT32(SLOT_DWELL, SLOT_STATE_DWELL);
-    TEST_ASSERT_LESS_THAN_UINT32(SLOT_SUPERVISOR_MEASURE, SLOT_STATE_PROTECTION);
 }
 
 int main(void)
@@ -116,6 +100,6 @@ int main(void)
     RUN_TEST(test_every_kind_has_a_quarter_of_its_own);
     RUN_TEST(test_no_slot_has_two_things_of_sixteen);
     RUN_TEST(test_the_supervisor_judges_in_the_order_of_its_parts);
-    RUN_TEST(test_each_part_of_the_state_has_a_slot_of_its_own);
+    RUN_TEST(test_the_voltage_path_is_looked_at_before_the_sines);
     return UNITY_END();
 }

@@ -75,30 +75,30 @@ typedef struct {
     float residual_pu;
     float lambda_Wb;
     float i_s_A;
+    float excess_pu;
     bool flux_high;
     bool swings; /* as it should while it dwells at zero */
     bool still;
     bool light; /* with little torque */
-    float excess_pu;
 } supervisor_findings_t;
 
 typedef struct {
     ab_t s_Wb;
-    bool started;   /* s is tied to the estimate */
-    bool judged;    /* a judgement has begun */
-    ab_t emf_sum_V; /* of the periods since s was tied to the estimate */
-    ab_t d_Wb;      /* as it was then */
+    ab_t emf_sum_V;            /* of the periods since s was tied to the estimate */
+    ab_t d_Wb;                 /* as it was then */
+    float omega_s_rad_s;       /* low-passed */
+    float standing_pu;         /* how much of the time, under torque, the field stands or the flux
+                                  may be off by .7 of itself; mean of .3 s; once the speed is
+                                  unknown it falls as one of 3 s */
+    float flux_error_bound_pu; /* over the flux: the sine of the angle error */
+    float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
     supervisor_findings_t found;
-    float omega_s_rad_s;        /* low-passed */
+    bool started;               /* s is tied to the estimate */
+    bool judged;                /* a judgement has begun */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
     uint32_t still_units; /* of the time with STILL, less that without */
-    float standing_pu;    /* how much of the time, under torque, the field stands or the flux may
-                             be off by .7 of itself; mean of .3 s; once the speed is unknown it
-                             falls as one of 3 s */
     uint32_t reasons;     /* SUPERVISOR_*, of the last judgement */
-    float flux_error_bound_pu; /* over the flux: the sine of the angle error */
-    float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
     supervisor_confidence_t confidence;
 } supervisor_state_t;
 

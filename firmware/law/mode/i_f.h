@@ -55,9 +55,9 @@ typedef struct {
     ab_t axis;
     float current_A;
     float omega_rad_s;
+    ab_t flux_Wb; /* mean, relative to the vector */
     uint32_t lost_periods;
     uint32_t tries; /* looks at this flux since the last hand-back by the estimator */
-    ab_t flux_Wb;   /* mean, relative to the vector */
 } i_f_state_t;
 
 typedef struct {

@@ -31,8 +31,8 @@ typedef struct {
 
 typedef struct {
     float heat_pu[OVERLOAD_MODELS];
-    bool derating;
     float i_max_A; /* while derating */
+    bool derating;
 } overload_state_t;
 
 /* False for a current that is negative, not finite or above i_max, or a time constant that is

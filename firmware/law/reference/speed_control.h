@@ -113,16 +113,16 @@ typedef struct {
 
 typedef struct {
     pi_state_t pi;
-    float omega_filtered_rad_s;
-    float omega_ref_rad_s;     /* after the slew limit */
     float gain_extra;          /* bandwidth over that of slow speed is 1 + this, > -1 */
     float gain_change;         /* the same with what a swing leaves of it */
-    float slow_A;              /* low-passed i_q less the integrator */
     float ref_before_rad_s;    /* a schedule ago */
     float lost;                /* of the gain, to a swing: 0 to lost_max */
     float expected_step_rad_s; /* what that current does to the speed until the next period */
-    float i_q_A;               /* allowed last, at nominal flux: where torque mode begins */
-    float low_A;               /* what is allowed, at nominal flux */
+    float omega_filtered_rad_s;
+    float omega_ref_rad_s; /* after the slew limit */
+    float slow_A;          /* low-passed i_q less the integrator */
+    float i_q_A;           /* allowed last, at nominal flux: where torque mode begins */
+    float low_A;           /* what is allowed, at nominal flux */
     float high_A;
 } speed_control_state_t;
 
@@ -138,8 +138,8 @@ typedef struct {
     float i_d_ref_A;   /* has priority in the current limit */
     float flux_pu;     /* flux reference over the one the gains are meant for, > 0 */
     float inv_flux_pu; /* 1 over that: a division the caller makes seldom */
-    bool torque;       /* torque mode, not speed mode */
     float torque_ref_Nm;
+    bool torque;                   /* torque mode, not speed mode */
     const torque_window_t *window; /* NULL: none */
 } speed_control_in_t;
 
