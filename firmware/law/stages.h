@@ -18,6 +18,7 @@ static inline mode_in_t stage_view(const drive_config_t *cfg, const drive_state_
                        .Rs_ohm = drive_rs_ohm(cfg, st),
                        .M_pu = 1.0f + st->m_tracking.extra_pu,
                        .Rr_pu = 1.0f + st->heating.rotor_pu + st->modes.premagnetise.Rr_extra_pu,
+                       .torque_surges = st->supervisor.surges,
                        .slot = st->slot};
 }
 

@@ -18,7 +18,7 @@ void tearDown(void)
 #define FAST         SLOTS_OF_QUARTER(SLOT_QUARTER_STATE)
 #define BEFORE(slot) ((1u << (slot)) - 1u)
 #define ANY          BEFORE(SLOT_COUNT)
-#define SLOW_FLOATS  103 /* of the state, each summed once in sixteen periods */
+#define SLOW_FLOATS  104 /* of the state, each summed once in sixteen periods */
 
 static uint32_t slots_that_see(void)
 {
@@ -143,6 +143,7 @@ static void test_protection_is_seen_once_in_sixteen(void)
                             &s->standing_pu,
                             &s->flux_error_bound_pu,
                             &s->omega_bound_rad_s,
+                            &s->torque_Wb_A,
                             &s->emf_sum_V.alpha,
                             &s->emf_sum_V.beta,
                             &s->d_Wb.alpha,

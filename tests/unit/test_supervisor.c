@@ -687,6 +687,7 @@ static void configure_steered(void)
     p.still_s = 0.016f; /* 5 turns */
     configure(0, &p);
     in.i_s_A = (ab_t){0.0f, 3.01f};
+    st.torque_Wb_A = 0.5f * 3.01f; /* for a while */
 }
 
 static void test_a_field_that_stands_under_torque_is_a_loss(void)
@@ -717,11 +718,59 @@ static void test_a_field_that_mostly_stands_is_a_loss_too(void)
     TEST_ASSERT_EQUAL(SUPERVISOR_CLOSED, st.confidence);
 }
 
+/* A torque that grows by a fifth: the flux it rests on may be going. Near zero frequency alone. */
+static void test_a_torque_that_grows_makes_haste(void)
+{
+    configure_steered();
+    st.torque_Wb_A = 0.5f * 3.01f / 1.19f;
+    judge_with(0.0f, 1.0f);
+    TEST_ASSERT_FALSE(st.surges);
+    /* 2 of 5 turns: a quarter is over. */
+    st.torque_Wb_A = 0.5f * 3.01f / 1.25f;
+    judge_with(0.0f, 1.0f);
+    TEST_ASSERT_TRUE(st.surges);
+    TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
+    judge_with(0.0f, 1.0f);
+    TEST_ASSERT_EQUAL(SUPERVISOR_IMPRESSED, st.confidence);
+}
+
+static void test_a_torque_grows_near_zero_frequency_and_under_load_alone(void)
+{
+    configure_steered();
+    const struct {
+        float omega_s_rad_s;
+        float i_q_A;
+        bool surges;
+    } as[] = {
+        {-3.99f, 3.01f, true}, {4.01f, 3.01f, false}, {1.0f, 1.43f, false}, {1.0f, 1.45f, true}};
+    for (size_t k = 0; k < sizeof as / sizeof as[0]; k++) {
+        st = (supervisor_state_t){0};
+        in.i_s_A = (ab_t){0.0f, -as[k].i_q_A};
+        judge_with(0.0f, as[k].omega_s_rad_s);
+        TEST_ASSERT_EQUAL(as[k].surges, st.surges);
+    }
+    /* The mean follows within .3 s: 94 turns of 3.2 ms. */
+    judge_times(94, 0.0f, 1.0f);
+    ASSERT_NEAR(0.01, (1.0 - exp(-1.0)) * 0.5 * 1.45, st.torque_Wb_A);
+}
+
+static void test_a_residual_makes_haste_too(void)
+{
+    configure_steered();
+    judge_with(0.6f, 3.9f);
+    judge_with(0.6f, 3.9f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_RESIDUAL, st.reasons);
+    st.torque_Wb_A = 0.0f;
+    judge_with(0.6f, 3.9f);
+    TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_RESIDUAL | SUPERVISOR_LOST, st.reasons);
+}
+
 /* Five times as long. */
 static void test_a_field_that_stands_under_little_torque_is_a_loss_later(void)
 {
     configure_steered();
     in.i_s_A = (ab_t){0.0f, 1.21f};
+    st.torque_Wb_A = 0.5f * 1.21f;
     judge_times(25, 0.0f, 1.0f);
     TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_STILL, st.reasons);
     TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
@@ -1063,6 +1112,9 @@ int main(void)
     RUN_TEST(test_less_flux_is_one_under_all_torque_near_zero_frequency);
     RUN_TEST(test_a_field_that_stands_under_torque_is_a_loss);
     RUN_TEST(test_a_field_that_mostly_stands_is_a_loss_too);
+    RUN_TEST(test_a_torque_that_grows_makes_haste);
+    RUN_TEST(test_a_torque_grows_near_zero_frequency_and_under_load_alone);
+    RUN_TEST(test_a_residual_makes_haste_too);
     RUN_TEST(test_a_field_that_stands_under_little_torque_is_a_loss_later);
     RUN_TEST(test_a_slow_field_at_the_limit_of_the_torque_is_a_loss_too);
     RUN_TEST(test_at_the_limit_little_torque_counts_as_long_as_ever);

@@ -158,6 +158,25 @@ static void test_a_speed_is_wanted_of_flux_and_speed_control(void)
     }
 }
 
+/* While the torque grows near zero frequency, no less than .7 of the torque current. */
+static void test_a_torque_that_grows_keeps_the_flux(void)
+{
+    use_machine(0);
+    for (int k = 0; k < 4; k++) {
+        st.speed.i_q_A = ((k % 2) == 0) ? 20.0f : -20.0f;
+        in.torque_surges = k < 2;
+        st.planned = false;
+        in.slot = 6u;
+        vector_slow(cfg, &drive.limits, &st, &in);
+        ASSERT_SAME_FLOAT(in.torque_surges ? 14.0f : cfg->flux.i_d_A, st.plan.i_d_ref_A);
+    }
+    in.torque_surges = true;
+    st.speed.i_q_A = cfg->flux.i_d_A;
+    st.planned = false;
+    vector_slow(cfg, &drive.limits, &st, &in);
+    ASSERT_SAME_FLOAT(cfg->flux.i_d_A, st.plan.i_d_ref_A);
+}
+
 /* By the number of the slot; without a plan of this run in any of them. */
 static void test_slow_work_is_due_in_its_slots(void)
 {
@@ -629,6 +648,7 @@ int main(void)
     RUN_TEST(test_the_frame_is_that_of_the_flux);
     RUN_TEST(test_without_flux_the_frame_stands);
     RUN_TEST(test_a_speed_is_wanted_of_flux_and_speed_control);
+    RUN_TEST(test_a_torque_that_grows_keeps_the_flux);
     RUN_TEST(test_slow_work_is_due_in_its_slots);
     RUN_TEST(test_a_torque_is_wanted_as_its_current);
     RUN_TEST(test_a_change_of_speed_is_expected_where_the_load_is_known);

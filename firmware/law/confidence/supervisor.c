@@ -32,6 +32,13 @@
  * 98154247). */
 #define SUPERVISOR_ASIDE_LIGHT_PU 0.2f
 
+/* A flux that is lost shows first in the torque current, which grows while the load is the same.
+ * Where it does, near zero frequency, a quarter of the time is enough for a loss: waited for in
+ * full, the shaft of a driving load was gone (zh envelope: run 205 of 724531672). */
+#define SUPERVISOR_SURGE_PU    1.2f
+#define SUPERVISOR_NEAR_PU     2.0f /* |w_s| over still_rad_s: as fast as the field is steered */
+#define SUPERVISOR_SURGE_HASTE 4u
+
 /* With all torque in use |w_s| counts up to this times still_rad_s: .9 of what steering holds. */
 #define SUPERVISOR_STILL_AT_LIMIT 1.8f
 
@@ -73,8 +80,10 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
         reasons |= SUPERVISOR_STILL;
     }
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
-    const bool long_enough = (suspect && (st->suspect_schedules >= cfg->confirm_schedules)) ||
-                             (st->found.still && (st->still_units >= cfg->still_units));
+    const uint32_t haste = st->surges ? SUPERVISOR_SURGE_HASTE : 1u;
+    const bool long_enough =
+        (suspect && (haste * st->suspect_schedules >= cfg->confirm_schedules)) ||
+        (st->found.still && (haste * st->still_units >= cfg->still_units));
     st->still_units = count_still(&st->found, st->still_units, cfg->still_units);
     st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
     if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
@@ -158,6 +167,10 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
     look_whether_seen(cfg, st, stands,
                       steered && (torque_Wb_A > SUPERVISOR_ASIDE_LIGHT_PU * still_Wb_A));
+    const float usual_Wb_A = maxf(st->torque_Wb_A, SUPERVISOR_STILL_LIGHT_PU * still_Wb_A);
+    st->surges = (absf(st->omega_s_rad_s) < SUPERVISOR_NEAR_PU * cfg->p.still_rad_s) &&
+                 (torque_Wb_A > SUPERVISOR_SURGE_PU * usual_Wb_A);
+    st->torque_Wb_A += cfg->standing_gain * (torque_Wb_A - st->torque_Wb_A);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && steered);
     const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));

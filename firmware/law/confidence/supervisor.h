@@ -92,9 +92,11 @@ typedef struct {
                                   unknown it falls as one of 3 s */
     float flux_error_bound_pu; /* over the flux: the sine of the angle error */
     float omega_bound_rad_s;   /* bound of |omega_e_hat - omega_e|, as far as known */
+    float torque_Wb_A;         /* of the estimate, mean of .3 s */
     supervisor_findings_t found;
     bool started;               /* s is tied to the estimate */
     bool judged;                /* a judgement has begun */
+    bool surges;                /* the torque is larger than its mean: the flux may be going */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
     uint32_t still_units; /* of the time with STILL, less that without */

@@ -75,6 +75,7 @@ typedef struct {
     float Rs_ohm; /* in use */
     float M_pu;   /* M and Rr as far as they are known, over the parameters */
     float Rr_pu;
+    bool torque_surges; /* supervisor.h */
     uint32_t slot;
 } mode_in_t;
 

@@ -107,15 +107,26 @@ static void expect(const vector_config_t *cfg, vector_state_t *st)
         known ? speed_control_expected_rad_s(&cfg->speed, &st->speed, st->speed.i_q_A) : 0.0f;
 }
 
+/* Of the torque current at nominal flux. An angle error e leaves i_d cos e - i_q sin e of the flux,
+ * and steering lets i_d fall to a third of i_q. With so much in a sound drive the field would stay
+ * at zero: only where the torque grows (zh envelope: runs 265 of 98154247, 391 of 4069208597). */
+#define VECTOR_KEEP_PU 0.7f
+
+static float i_d_A(const vector_config_t *cfg, const vector_state_t *st, const mode_in_t *in)
+{
+    const float keep_A = in->torque_surges ? (VECTOR_KEEP_PU * absf(st->speed.i_q_A)) : 0.0f;
+    return maxf(cfg->flux.i_d_A - st->i_d_reduction_A, keep_A);
+}
+
 /* Flux control, limits and target of the next four periods. */
 static void plan(const vector_config_t *cfg, const torque_limits_config_t *limits,
                  vector_state_t *st, const mode_in_t *in)
 {
-    const float i_d_A = cfg->flux.i_d_A - st->i_d_reduction_A;
+    const float i_d_ref_A = i_d_A(cfg, st, in);
     torque_window_t window;
     const bool limited = torque_limits_active(in->limits) || st->pull_out_near;
     if (limited) {
-        window = torque_limits_window(limits, in->limits, in->estimate->omega_e_rad_s, i_d_A,
+        window = torque_limits_window(limits, in->limits, in->estimate->omega_e_rad_s, i_d_ref_A,
                                       st->reference.i_q_reduction_A);
     }
     const bool torque = in->asked->aim == DRIVE_AIM_TORQUE;
@@ -125,7 +136,7 @@ static void plan(const vector_config_t *cfg, const torque_limits_config_t *limit
     st->plan = (speed_control_in_t){
         .omega_ref_rad_s =
             torque ? 0.0f : (next_reference(cfg, st, in) + st->modulation.speed_rad_s),
-        .i_d_ref_A = i_d_A,
+        .i_d_ref_A = i_d_ref_A,
         .flux_pu = 1.0f - st->flux_reduction_Wb * cfg->inv_lambda_ref_per_Wb,
         .inv_flux_pu = 1.0f + st->torque_gain_extra_pu,
         .torque = torque,
