@@ -33,8 +33,9 @@
 #define SUPERVISOR_ASIDE_LIGHT_PU 0.2f
 
 /* A flux that is lost shows first in the torque current, which grows while the load is the same.
- * Where it does, near zero frequency, a quarter of the time is enough for a loss: waited for in
- * full, the shaft of a driving load was gone (zh envelope: run 205 of 724531672). */
+ * Where it does, near zero frequency, RESIDUAL or FLUX for a quarter of the time is enough: waited
+ * for in full, the shaft of a driving load was gone (zh envelope: run 205 of 724531672). With less
+ * time for STILL, too, a sound drive was left to I-f (run 270 of 1899669423). */
 #define SUPERVISOR_SURGE_PU    1.2f
 #define SUPERVISOR_NEAR_PU     2.0f /* |w_s| over still_rad_s: as fast as the field is steered */
 #define SUPERVISOR_SURGE_HASTE 4u
@@ -83,7 +84,7 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
     const uint32_t haste = st->surges ? SUPERVISOR_SURGE_HASTE : 1u;
     const bool long_enough =
         (suspect && (haste * st->suspect_schedules >= cfg->confirm_schedules)) ||
-        (st->found.still && (haste * st->still_units >= cfg->still_units));
+        (st->found.still && (st->still_units >= cfg->still_units));
     st->still_units = count_still(&st->found, st->still_units, cfg->still_units);
     st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
     if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
