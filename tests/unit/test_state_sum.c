@@ -71,6 +71,7 @@ static void test_what_a_limit_would_heal_is_seen_at_once(void)
                             &st.estimator.estimate.omega_s_rad_s,
                             &st.modes.vector.speed.pi.x};
     assert_each_is_seen(value, sizeof value / sizeof value[0], 0u, 0);
+    TEST_ASSERT_EQUAL_FLOAT((float)(sizeof value / sizeof value[0]), state_sum_passing(&st));
 }
 
 static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
@@ -93,6 +94,8 @@ static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
                             &st.measurement.offset_V.beta,
                             &st.modes.vector.speed.gain_change};
     assert_each_is_seen(value, sizeof value / sizeof value[0], FAST, 4);
+    st.slot = SLOT_QUARTER_STATE;
+    TEST_ASSERT_EQUAL_FLOAT((float)(sizeof value / sizeof value[0]), state_sum_of_slot(&st));
 }
 
 /* Before heat and tracking replace them. */
@@ -238,7 +241,9 @@ static void test_no_other_word_is_summed(void)
     float sum = 0.0f;
     for (uint32_t slot = 0u; slot < SLOT_COUNT; slot++) {
         st.slot = slot;
-        sum += slot_is_among(slot, FAST) ? 0.0f : state_sum_of_slot(&st);
+        const float part = state_sum_of_slot(&st);
+        TEST_ASSERT_EQUAL(slot_is_among(slot, STATE_SUM_SLOTS), part > 0.0f);
+        sum += slot_is_among(slot, FAST) ? 0.0f : part;
     }
     TEST_ASSERT_EQUAL_FLOAT((float)SLOW_FLOATS, sum);
 }

@@ -96,7 +96,7 @@ typedef struct {
     supervisor_findings_t found;
     bool started;               /* s is tied to the estimate */
     bool judged;                /* a judgement has begun */
-    bool surges;                /* the torque is larger than its mean: the flux may be going */
+    bool surges;                /* near zero frequency the torque is larger than its mean */
     uint32_t suspect_schedules; /* successive ones with RESIDUAL or FLUX */
     uint32_t quiet_schedules;
     uint32_t still_units; /* of the time with STILL, less that without */
