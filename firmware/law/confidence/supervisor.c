@@ -63,6 +63,15 @@ static inline uint32_t count_still(const supervisor_findings_t *found, uint32_t 
     return (units < limit) ? (units + (found->light ? 1u : SUPERVISOR_STILL_LIGHT)) : limit;
 }
 
+/* Whether signs have lasted for as long as a loss takes. */
+static inline bool long_enough(const supervisor_config_t *cfg, const supervisor_state_t *st,
+                               bool suspect)
+{
+    const uint32_t haste = st->surges ? SUPERVISOR_SURGE_HASTE : 1u;
+    return (suspect && (haste * st->suspect_schedules >= cfg->confirm_schedules)) ||
+           (st->found.still && (st->still_units >= cfg->still_units));
+}
+
 /* All comparisons say x <= limit, so that a NaN is a reason. */
 static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t *st,
                              float excess_pu, bool flux_high)
@@ -81,13 +90,10 @@ static uint32_t find_reasons(const supervisor_config_t *cfg, supervisor_state_t 
         reasons |= SUPERVISOR_STILL;
     }
     const bool suspect = (reasons & (SUPERVISOR_RESIDUAL | SUPERVISOR_FLUX)) != 0u;
-    const uint32_t haste = st->surges ? SUPERVISOR_SURGE_HASTE : 1u;
-    const bool long_enough =
-        (suspect && (haste * st->suspect_schedules >= cfg->confirm_schedules)) ||
-        (st->found.still && (st->still_units >= cfg->still_units));
+    const bool lost = long_enough(cfg, st, suspect);
     st->still_units = count_still(&st->found, st->still_units, cfg->still_units);
     st->suspect_schedules = schedules_with(suspect, st->suspect_schedules, cfg->confirm_schedules);
-    if (long_enough || !(excess_pu <= cfg->p.lost_pu)) {
+    if (lost || !(excess_pu <= cfg->p.lost_pu)) {
         reasons |= SUPERVISOR_LOST;
     }
     return reasons;
@@ -151,6 +157,16 @@ static inline void look_whether_seen(const supervisor_config_t *cfg, supervisor_
     st->standing_pu += gain * ((unseen ? 1.0f : 0.0f) - st->standing_pu);
 }
 
+/* Whether the torque grows near zero frequency; moves its mean. */
+static inline void look_whether_it_surges(const supervisor_config_t *cfg, supervisor_state_t *st,
+                                          float torque_Wb_A, float still_Wb_A)
+{
+    const float usual_Wb_A = maxf(st->torque_Wb_A, SUPERVISOR_STILL_LIGHT_PU * still_Wb_A);
+    st->surges = (absf(st->omega_s_rad_s) < SUPERVISOR_NEAR_PU * cfg->p.still_rad_s) &&
+                 (torque_Wb_A > SUPERVISOR_SURGE_PU * usual_Wb_A);
+    st->torque_Wb_A += cfg->standing_gain * (torque_Wb_A - st->torque_Wb_A);
+}
+
 /* Part one: what d, flux and current are. */
 static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
                     const supervisor_in_t *in, ab_t d_Wb)
@@ -168,10 +184,7 @@ static void measure(const supervisor_config_t *cfg, supervisor_state_t *st,
     const bool stands = loaded && (absf(st->omega_s_rad_s) < still_rad_s);
     look_whether_seen(cfg, st, stands,
                       steered && (torque_Wb_A > SUPERVISOR_ASIDE_LIGHT_PU * still_Wb_A));
-    const float usual_Wb_A = maxf(st->torque_Wb_A, SUPERVISOR_STILL_LIGHT_PU * still_Wb_A);
-    st->surges = (absf(st->omega_s_rad_s) < SUPERVISOR_NEAR_PU * cfg->p.still_rad_s) &&
-                 (torque_Wb_A > SUPERVISOR_SURGE_PU * usual_Wb_A);
-    st->torque_Wb_A += cfg->standing_gain * (torque_Wb_A - st->torque_Wb_A);
+    look_whether_it_surges(cfg, st, torque_Wb_A, still_Wb_A);
     /* Without torque to spare the speed does not swing; STILL looks after it then. */
     const bool swings = (in->swing_rad_s > 0.0f) && !(in->at_limit && steered);
     const float high_Wb = high_flux_Wb(cfg, in->at_limit, absf(st->omega_s_rad_s));
