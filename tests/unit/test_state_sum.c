@@ -70,8 +70,9 @@ static void test_what_a_limit_would_heal_is_seen_at_once(void)
                             &st.estimator.estimate.omega_e_rad_s,
                             &st.estimator.estimate.omega_s_rad_s,
                             &st.modes.vector.speed.pi.x};
-    assert_each_is_seen(value, sizeof value / sizeof value[0], 0u, 0);
-    TEST_ASSERT_EQUAL_FLOAT((float)(sizeof value / sizeof value[0]), state_sum_passing(&st));
+    const size_t count = sizeof value / sizeof value[0];
+    assert_each_is_seen(value, count, 0u, 0);
+    TEST_ASSERT_EQUAL_FLOAT((float)count, state_sum_passing(&st));
 }
 
 static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
@@ -93,9 +94,10 @@ static void test_what_else_the_voltage_rests_on_is_seen_in_a_quarter(void)
                             &st.measurement.offset_V.alpha,
                             &st.measurement.offset_V.beta,
                             &st.modes.vector.speed.gain_change};
-    assert_each_is_seen(value, sizeof value / sizeof value[0], FAST, 4);
+    const size_t count = sizeof value / sizeof value[0];
+    assert_each_is_seen(value, count, FAST, 4);
     st.slot = SLOT_QUARTER_STATE;
-    TEST_ASSERT_EQUAL_FLOAT((float)(sizeof value / sizeof value[0]), state_sum_of_slot(&st));
+    TEST_ASSERT_EQUAL_FLOAT((float)count, state_sum_of_slot(&st));
 }
 
 /* Before heat and tracking replace them. */
