@@ -91,6 +91,8 @@ static void test_the_supervisor_judges_in_the_order_of_its_parts(void)
 static void test_the_voltage_path_is_looked_at_before_the_sines(void)
 {
     TEST_ASSERT_EQUAL_UINT32(SLOT_QUARTER_ANGLES, SLOT_QUARTER_STATE);
+    /* In the quarter without a kind of its own. */
+    TEST_ASSERT_TRUE(slot_is_quarter(SLOT_COMMAND, SLOT_GUARD_VOLTAGE));
 }
 
 int main(void)

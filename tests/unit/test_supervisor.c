@@ -687,7 +687,6 @@ static void configure_steered(void)
     p.still_s = 0.016f; /* 5 turns */
     configure(0, &p);
     in.i_s_A = (ab_t){0.0f, 3.01f};
-    st.torque_Wb_A = 0.5f * 3.01f; /* for a while */
 }
 
 static void test_a_field_that_stands_under_torque_is_a_loss(void)
@@ -759,6 +758,7 @@ static void test_a_torque_grows_near_zero_frequency_and_under_load_alone(void)
 static void test_a_residual_under_a_torque_that_grows_is_a_loss_sooner(void)
 {
     configure_steered();
+    st.torque_Wb_A = 0.5f * 3.01f;
     judge_with(0.6f, 3.9f);
     judge_with(0.6f, 3.9f);
     TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_RESIDUAL, st.reasons);
@@ -772,7 +772,6 @@ static void test_a_field_that_stands_under_little_torque_is_a_loss_later(void)
 {
     configure_steered();
     in.i_s_A = (ab_t){0.0f, 1.21f};
-    st.torque_Wb_A = 0.5f * 1.21f;
     judge_times(25, 0.0f, 1.0f);
     TEST_ASSERT_EQUAL_UINT32(SUPERVISOR_UNSURE | SUPERVISOR_STILL, st.reasons);
     TEST_ASSERT_EQUAL(SUPERVISOR_DEGRADED, st.confidence);
