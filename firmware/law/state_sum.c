@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-/* Floats side by side in the state, with offsets instead of code. */
+/* Floats side by side in the state. A table of them takes less flash than code. */
 typedef struct {
     uint16_t at; /* of the first, bytes */
     uint16_t count;

@@ -107,9 +107,9 @@ static void expect(const vector_config_t *cfg, vector_state_t *st)
         known ? speed_control_expected_rad_s(&cfg->speed, &st->speed, st->speed.i_q_A) : 0.0f;
 }
 
-/* Of the torque current at nominal flux. An angle error e leaves i_d cos e - i_q sin e of the flux,
- * and steering lets i_d fall to a third of i_q. With so much in a sound drive the field would stay
- * at zero: only where the torque grows (zh envelope: runs 265 of 98154247, 391 of 4069208597). */
+/* Least i_d over the torque current at nominal flux, while the torque grows near zero frequency. An
+ * angle error e leaves the flux of i_d cos e - i_q sin e, and steering lets i_d fall to a third of
+ * i_q. At any other time so much i_d would keep a sound drive's field at zero. */
 #define VECTOR_KEEP_PU 0.7f
 
 static float i_d_A(const vector_config_t *cfg, const vector_state_t *st, const mode_in_t *in)
