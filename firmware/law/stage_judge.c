@@ -52,6 +52,7 @@ void stage_judge(const drive_config_t *cfg, drive_state_t *st, const drive_in_t 
                                            .omega_e_hat_rad_s = e->omega_e_rad_s,
                                            .omega_s_hat_rad_s = e->omega_s_rad_s,
                                            .at_limit = torque_spent(st, asked->aim),
+                                           .told_torque = asked->aim == DRIVE_AIM_TORQUE,
                                            .swing_rad_s = st->dwell.swing_rad_s,
                                            .swing_omega_rad_s = cfg->dwell.omega_rad_s};
     supervisor_step(&cfg->supervisor, &st->supervisor, &supervisor_in, st->slot);

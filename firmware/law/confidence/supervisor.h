@@ -113,6 +113,7 @@ typedef struct {
     float omega_e_hat_rad_s;
     float omega_s_hat_rad_s;
     bool at_limit;           /* the speed asks for all of the torque current */
+    bool told_torque;        /* the torque is what somebody asks for, no speed controller's */
     float swing_rad_s;       /* the field dwells at zero and its frequency swings by this; 0: not */
     float swing_omega_rad_s; /* so fast; > 0 where swing_rad_s is */
 } supervisor_in_t;
