@@ -102,6 +102,16 @@ COLD static float tooth_ohm(const rs_measurement_config_t *cfg, const rs_measure
     return (sums->xu_VA - x_A * sums->u_duty_V) / (sums->xx_A2 - x_A * sums->x_A);
 }
 
+/* c/(i j) by the teeth of two levels. */
+COLD static float tail_ohm(const rs_measurement_config_t *cfg, const rs_measurement_sums_t *upper,
+                           const rs_measurement_sums_t *lower)
+{
+    const float i_A = upper->i_A;
+    const float j_A = lower->i_A;
+    return (tooth_ohm(cfg, lower) - tooth_ohm(cfg, upper)) * i_A * j_A /
+           ((i_A - j_A) * (i_A + j_A));
+}
+
 /* c/i of the high level in u = Rs i + u_0 - c/i. Between i and j the slope is Rs + c/(i j), within
  * the teeth of a level Rs + Rr' + c/i^2. The smaller c counts: where the lowest level is in the
  * bend of another curve, the levels show a c that the teeth of the upper ones do not. Without the
@@ -112,11 +122,8 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
     const rs_measurement_sums_t *high = &st->level[RS_LEVEL_HIGH];
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float bent_ohm = slope_ohm(low, bend) - slope_ohm(high, low);
-    const float steeper_ohm = tooth_ohm(cfg, low) - tooth_ohm(cfg, high);
     const float levels_ohm = bent_ohm * bend->i_A / (high->i_A - bend->i_A);
-    const float teeth_ohm =
-        steeper_ohm * low->i_A * high->i_A / ((high->i_A - low->i_A) * (high->i_A + low->i_A));
-    const float c_V = low->i_A * minf(levels_ohm, teeth_ohm);
+    const float c_V = low->i_A * minf(levels_ohm, tail_ohm(cfg, high, low));
     return (c_V > RS_TAIL_MIN_PU * absf(high->u_duty_V)) ? c_V : 0.0f;
 }
 
@@ -212,13 +219,18 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
     return cfg->level.A[here] + (4.0f * absf(turns - (float)whole - 0.5f) - 1.0f) * cfg->dither_A;
 }
 
-/* Before the largest current: sensors that read too little make it larger still. Behind the voltage
- * of the duties the tail of the legs' loss raises this slope, and is not known yet: four of 125
- * runs of the envelope were refused (zh envelope, 99 of 2528188677). */
-static bool resists_too_much(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st)
+/* Before the largest current: sensors that read too little make it larger still. The tail of the
+ * legs' loss raises the slope of the duties' voltage by c/(i j): with it four of 125 sound drives
+ * were refused. Sensors see no such loss, and zero is the level farthest away. */
+COLD static bool resists_too_much(const rs_measurement_config_t *cfg,
+                                  const rs_measurement_state_t *st)
 {
-    const float lower_ohm = between_ohm(&st->level[RS_LEVEL_LOW], &st->level[RS_LEVEL_BEND]);
-    return !cfg->by_duty && !(lower_ohm <= cfg->Rs_max_ohm);
+    const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
+    const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
+    const float lower_ohm = cfg->by_duty
+                                ? (between_ohm(low, bend) - maxf(tail_ohm(cfg, low, bend), 0.0f))
+                                : between_ohm(low, &st->level[RS_LEVEL_SMALL]);
+    return !(lower_ohm <= cfg->Rs_max_ohm);
 }
 
 /* A period of a level. */
