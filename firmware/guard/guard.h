@@ -11,6 +11,7 @@
 #include "current_jump.h"
 #include "estimate.h"
 #include "frozen_link.h"
+#include "link_drop.h"
 #include "liveness.h"
 #include "mains_check.h"
 #include "monitor.h"
@@ -40,6 +41,7 @@ typedef struct {
     current_jump_state_t current_jump;
     mains_check_state_t mains;
     frozen_link_state_t frozen_link;
+    link_drop_state_t link_drop;
     speed_guard_state_t speed;
 } guard_state_t;
 

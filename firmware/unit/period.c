@@ -74,8 +74,8 @@ COLD static void ask(unit_t *unit, const unit_config_t *cfg)
 }
 
 /* The state machine, and what follows from it for the next period. */
-HOT static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
-                           uint32_t faults)
+APART static void step_state(unit_t *unit, const unit_config_t *cfg, uint32_t command,
+                             uint32_t faults)
 {
     sequence_in_t in = {.command = command,
                         .faults = faults,

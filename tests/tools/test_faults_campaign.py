@@ -116,6 +116,28 @@ def test_a_gain_that_changes_while_running_opens_the_gates(bench: Bench, name: s
 
 
 @pytest.mark.parametrize(
+    ("fault", "name"),
+    [
+        (Fault.VOLTAGE_SENSOR, "all.gain_0.5@running,1710,+0,la2,averaged,sensors"),
+        (
+            Fault.STATOR_RESISTANCE,
+            "currents.gain_0.5+all.gain_0.5@starting,300,+0.5,la0,averaged,duty",
+        ),
+        (
+            Fault.STATOR_RESISTANCE,
+            "currents.gain_0.5+voltages.noise_0.05+all.gain_0.5@starting,0,+1,la0,averaged,sensors",
+        ),
+    ],
+)
+def test_words_that_all_read_too_little_are_told_before_the_harm(
+    bench: Bench, fault: Fault, name: str
+) -> None:
+    row = run.run_case(bench, cases.case_of(name))
+    assert row["verdict"] == judge.BEFORE
+    assert (row["bits"], row["over_current"]) == (int(fault), False)
+
+
+@pytest.mark.parametrize(
     "here",
     [
         "running,300,+0.5,la2,averaged,sensors",

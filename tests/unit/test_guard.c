@@ -338,12 +338,14 @@ static void test_exchanged_sensors_are_told_in_every_period_while_it_stands(void
     assert_never_comes();
 }
 
-/* Looked at in another slot, nothing is counted and nothing is found. */
+/* Looked at in another slot, nothing is counted and nothing is found. The word of the link is
+ * looked at in any of them. */
 static void test_only_its_slots_are_due(void)
 {
     in.u_s_V.beta = 40.0f;
     meas.i_A.u = 0.0f;
     estimate.lambda_Wb = 0.0f;
+    st.link_drop.u_dc_V = meas.u_dc_V;
     const guard_state_t before = st;
     for (in.slot = 0u; in.slot < SLOT_COUNT; in.slot++) {
         const bool due = (in.slot == 3u) || (in.slot == 7u) || (in.slot == 11u);
@@ -462,6 +464,21 @@ static void test_a_link_that_stays_as_it_is_while_the_motor_brakes(void)
     TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
 }
 
+static void test_a_link_that_drops_is_told_in_each_slot(void)
+{
+    static const uint32_t slots[] = {SLOT_GUARD_VOLTAGE, SLOT_GUARD_PHASES, SLOT_GUARD_ESTIMATE};
+    for (size_t k = 0; k < 3u; k++) {
+        st = (guard_state_t){0};
+        meas.u_dc_V = 300.0f;
+        in.slot = slots[k];
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+        meas.u_dc_V = 150.0f;
+        TEST_ASSERT_EQUAL_HEX32(0u, guard_look(&cfg, &st, &in));
+        in.slot = slots[(k + 1u) % 3u];
+        TEST_ASSERT_EQUAL_HEX32(FAULT_VOLTAGE_SENSOR, guard_look(&cfg, &st, &in));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -487,5 +504,6 @@ int main(void)
     RUN_TEST(test_current_words_that_jump);
     RUN_TEST(test_a_link_that_does_not_fit_its_mains);
     RUN_TEST(test_a_link_that_stays_as_it_is_while_the_motor_brakes);
+    RUN_TEST(test_a_link_that_drops_is_told_in_each_slot);
     return UNITY_END();
 }

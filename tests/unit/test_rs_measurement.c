@@ -606,20 +606,51 @@ static rs_measurement_out_t before_the_high_level(float ohm, bool by_duty)
 
 static void test_a_resistance_that_is_too_large_never_sees_the_high_level(void)
 {
-    rs_measurement_out_t out = before_the_high_level(2.0f, false);
-    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
-    ASSERT_SAME_FLOAT(6.0f, out.i_ref_A);
-    /* Of the duties' voltage the tail is not taken off yet. */
-    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, before_the_high_level(3.0f, true).status);
-    /* One that is too small needs the level to be sure. */
-    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, before_the_high_level(0.0f, false).status);
-    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, before_the_high_level(NAN, false).status);
-    out = before_the_high_level(2.001953125f, false);
-    for (int k = 0; k < 5; k++) {
+    for (int by_duty = 0; by_duty < 2; by_duty++) {
+        rs_measurement_out_t out = before_the_high_level(2.0f, by_duty == 1);
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
+        ASSERT_SAME_FLOAT(6.0f, out.i_ref_A);
+        /* One that is too small needs the level to be sure. */
+        out = before_the_high_level(0.0f, by_duty == 1);
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
+        out = before_the_high_level(NAN, by_duty == 1);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.status);
-        ASSERT_SAME_FLOAT(0.0f, out.i_ref_A);
-        out = step(2.0f, 2.0f, 2.0f);
+        out = before_the_high_level(2.001953125f, by_duty == 1);
+        for (int k = 0; k < 5; k++) {
+            TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.status);
+            ASSERT_SAME_FLOAT(0.0f, out.i_ref_A);
+            out = step(2.0f, 2.0f, 2.0f);
+        }
     }
+}
+
+/* With sensors from zero on, behind the duties from bend on: the other level may be off. */
+static void test_the_levels_that_tell_a_resistance_before_the_high_one(void)
+{
+    for (int by_duty = 0; by_duty < 2; by_duty++) {
+        (void)before_the_high_level(1.0f, by_duty == 1);
+        st.periods = 12u;
+        st.level[by_duty ? RS_LEVEL_SMALL : RS_LEVEL_BEND].u_V = -100.0f;
+        st.level[by_duty ? RS_LEVEL_SMALL : RS_LEVEL_BEND].u_duty_V = -100.0f;
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, step(1.5f, 1.5f, 1.5f).status);
+        st.periods = 12u;
+        st.level[by_duty ? RS_LEVEL_BEND : RS_LEVEL_SMALL].u_V = -100.0f;
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, step(1.5f, 1.5f, 1.5f).status);
+    }
+}
+
+/* The tail adds c/(i j) = .4 ohm to the slope of the two lower levels, and .6 V/i^2 to the teeth. A
+ * tail that would take something off instead is none. */
+static void test_a_tail_is_no_resistance_before_the_high_level(void)
+{
+    cfg = simple;
+    cfg.by_duty = true;
+    cfg.Rs_max_ohm = 1.51f;
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, with_curve(0.3f, 0.2f, 0.2f, 0.2f).status);
+    cfg = simple;
+    cfg.by_duty = true;
+    cfg.Rs_max_ohm = 1.51f;
+    TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, with_curve(0.3f, 0.2f, 0.0f, -0.2f).status);
 }
 
 static void test_less_than_half_the_current_step_is_an_open_phase(void)
@@ -788,6 +819,8 @@ int main(void)
     RUN_TEST(test_limits_hold_for_the_measured_value_and_belong_to_the_range);
     RUN_TEST(test_a_refusal_stays_and_shows_what_was_measured);
     RUN_TEST(test_a_resistance_that_is_too_large_never_sees_the_high_level);
+    RUN_TEST(test_the_levels_that_tell_a_resistance_before_the_high_one);
+    RUN_TEST(test_a_tail_is_no_resistance_before_the_high_level);
     RUN_TEST(test_less_than_half_the_current_step_is_an_open_phase);
     RUN_TEST(test_no_number_is_refused_or_harmless);
     RUN_TEST(test_the_resistance_of_both_machines_is_found_behind_dead_time_and_offsets);

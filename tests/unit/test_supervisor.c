@@ -741,12 +741,17 @@ static void test_a_torque_grows_near_zero_frequency_and_under_load_alone(void)
     const struct {
         float omega_s_rad_s;
         float i_q_A;
+        bool told;
         bool surges;
-    } as[] = {
-        {-3.99f, 3.01f, true}, {4.01f, 3.01f, false}, {1.0f, 1.43f, false}, {1.0f, 1.45f, true}};
+    } as[] = {{-3.99f, 3.01f, false, true},
+              {4.01f, 3.01f, false, false},
+              {1.0f, 1.43f, false, false},
+              {1.0f, 3.01f, true, false}, /* torque mode: it grows as it is told */
+              {1.0f, 1.45f, false, true}};
     for (size_t k = 0; k < sizeof as / sizeof as[0]; k++) {
         st = (supervisor_state_t){0};
         in.i_s_A = (ab_t){0.0f, -as[k].i_q_A};
+        in.told_torque = as[k].told;
         judge_with(0.0f, as[k].omega_s_rad_s);
         TEST_ASSERT_EQUAL(as[k].surges, st.surges);
     }

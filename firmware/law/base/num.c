@@ -18,6 +18,11 @@ bool all_positive(const float *x, size_t n)
     return all;
 }
 
+bool nonnegativef(float x)
+{
+    return (float_bits(x) < NUM_BITS_OF_INFINITY) || (float_bits(x) == NUM_BITS_OF_MINUS_0);
+}
+
 bool all_nonnegative(const float *x, size_t n)
 {
     bool all = true;

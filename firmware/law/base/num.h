@@ -154,10 +154,7 @@ static inline bool is_duty(float x)
 }
 
 /* Finite and >= 0, -0 included. */
-static inline bool nonnegativef(float x)
-{
-    return (float_bits(x) < NUM_BITS_OF_INFINITY) || (float_bits(x) == NUM_BITS_OF_MINUS_0);
-}
+bool nonnegativef(float x);
 
 /* The same for each of n values. */
 CHECKED bool all_finite(const float *x, size_t n);
