@@ -171,7 +171,7 @@ COLD static rs_measurement_out_t result(const rs_measurement_config_t *cfg,
           RS_CURRENT_SHARE * n * (cfg->level.A[RS_LEVEL_HIGH] - cfg->level.A[RS_LEVEL_LOW]))) {
         return out;
     }
-    const float c_V = bent_V(cfg, st);
+    const float c_V = st->bent_V;
     out.Rs_ohm = between_ohm(high, low);
     if (cfg->by_duty) {
         out.Rs_ohm -= c_V / low->i_A;
@@ -277,7 +277,11 @@ COLD rs_measurement_out_t rs_measurement_step(const rs_measurement_config_t *cfg
     if ((st->periods == (uint32_t)RS_LEVEL_HIGH * level) && resists_too_much(cfg, st)) {
         return (rs_measurement_out_t){.status = RS_MEASUREMENT_REFUSED};
     }
-    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY, .i_ref_A = go_on_A(cfg, st, in)};
+    const float i_ref_A = go_on_A(cfg, st, in);
+    if (st->periods == end) {
+        st->bent_V = bent_V(cfg, st);
+    }
+    return (rs_measurement_out_t){.status = RS_MEASUREMENT_BUSY, .i_ref_A = i_ref_A};
 }
 
 uint32_t rs_measurement_digest(const rs_measurement_state_t *st)
