@@ -1,6 +1,6 @@
 #include "current_jump.h"
 
-#define CURRENT_JUMP_PU 0.1f /* of the trip */
+#define CURRENT_JUMP_PU 0.08f /* of the trip */
 /* Squares of shares. Of the change, which a sigma Ls between .63 and 2.5 times the true one leaves
  * unexplained; of the jump, from which the next period may be off. */
 #define CURRENT_JUMP_UNEXPLAINED_PU2 0.36f

@@ -1,6 +1,6 @@
 /* Does the word of the dc link drop where the link cannot? An ADC that lost its reference reads
  * half of everything: the duties would give twice the voltage that was asked for, and with little
- * current nothing but the link tells (current_jump.h needs a jump of a tenth of the trip).
+ * current nothing but the link tells (current_jump.h needs a jump of .08 of the trip).
  *
  * Looks are .8 or 1.6 ms apart at 5 kHz. Meanwhile 100 uF per kW fall by a sixth of 300 V at full
  * power. A rise tells nothing: mains that come back charge the link within a period. One disturbed

@@ -105,6 +105,7 @@ def test_every_kind_runs_and_reaches_the_plant(bench: Bench) -> None:
         "currents.gain_0.5@i_f,60,+1,la0,averaged,sensors",
         "all.gain_0.5@i_f,0,passive,la0,switched,sensors",
         "all.gain_0.5@reversing,900,passive,la2,switched,sensors",
+        "currents.gain_0.5@reversing,9,+0,la2,switched,duty",
         "all.gain_0.5+J_3@running,60,+1,la1,averaged,sensors",
         "i_v.drift_0.03+i_w.drift_0.03+currents.gain_0.5@running,300,+0,la2,averaged,duty",
     ],

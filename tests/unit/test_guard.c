@@ -403,13 +403,13 @@ static void test_a_voltage_that_the_currents_do_not_explain(void)
     TEST_ASSERT_EQUAL_HEX32(FAULT_CURRENT_SENSOR, sensor_turns(20, (ab_t){106.0f, 0.0f}, false));
 }
 
-/* Half of 4 A from one sample to the next: a jump is a tenth of 19 A. */
+/* Half of 4 A from one sample to the next: a jump is .08 of 24 A. */
 static void test_current_words_that_jump(void)
 {
     const uint32_t sum[] = {0u, MEASUREMENT_CURRENT_SUM, 0u};
     for (int k = 0; k < 3; k++) {
         setUp();
-        monitor.i_trip_A = 19.0f;
+        monitor.i_trip_A = 24.0f;
         configure();
         st.current_fit.i_A = meas.i_s_A;
         TEST_ASSERT_EQUAL_HEX32(0u, sensor_turns(1, (ab_t){6.0f, 0.0f}, false));
