@@ -36,7 +36,7 @@
  * Where it does, near zero frequency, RESIDUAL or FLUX for a quarter of the time is enough: waited
  * for in full, the shaft of a driving load was gone (zh envelope: run 205 of 724531672). With less
  * time for STILL, too, a sound drive was left to I-f (run 270 of 1899669423). In torque mode the
- * torque grows because it is told to: 64 instead of 22 of 200 braking drives were left to I-f. */
+ * torque grows because it is told to: 64 instead of 22 of 200 drives were lost at low speed. */
 #define SUPERVISOR_SURGE_PU    1.2f
 #define SUPERVISOR_NEAR_PU     2.0f /* |w_s| over still_rad_s: as fast as the field is steered */
 #define SUPERVISOR_SURGE_HASTE 4u
