@@ -391,8 +391,7 @@ def test_the_contactor_never_opens_under_load(cause: str) -> None:
     bench.run(0.2)
     bench.run(6.5, run=True, speed_ref_rpm=120.0)
     assert bench.out.state == State.RUN
-    if cause == "link":
-        bench.plant.disturb(u_dc_V=138.0)
+    link_V = bench.plant.truth().u_dc_V
     contacts = {
         "contact": Input(0),
         "chopper": Input.CONTACTOR_ON | Input.CHOPPER_LEADS,
@@ -401,6 +400,9 @@ def test_the_contactor_never_opens_under_load(cause: str) -> None:
     worst_A, closed = 0.0, True
     for _ in range(500):
         before_A = bench.plant.truth().i_peak_A
+        if cause == "link":  # 15 V/ms; at once it would be a wrong sensor (link_drop.h)
+            link_V = max(138.0, link_V - 3.0)
+            bench.plant.disturb(u_dc_V=link_V)
         bench.run(bench.dt_s, run=True, speed_ref_rpm=120.0)
         was, closed = closed, bool(bench.terminals.look().outputs & Output.CONTACTOR)
         if was and not closed:
