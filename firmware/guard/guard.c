@@ -93,8 +93,10 @@ static uint32_t look_at_estimate(const guard_config_t *cfg, guard_state_t *st,
 
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
-    const bool dropped = link_drop_look(&st->link_drop, in->meas->u_dc_V);
-    const uint32_t faults = dropped ? FAULT_VOLTAGE_SENSOR : 0u;
+    uint32_t faults = 0u;
+    if (link_drop_look(&st->link_drop, in->meas->u_dc_V)) {
+        faults = FAULT_VOLTAGE_SENSOR;
+    }
     switch (in->slot) {
     case SLOT_GUARD_VOLTAGE:
         return faults | look_at_voltage(cfg, st, in);

@@ -103,8 +103,9 @@ COLD static float tooth_ohm(const rs_measurement_config_t *cfg, const rs_measure
 }
 
 /* c/(i j) by the teeth of two levels. */
-COLD static float tail_ohm(const rs_measurement_config_t *cfg, const rs_measurement_sums_t *upper,
-                           const rs_measurement_sums_t *lower)
+COLD static float toothed_tail_ohm(const rs_measurement_config_t *cfg,
+                                   const rs_measurement_sums_t *upper,
+                                   const rs_measurement_sums_t *lower)
 {
     const float i_A = upper->i_A;
     const float j_A = lower->i_A;
@@ -123,7 +124,7 @@ static float bent_V(const rs_measurement_config_t *cfg, const rs_measurement_sta
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const float bent_ohm = slope_ohm(low, bend) - slope_ohm(high, low);
     const float levels_ohm = bent_ohm * bend->i_A / (high->i_A - bend->i_A);
-    const float c_V = low->i_A * minf(levels_ohm, tail_ohm(cfg, high, low));
+    const float c_V = low->i_A * minf(levels_ohm, toothed_tail_ohm(cfg, high, low));
     return (c_V > RS_TAIL_MIN_PU * absf(high->u_duty_V)) ? c_V : 0.0f;
 }
 
@@ -227,9 +228,9 @@ COLD static bool resists_too_much(const rs_measurement_config_t *cfg,
 {
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];
     const rs_measurement_sums_t *bend = &st->level[RS_LEVEL_BEND];
-    const float lower_ohm = cfg->by_duty
-                                ? (between_ohm(low, bend) - maxf(tail_ohm(cfg, low, bend), 0.0f))
-                                : between_ohm(low, &st->level[RS_LEVEL_SMALL]);
+    const float lower_ohm =
+        cfg->by_duty ? (between_ohm(low, bend) - maxf(toothed_tail_ohm(cfg, low, bend), 0.0f))
+                     : between_ohm(low, &st->level[RS_LEVEL_SMALL]);
     return !(lower_ohm <= cfg->Rs_max_ohm);
 }
 
