@@ -45,7 +45,7 @@ static void test_a_word_that_stays_low_is_told_in_the_second_look(void)
 /* Mains that come back charge the link at once. */
 static void test_down_to_seven_tenths_and_up_to_anywhere_is_none(void)
 {
-    const float other_V[] = {211.0f, 390.0f, 2.0f * U_DC_V};
+    const float other_V[] = {0.7f * U_DC_V, 211.0f, 390.0f, 2.0f * U_DC_V};
     for (size_t k = 0; k < sizeof other_V / sizeof other_V[0]; k++) {
         setUp();
         settle();
