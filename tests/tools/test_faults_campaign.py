@@ -120,6 +120,7 @@ def test_a_gain_that_changes_while_running_opens_the_gates(bench: Bench, name: s
     ("fault", "name"),
     [
         (Fault.CURRENT_SENSOR, "all.gain_0.5@running,1710,+0,la2,averaged,sensors"),
+        (Fault.VOLTAGE_SENSOR, "u_dc.gain_0.5@running,1710,+0,la2,averaged,duty"),  # link_drop.h
         (
             Fault.STATOR_RESISTANCE,
             "currents.gain_0.5+all.gain_0.5@starting,300,+0.5,la0,averaged,duty",
