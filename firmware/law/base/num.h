@@ -153,7 +153,7 @@ static inline bool is_duty(float x)
     return float_bits(x) <= NUM_BITS_OF_ONE;
 }
 
-/* Finite and >= 0, -0 included. */
+/* Finite and >= 0, -0 included. Called, not inlined: only parameters are checked by it. */
 bool nonnegativef(float x);
 
 /* The same for each of n values. */

@@ -222,7 +222,8 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
 
 /* Before the largest current: sensors that read too little make it larger still. The tail of the
  * legs' loss raises the slope of the duties' voltage by c/(i j): with it four of 125 sound drives
- * were refused. Sensors see no such loss, and zero is the level farthest away. */
+ * were refused (zh envelope, 99 of 2528188677); without it 694 come to .975 of the limit at most.
+ * Sensors see no such loss, and zero is the level farthest away: 1115 drives, .874. */
 COLD static bool resists_too_much(const rs_measurement_config_t *cfg,
                                   const rs_measurement_state_t *st)
 {

@@ -95,7 +95,7 @@ typedef struct {
 typedef struct {
     uint32_t periods;
     rs_measurement_sums_t level[RS_LEVELS];
-    float bent_V; /* of the last sample; apart from the result, whose period is the longest */
+    float bent_V; /* c/i of the high level; a period before the result, to spread the work */
     float i_before_A;
     bool reversed; /* the small current, in the period before */
     bool mirror;   /* reversed now: the caller reverses the voltage along u at once */
