@@ -28,6 +28,7 @@ let tab = "figures";
 let shown = null; // {experiment, settings} of the run on its way or shown
 let live_rec = null;
 let live_faults = 0;
+let drawing = false; // of the live curves, with the next frame
 
 const plane = new Plane(el("plane"));
 const scope = new Scope(el("scope"), (t_s) => tab !== "hand" && (player.stop(), player.go(t_s)));
@@ -198,11 +199,23 @@ function show_rows(message) {
   live_rec.append(message.columns);
   live_faults = message.faults;
   guard_load_machine();
+  if (!drawing) {
+    drawing = true;
+    requestAnimationFrame(draw_live);
+  }
+}
+
+// Once per frame, however many messages came: a slow machine would never reach its buttons again.
+function draw_live() {
+  drawing = false;
+  if (tab !== "hand" || !live_rec?.length) {
+    return;
+  }
   const most = 1.3 * Math.max(Math.abs(hand.speed_rpm), Math.abs(live_rec.at("speed_rpm", live_rec.length - 1)));
   plane.show(live_rec, Math.max(120, 60 * Math.ceil(most / 60)));
   plane.set_time(live_rec.end_s);
   scope.show(live_rec);
-  say_live(el("status"), { rec: live_rec, faults: message.faults, data });
+  say_live(el("status"), { rec: live_rec, faults: live_faults, data });
 }
 
 // With the gates off a driving load would run away: the load machine switches itself off.
