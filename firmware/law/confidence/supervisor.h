@@ -123,11 +123,12 @@ typedef struct {
 CHECKED bool supervisor_init(supervisor_config_t *cfg, const supervisor_params_t *params,
                              const motor_model_t *motor, float period_s);
 
-/* In doubt, or lost, beside a field under torque that stands or may be 45 degrees aside: any speed
+/* Lost; or in doubt beside a field under torque that stands or may be 45 degrees aside: any speed
  * explains what is measured. */
 static inline bool supervisor_speed_unknown(const supervisor_state_t *st)
 {
-    return (st->confidence != SUPERVISOR_CLOSED) && (st->standing_pu > 0.5f);
+    return (st->confidence == SUPERVISOR_IMPRESSED) ||
+           ((st->confidence != SUPERVISOR_CLOSED) && (st->standing_pu > 0.5f));
 }
 
 /* One period of RUN; at any other time the state is zeroed. */
