@@ -78,7 +78,8 @@ static uint32_t look_at_phases(const guard_config_t *cfg, guard_state_t *st, con
     const bool open =
         in->controlled && plausibility_phase_open(&cfg->plausibility, &st->plausibility,
                                                   in->meas->i_A, ab_from_dq(in->i_ref_A, in->axis));
-    return open ? FAULT_OPEN_PHASE : 0u;
+    const bool frozen = liveness_word_frozen(&st->liveness, in->meas->i_A);
+    return (open ? FAULT_OPEN_PHASE : 0u) | (frozen ? FAULT_ADC_FROZEN : 0u);
 }
 
 static uint32_t look_at_estimate(const guard_config_t *cfg, guard_state_t *st,

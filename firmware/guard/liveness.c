@@ -16,8 +16,11 @@
 #define LIVENESS_TURNED   0.4f
 #define LIVENESS_ANYWHERE 3.0f
 #define LIVENESS_ROTOR    0.25f
-#define LIVENESS_LOOKS    16u /* with a jump, on end, or from one in eight on */
-#define LIVENESS_LIVELY   2u  /* of them */
+/* A word with the weakest noise that flickers, .7 counts, is the same in less than half of the
+ * looks at direct current, so in 40 on end once in 1e12. */
+#define LIVENESS_SAME   40u /* 128 ms at 200 us */
+#define LIVENESS_LOOKS  16u /* with a jump, on end, or from one in eight on */
+#define LIVENESS_LIVELY 2u  /* of them */
 
 bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params)
 {
@@ -70,12 +73,27 @@ bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st, const l
            ((st->repeats >= LIVENESS_REPEATS) && flickers(&st->noise));
 }
 
+bool liveness_word_frozen(liveness_state_t *st, uvw_t i_A)
+{
+    const float now_A[3] = {i_A.u, i_A.v, i_A.w};
+    uint32_t longest = 0u;
+    for (int x = 0; x < 3; x++) {
+        liveness_word_t *word = &st->word[x];
+        const bool stands = (float_bits(now_A[x]) == float_bits(word->i_A)) &&
+                            debounce_elapsed(st->noise.flicker[x], LIVENESS_LIVELY);
+        word->i_A = now_A[x];
+        word->looks = stands ? (word->looks + 1u) : 0u; /* the gates open long before it wraps */
+        longest = (word->looks > longest) ? word->looks : longest;
+    }
+    return longest >= LIVENESS_SAME;
+}
+
 void liveness_look(const liveness_config_t *cfg, liveness_noise_t *noise, uvw_t i_A)
 {
-    const float change_A[3] = {i_A.u - noise->i_A.u, i_A.v - noise->i_A.v, i_A.w - noise->i_A.w};
+    const float now_A[3] = {i_A.u, i_A.v, i_A.w};
     for (int x = 0; x < 3; x++) {
-        const bool jump = absf(change_A[x]) > cfg->jump_A;
+        const bool jump = absf(now_A[x] - noise->i_A[x]) > cfg->jump_A;
         noise->flicker[x] = debounce_count(noise->flicker[x], jump, LIVENESS_LOOKS);
+        noise->i_A[x] = now_A[x];
     }
-    noise->i_A = i_A;
 }

@@ -93,7 +93,7 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
     const uvw_t ref_A = uvw_from_ab(i_ref_A);
     const float wanted_A[3] = {ref_A.u, ref_A.v, ref_A.w};
     const float flows_A[3] = {i_A.u, i_A.v, i_A.w};
-    bool open = false;
+    uint32_t longest = 0u;
     for (int x = 0; x < 3; x++) {
         /* A NaN is no current. */
         const bool flows = absf(flows_A[x]) >= (PLAUSIBILITY_OPEN_PU * least_A);
@@ -103,9 +103,9 @@ bool plausibility_phase_open(const plausibility_config_t *cfg, plausibility_stat
         const bool wrong = (absf(wanted_A[x]) > least_A) && !flows;
         st->phase[x] = flows ? debounce_refute(st->phase[x])
                              : debounce_count(st->phase[x], wrong, cfg->phase_schedules);
-        open = open || debounce_elapsed(st->phase[x], cfg->phase_schedules);
+        longest = (st->phase[x] > longest) ? st->phase[x] : longest;
     }
-    return open;
+    return debounce_elapsed(longest, cfg->phase_schedules);
 }
 
 /* A NaN is beyond any limit but 0, which is none. */

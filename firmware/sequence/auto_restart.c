@@ -2,27 +2,14 @@
 
 #include "fault_reaction.h"
 
-#define AUTO_RESTART_MAX_PERIODS 1e9f
-
 /* Having run for so long after a restart, the drive may use all of them again. */
 #define AUTO_RESTART_FORGIVE_S 60.0f
 
-bool auto_restart_init(auto_restart_config_t *cfg, const params_t *params)
+void auto_restart_init(auto_restart_config_t *cfg, const params_t *params)
 {
-    *cfg = (auto_restart_config_t){0};
-    if (params->restart_count == 0u) {
-        return true;
-    }
-    const float delay = params->restart_delay_s / params->period_s;
-    const float forgive = AUTO_RESTART_FORGIVE_S / params->period_s;
-    if (!positivef(params->period_s) || !nonnegativef(delay) ||
-        !(delay < AUTO_RESTART_MAX_PERIODS) || !(forgive < AUTO_RESTART_MAX_PERIODS)) {
-        return false;
-    }
     cfg->count = params->restart_count;
-    cfg->delay_periods = (uint32_t)delay;
-    cfg->forgive_periods = (uint32_t)forgive;
-    return true;
+    cfg->delay_periods = (uint32_t)(params->restart_delay_s / params->period_s);
+    cfg->forgive_periods = (uint32_t)(AUTO_RESTART_FORGIVE_S / params->period_s);
 }
 
 /* FAULT, and nothing but a dip behind it: true when the cause has been gone long enough. */

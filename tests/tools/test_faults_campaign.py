@@ -142,6 +142,30 @@ def test_words_that_all_read_too_little_are_told_before_the_harm(
 @pytest.mark.parametrize(
     "here",
     [
+        "v_f,0,passive,la0,switched,duty",
+        "i_f,0,+0,la0,averaged,sensors",
+        "running,0,+0,la0,switched,duty",
+    ],
+)
+def test_an_earth_fault_behind_a_frozen_word_is_told_by_the_word(bench: Bench, here: str) -> None:
+    row = run.run_case(bench, cases.case_of(f"i_u.frozen+earth_u_1ohm@{here}"))
+    assert row["verdict"] == judge.BEFORE
+    assert (row["bits"], row["over_current"]) == (int(Fault.ADC_FROZEN), False)
+
+
+# The shaft turns the wrong way, and the trip comes later.
+@pytest.mark.parametrize("here", ["averaged,sensors", "switched,duty"])
+def test_a_lost_drive_that_only_warns_says_that_its_speed_is_unknown(
+    bench: Bench, here: str
+) -> None:
+    row = run.run_case(bench, cases.case_of(f"currents.late_10@running,9,+1,la0,{here}"))
+    assert "direction" in row["harm"]
+    assert row["verdict"] in (judge.BEFORE, judge.AFTER)
+
+
+@pytest.mark.parametrize(
+    "here",
+    [
         "running,300,+0.5,la2,averaged,sensors",
         "reversing,60,+1,la1,switched,duty",
         "i_f,60,+0.5,la0,averaged,sensors",

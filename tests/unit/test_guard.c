@@ -368,7 +368,7 @@ static void test_at_rest_the_limits_go_on_counting(void)
     const guard_kept_t kept = guard_kept(&st);
     guard_state_t rested = {0};
     guard_restore(&rested, &kept);
-    TEST_ASSERT_EQUAL_MEMORY(&meas.i_A, &rested.liveness.noise.i_A, sizeof meas.i_A);
+    TEST_ASSERT_EQUAL_MEMORY(&meas.i_A, rested.liveness.noise.i_A, sizeof meas.i_A);
     const plausibility_state_t none = {0};
     TEST_ASSERT_EQUAL_MEMORY(&st.monitor, &rested.monitor, sizeof rested.monitor);
     TEST_ASSERT_TRUE(rested.monitor.sum_periods > 0u);

@@ -240,6 +240,49 @@ static void test_noise_is_learnt_from_jumps_of_two_counts(void)
     TEST_ASSERT_EQUAL_INT(0, told_after(1000));
 }
 
+/* Looks with the gates on until it is told; the words of `live` phases move. 0: not within most. */
+static int word_told_after(int most, unsigned live)
+{
+    for (int k = 1; k <= most; k++) {
+        const float moved_A = ((k % 2) == 0) ? 0.01f : 0.0f;
+        const uvw_t words_A = {i_A.u + (((live & 1u) != 0u) ? moved_A : 0.0f),
+                               i_A.v + (((live & 2u) != 0u) ? moved_A : 0.0f),
+                               i_A.w + (((live & 4u) != 0u) ? moved_A : 0.0f)};
+        if (liveness_word_frozen(&st, words_A)) {
+            return k;
+        }
+    }
+    return 0;
+}
+
+/* The first look only sees it. */
+static void test_one_word_that_flickered_may_not_stand_still(void)
+{
+    for (unsigned x = 0u; x < 3u; x++) {
+        const unsigned word = 1u << x;
+        setUp();
+        rest(40, 0.02f, word);
+        TEST_ASSERT_EQUAL_INT(41, word_told_after(1000, 7u & ~word));
+        TEST_ASSERT_EQUAL_INT(1, word_told_after(1, 7u & ~word)); /* and goes on */
+        setUp();
+        rest(40, 0.02f, word);
+        TEST_ASSERT_EQUAL_INT(0, word_told_after(1000, word)); /* the others never flickered */
+    }
+    setUp();
+    TEST_ASSERT_EQUAL_INT(0, word_told_after(1000, 0u));
+}
+
+static void test_a_word_that_moves_once_starts_its_count_again(void)
+{
+    rest(40, 0.02f, 7u);
+    TEST_ASSERT_EQUAL_INT(0, word_told_after(40, 0u));
+    i_A.v += 0.01f;
+    i_A.w += 0.01f;
+    TEST_ASSERT_EQUAL_INT(1, word_told_after(1, 0u)); /* of u, which stood */
+    i_A.u += 0.01f;
+    TEST_ASSERT_EQUAL_INT(40, word_told_after(1000, 0u));
+}
+
 static void test_no_number_is_beyond_every_limit(void)
 {
     in.u_V.alpha = NAN;
@@ -269,6 +312,8 @@ int main(void)
     RUN_TEST(test_all_three_words_have_to_flicker);
     RUN_TEST(test_a_word_that_stands_away_from_zero_does_not_flicker);
     RUN_TEST(test_noise_is_learnt_from_jumps_of_two_counts);
+    RUN_TEST(test_one_word_that_flickered_may_not_stand_still);
+    RUN_TEST(test_a_word_that_moves_once_starts_its_count_again);
     RUN_TEST(test_no_number_is_beyond_every_limit);
     return UNITY_END();
 }
