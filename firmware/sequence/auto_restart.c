@@ -5,11 +5,12 @@
 /* Having run for so long after a restart, the drive may use all of them again. */
 #define AUTO_RESTART_FORGIVE_S 60.0f
 
-void auto_restart_init(auto_restart_config_t *cfg, const params_t *params)
+bool auto_restart_init(auto_restart_config_t *cfg, const params_t *params)
 {
+    const float period_s = params->period_s;
     cfg->count = params->restart_count;
-    cfg->delay_periods = (uint32_t)(params->restart_delay_s / params->period_s);
-    cfg->forgive_periods = (uint32_t)(AUTO_RESTART_FORGIVE_S / params->period_s);
+    return sequence_periods(&cfg->delay_periods, params->restart_delay_s, period_s) &&
+           sequence_periods(&cfg->forgive_periods, AUTO_RESTART_FORGIVE_S, period_s);
 }
 
 /* FAULT, and nothing but a dip behind it: true when the cause has been gone long enough. */

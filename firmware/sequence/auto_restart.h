@@ -39,8 +39,8 @@ typedef struct {
     bool fed;         /* the dc link is at the level of the mains */
 } auto_restart_in_t;
 
-/* Of parameters in their ranges (params_check.h): the times are 5e7 periods at most. */
-void auto_restart_init(auto_restart_config_t *cfg, const params_t *params);
+/* False for a time that sequence_periods refuses. */
+CHECKED bool auto_restart_init(auto_restart_config_t *cfg, const params_t *params);
 
 static inline bool auto_restart_on(const auto_restart_config_t *cfg)
 {

@@ -9,7 +9,7 @@
 /* Standard deviation, over the largest offset, from which the voltage is a turning motor's. */
 #define SEQUENCE_SWING_PU 0.25f
 
-static bool whole_periods(uint32_t *periods, float time_s, float period_s)
+bool sequence_periods(uint32_t *periods, float time_s, float period_s)
 {
     if (!nonnegativef(time_s) || !positivef(period_s)) {
         return false;
@@ -31,10 +31,10 @@ bool sequence_init(sequence_config_t *cfg, const params_t *params)
     if ((cfg->stop != SEQUENCE_STOP_COAST) && (cfg->stop != SEQUENCE_STOP_RAMP)) {
         return false;
     }
-    return whole_periods(&cfg->offset_periods, params->offset_calibration_s, params->period_s) &&
-           whole_periods(&cfg->premagnetise_periods, params->premagnetise_s, params->period_s) &&
-           whole_periods(&cfg->ramp_down_periods, params->ramp_down_s, params->period_s) &&
-           whole_periods(&cfg->coast_periods, params->coast_s, params->period_s) &&
+    return sequence_periods(&cfg->offset_periods, params->offset_calibration_s, params->period_s) &&
+           sequence_periods(&cfg->premagnetise_periods, params->premagnetise_s, params->period_s) &&
+           sequence_periods(&cfg->ramp_down_periods, params->ramp_down_s, params->period_s) &&
+           sequence_periods(&cfg->coast_periods, params->coast_s, params->period_s) &&
            ALL_NONNEGATIVE(params->coast_V, cfg->coast_max_V2) &&
            ALL_POSITIVE(cfg->offset_max_A, cfg->offset_max_V);
 }

@@ -85,7 +85,10 @@ typedef struct {
     bool offsets_ready; /* one period: take the machine's offsets */
 } sequence_out_t;
 
-/* False for a time that is negative or too long to count, or a full scale that is not positive. */
+/* A time in periods, rounded. False for one that is negative, no number or too long to count. */
+CHECKED bool sequence_periods(uint32_t *periods, float time_s, float period_s);
+
+/* False for a time that sequence_periods refuses, or a full scale that is not positive. */
 CHECKED bool sequence_init(sequence_config_t *cfg, const params_t *params);
 
 /* True when running under an unchanged run command with nothing that ends the run. A step would

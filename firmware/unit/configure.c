@@ -24,8 +24,8 @@ COLD static bool build(unit_config_t *cfg, const params_t *params, const gain_ta
     cfg->speed_max_rad_s = params->speed_max_rad_s;
     cfg->stop_speed_rad_s = UNIT_STANDING_RAD_S;
     cfg->command_timeout_periods = (uint32_t)(params->command_timeout_s / params->period_s + 0.5f);
-    auto_restart_init(&cfg->restart, params);
     return drive_init(&cfg->drive, &drive, table) && sequence_init(&cfg->state, params) &&
+           auto_restart_init(&cfg->restart, params) &&
            commissioning_init(&cfg->commissioning, params);
 }
 

@@ -1,6 +1,8 @@
 /* The substitute operator alone, then before the real state machine. */
 #include "auto_restart.h"
 
+#include <math.h>
+
 #include "exact.h"
 #include "unity.h"
 
@@ -14,7 +16,7 @@ static auto_restart_state_t st;
 
 void setUp(void)
 {
-    auto_restart_init(&cfg, &good);
+    TEST_ASSERT_TRUE(auto_restart_init(&cfg, &good));
     TEST_ASSERT_EQUAL_UINT32(300000u, cfg.forgive_periods); /* a minute */
     cfg.forgive_periods = 10u;
     st = (auto_restart_state_t){.ran = true};
@@ -40,17 +42,29 @@ static int periods_to_reset(void)
     return 0;
 }
 
-static void test_init_takes_the_parameters(void)
+static void test_init_refuses_bad_times(void)
 {
     params_t p = good;
-    p.restart_delay_s = 1000.0f;
-    p.period_s = 20e-6f; /* the longest of the ranges; a minute of running is 3e6 of them */
-    auto_restart_init(&cfg, &p);
-    TEST_ASSERT_EQUAL_UINT32(2u, cfg.count);
-    TEST_ASSERT_UINT32_WITHIN(4u, 50000000u, cfg.delay_periods);
-    TEST_ASSERT_UINT32_WITHIN(1u, 3000000u, cfg.forgive_periods);
+    p.restart_delay_s = -1.0f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.restart_delay_s = 1e9f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.restart_delay_s = 2.1e5f; /* 1.05e9 periods */
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.period_s = 1.0f;
+    p.restart_delay_s = 1e9f; /* the first that is too long */
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.restart_delay_s = NAN;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p = good;
+    p.period_s = 0.0f;
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p.period_s = 50e-9f; /* a minute of running is too long to count */
+    TEST_ASSERT_FALSE(auto_restart_init(&cfg, &p));
+    p = good;
     p.restart_count = 0u;
-    auto_restart_init(&cfg, &p);
+    cfg.count = 3u; /* of a configuration before */
+    TEST_ASSERT_TRUE(auto_restart_init(&cfg, &p));
     TEST_ASSERT_FALSE(auto_restart_on(&cfg));
 }
 
@@ -252,7 +266,7 @@ static void test_torque_off_is_not_undone_by_a_dip(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_init_takes_the_parameters);
+    RUN_TEST(test_init_refuses_bad_times);
     RUN_TEST(test_off_passes_every_command);
     RUN_TEST(test_resets_once_the_cause_has_been_gone_for_the_delay);
     RUN_TEST(test_a_run_alone_is_enough_to_begin_anew);
