@@ -10,7 +10,7 @@
  *            for a moment, so the shortest spells do not count.
  *   flicker  with the gates off a word of this ADC often jumped by two counts. Then 40 repeats of
  *            three such words are no coincidence: with noise of .4 counts less than 1e-12.
- *   word     a word that flickers is the same in 40 looks on end, one every sixteen periods. Direct
+ *   word     a word that flickers is the same in 31 looks on end, one every sixteen periods. Direct
  *            current behind one frozen word fits every other check, and an earth fault of that
  *            phase was seen by nobody (zh campaign faults: 147 A in V/f at rest).
  * At standstill with a quiet ADC neither acts until the voltage changes: constant words are then
