@@ -182,6 +182,15 @@ static void test_a_leg_without_current_allows_more_voltage(void)
     assert_comes(FAULT_VOLTAGE_SENSOR, SLOT_GUARD_VOLTAGE, VOLTAGE_TURNS);
 }
 
+/* In whatever mode: of a word that flickered before; the first look only sees it. */
+static void test_one_word_that_stands(void)
+{
+    in.controlled = false;
+    in.oriented = false;
+    st.liveness.noise.flicker[0] = 16u;
+    assert_comes(FAULT_ADC_FROZEN, SLOT_GUARD_ESTIMATE, 32);
+}
+
 /* Phase u carries all of it, as asked; what flows is told by the phases' own sensors. */
 static void test_a_phase_without_the_current_that_is_asked_for(void)
 {
@@ -487,6 +496,7 @@ int main(void)
     RUN_TEST(test_limits_are_judged_in_every_slot_of_every_mode);
     RUN_TEST(test_a_voltage_that_the_duties_do_not_explain);
     RUN_TEST(test_a_leg_without_current_allows_more_voltage);
+    RUN_TEST(test_one_word_that_stands);
     RUN_TEST(test_a_phase_without_the_current_that_is_asked_for);
     RUN_TEST(test_the_current_asked_for_is_turned_into_the_phases);
     RUN_TEST(test_a_residual_that_no_current_explains);
