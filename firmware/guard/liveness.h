@@ -8,9 +8,9 @@
  *            that rotates with the field and yet repeats rotates slowly. A very small current says
  *            nothing about the field, so e may have any direction. A current at its peak repeats
  *            for a moment, so the shortest spells do not count.
- *   flicker  with the gates off a word of this ADC often jumped by two counts. Then 40 repeats of
- *            three such words are no coincidence: with noise of .4 counts less than 1e-12.
- *   word     a word that flickers is the same in 31 looks on end, one every sixteen periods. Direct
+ *   flicker  with the gates off one sample in six of each word jumped by two counts. Then 40
+ *            repeats of three such words are no coincidence: with noise of .8 counts below 1e-50.
+ *   word     a word that flickers is the same in 80 looks on end, one every sixteen periods. Direct
  *            current behind one frozen word fits every other check, and an earth fault of that
  *            phase was seen by nobody (zh campaign faults: 147 A in V/f at rest).
  * At standstill with a quiet ADC neither acts until the voltage changes: constant words are then
@@ -19,7 +19,6 @@
 #ifndef LIVENESS_H
 #define LIVENESS_H
 
-#include "debounce.h"
 #include "frames.h"
 
 typedef struct {
@@ -33,8 +32,8 @@ typedef struct {
 
 /* Measured with the gates off: noise of each word. */
 typedef struct {
-    float i_A[3];        /* of the period before */
-    uint32_t flicker[3]; /* counts of debounce.h, per phase */
+    float i_A[3];      /* of the period before */
+    uint32_t jumps[3]; /* more of them than samples without, per phase */
 } liveness_noise_t;
 
 /* One word, with the gates on. */

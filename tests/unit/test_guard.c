@@ -187,8 +187,8 @@ static void test_one_word_that_stands(void)
 {
     in.controlled = false;
     in.oriented = false;
-    st.liveness.noise.flicker[0] = 16u;
-    assert_comes(FAULT_ADC_FROZEN, SLOT_GUARD_ESTIMATE, 32);
+    st.liveness.noise.jumps[0] = 64u;
+    assert_comes(FAULT_ADC_FROZEN, SLOT_GUARD_ESTIMATE, 81);
 }
 
 /* Phase u carries all of it, as asked; what flows is told by the phases' own sensors. */

@@ -222,22 +222,39 @@ static void test_a_word_that_stands_away_from_zero_does_not_flicker(void)
     }
 }
 
-/* One count, as at the edge of a code, is no noise. Two jumps on end make it known, without them it
- * is forgotten after 113 looks. */
+/* One count, as at the edge of a code, is no noise. Thirteen jumps make it known; 26 are as many as
+ * count, and 67 looks without one forget them. */
 static void test_noise_is_learnt_from_jumps_of_two_counts(void)
 {
     rest(1000, 0.01f, 7u);
     TEST_ASSERT_EQUAL_INT(0, told_after(1000));
     setUp();
-    rest(2, 0.02f, 7u);
+    rest(13, 0.02f, 7u);
     TEST_ASSERT_EQUAL_INT(40, told_after(1000));
     setUp();
-    rest(1, 0.02f, 7u);
+    rest(12, 0.02f, 7u);
+    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    for (int quiet = 66; quiet <= 67; quiet++) {
+        setUp();
+        rest(1000, 0.02f, 7u); /* the last is 0 */
+        rest(quiet, 0.0f, 7u);
+        TEST_ASSERT_EQUAL_UINT32(130u - (uint32_t)quiet, st.noise.jumps[1]);
+        TEST_ASSERT_EQUAL_INT((quiet == 66) ? 40 : 0, told_after(1000));
+    }
+}
+
+/* One sample in seven: no. In five: known, and never more than is counted. */
+static void test_noise_takes_a_sixth_of_the_samples(void)
+{
+    for (int k = 0; k < 1000; k++) {
+        rest(1, ((k % 14) < 7) ? 0.02f : 0.0f, 7u);
+    }
     TEST_ASSERT_EQUAL_INT(0, told_after(1000));
     setUp();
-    rest(40, 0.02f, 7u);
-    rest(113, 0.0f, 7u);
-    TEST_ASSERT_EQUAL_INT(0, told_after(1000));
+    for (int k = 0; k < 1000; k++) {
+        rest(1, ((k % 10) < 5) ? 0.02f : 0.0f, 7u);
+    }
+    TEST_ASSERT_EQUAL_INT(40, told_after(1000));
 }
 
 /* Looks with the gates on until it is told; the words of `live` phases move. 0: not within most. */
@@ -262,7 +279,7 @@ static void test_one_word_that_flickered_may_not_stand_still(void)
         const unsigned word = 1u << x;
         setUp();
         rest(40, 0.02f, word);
-        TEST_ASSERT_EQUAL_INT(32, word_told_after(1000, 7u & ~word));
+        TEST_ASSERT_EQUAL_INT(81, word_told_after(1000, 7u & ~word));
         TEST_ASSERT_EQUAL_INT(1, word_told_after(1, 7u & ~word)); /* and goes on */
         setUp();
         rest(40, 0.02f, word);
@@ -275,12 +292,12 @@ static void test_one_word_that_flickered_may_not_stand_still(void)
 static void test_a_word_that_moves_once_starts_its_count_again(void)
 {
     rest(40, 0.02f, 7u);
-    TEST_ASSERT_EQUAL_INT(0, word_told_after(31, 0u));
+    TEST_ASSERT_EQUAL_INT(0, word_told_after(80, 0u));
     i_A.v += 0.01f;
     i_A.w += 0.01f;
     TEST_ASSERT_EQUAL_INT(1, word_told_after(1, 0u)); /* of u, which stood */
     i_A.u += 0.01f;
-    TEST_ASSERT_EQUAL_INT(31, word_told_after(1000, 0u));
+    TEST_ASSERT_EQUAL_INT(80, word_told_after(1000, 0u));
 }
 
 static void test_no_number_is_beyond_every_limit(void)
@@ -312,6 +329,7 @@ int main(void)
     RUN_TEST(test_all_three_words_have_to_flicker);
     RUN_TEST(test_a_word_that_stands_away_from_zero_does_not_flicker);
     RUN_TEST(test_noise_is_learnt_from_jumps_of_two_counts);
+    RUN_TEST(test_noise_takes_a_sixth_of_the_samples);
     RUN_TEST(test_one_word_that_flickered_may_not_stand_still);
     RUN_TEST(test_a_word_that_moves_once_starts_its_count_again);
     RUN_TEST(test_no_number_is_beyond_every_limit);
