@@ -223,7 +223,15 @@ def test_without_its_detectors_the_same_drive_is_undeclared(bench: Bench) -> Non
     blind = dataclasses.replace(bench, firmware={**bench.firmware, **off})
     case = cases.case_of("u_vw.gain_0.5@running,300,-1,la0,averaged,sensors")
     assert run.run_case(bench, case)["verdict"] == judge.BEFORE
-    assert run.run_case(blind, case)["verdict"] == judge.UNDECLARED
+    made, times = run.job(blind, case), run.times_of(blind, case)
+    limits, record = run.limits_of(blind, case, made), sim.run(made)
+
+    def verdict(words: sim.Record) -> str:
+        return str(judge.judge(words, limits, times.fault_s, times.reverse_s)["verdict"])
+
+    assert verdict(record) == judge.BEFORE  # lost, and so its speed is unknown
+    silent = {name: column for name, column in record.columns.items() if name != "speed_unknown"}
+    assert verdict(dataclasses.replace(record, columns=silent)) == judge.UNDECLARED
 
 
 @contextlib.contextmanager
