@@ -102,7 +102,7 @@ uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_lo
         return faults | look_at_voltage(cfg, st, in);
     case SLOT_GUARD_PHASES:
         return faults | look_at_phases(cfg, st, in);
-    case SLOT_GUARD_ESTIMATE: /* by far the cheapest of the three during a start */
+    case SLOT_GUARD_ESTIMATE: /* of the three it has the least to do during a start */
         faults |= liveness_word_frozen(&st->liveness, in->meas->i_A) ? FAULT_ADC_FROZEN : 0u;
         return faults | look_at_estimate(cfg, st, in);
     default:

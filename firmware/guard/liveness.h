@@ -13,7 +13,7 @@
  *   word     a word that flickers is the same in 80 looks on end, one every sixteen periods. Direct
  *            current behind one frozen word fits every other check, and an earth fault of that
  *            phase was seen by nobody (zh campaign faults: 147 A in V/f at rest).
- * At standstill with a quiet ADC neither acts until the voltage changes: constant words are then
+ * At standstill with a quiet ADC none acts until the voltage changes: constant words are then
  * correct. Before they do harm the voltage has to change.
  */
 #ifndef LIVENESS_H
@@ -33,7 +33,7 @@ typedef struct {
 /* Measured with the gates off: noise of each word. */
 typedef struct {
     float i_A[3];      /* of the period before */
-    uint32_t jumps[3]; /* more of them than samples without, per phase */
+    uint32_t jumps[3]; /* weighed, less the samples without one; per phase */
 } liveness_noise_t;
 
 /* One word, with the gates on. */
