@@ -93,20 +93,17 @@ static uint32_t look_at_estimate(const guard_config_t *cfg, guard_state_t *st,
 
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in)
 {
-    uint32_t faults = 0u;
+    uint32_t faults = liveness_word_frozen(&st->liveness, in->meas->i_A) ? FAULT_ADC_FROZEN : 0u;
     if (link_drop_look(&st->link_drop, in->meas->u_dc_V)) {
-        faults = FAULT_VOLTAGE_SENSOR;
+        faults |= FAULT_VOLTAGE_SENSOR;
     }
     switch (in->slot) {
     case SLOT_GUARD_VOLTAGE:
         return faults | look_at_voltage(cfg, st, in);
     case SLOT_GUARD_PHASES:
         return faults | look_at_phases(cfg, st, in);
-    case SLOT_GUARD_ESTIMATE: /* of the three it has the least to do during a start */
-        faults |= liveness_word_frozen(&st->liveness, in->meas->i_A) ? FAULT_ADC_FROZEN : 0u;
+    default: /* SLOT_GUARD_ESTIMATE */
         return faults | look_at_estimate(cfg, st, in);
-    default:
-        return faults;
     }
 }
 

@@ -75,8 +75,7 @@ typedef struct {
 } guard_look_t;
 
 #define GUARD_LOOK_SLOTS                                                                           \
-    ((1u << SLOT_GUARD_VOLTAGE) | (1u << SLOT_GUARD_PHASES) | (1u << SLOT_GUARD_ESTIMATE) |        \
-     (1u << SLOT_GUARD_SPEED))
+    ((1u << SLOT_GUARD_VOLTAGE) | (1u << SLOT_GUARD_PHASES) | (1u << SLOT_GUARD_ESTIMATE))
 static inline bool guard_look_is_due(uint32_t slot)
 {
     return slot_is_among(slot, GUARD_LOOK_SLOTS);

@@ -24,7 +24,7 @@
 #define LIVENESS_JUMP_WEIGHT 5u
 #define LIVENESS_JUMPS_MOST  128u
 #define LIVENESS_JUMPS       64u
-#define LIVENESS_SAME        80u /* 256 ms at 200 us */
+#define LIVENESS_SAME        80u /* 86 ms at 200 us */
 
 bool liveness_init(liveness_config_t *cfg, const liveness_params_t *params)
 {

@@ -10,7 +10,7 @@
  *            for a moment, so the shortest spells do not count.
  *   flicker  with the gates off one sample in six of each word jumped by two counts. Then 40
  *            repeats of three such words are no coincidence: with noise of .8 counts below 1e-50.
- *   word     a word that flickers is the same in 80 looks on end, one every sixteen periods. Direct
+ *   word     a word that flickers is the same in 80 looks on end, three in sixteen periods. Direct
  *            current behind one frozen word fits every other check, and an earth fault of that
  *            phase was seen by nobody (zh campaign faults: 147 A in V/f at rest).
  * At standstill with a quiet ADC none acts until the voltage changes: constant words are then
@@ -86,7 +86,7 @@ static inline bool liveness_repeats(liveness_state_t *st, const uvw_t *i_A)
 /* A sample that repeats: true when it must not. */
 bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st, const liveness_in_t *in);
 
-/* In one slot with the gates on: true when one word does not change any more. */
+/* In some slots with the gates on: true when one word does not change any more. */
 bool liveness_word_frozen(liveness_state_t *st, uvw_t i_A);
 
 /* In every period with the gates off: learns whether these words flicker. */

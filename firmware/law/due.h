@@ -19,7 +19,7 @@
 #define DUE_SUPERVISOR (1u << 3)
 #define DUE_HEAT       (1u << 4) /* stage_heat */
 #define DUE_CURRENT    (1u << 5) /* a window of current_fit.h has ended */
-#define DUE_GUARD      (1u << 6) /* guard_look */
+#define DUE_GUARD      (1u << 6) /* stage_guard_look */
 
 #define DUE_IN(slot, slots, due) ((((slots) >> (slot)) & 1u) * (due))
 #define DUE(slot)                                                                                  \
@@ -28,7 +28,7 @@
      DUE_IN(slot, VECTOR_SLOW_SLOTS, DUE_SLOW) | DUE_IN(slot, SUPERVISOR_SLOTS, DUE_SUPERVISOR) |  \
      DUE_IN(slot, 1u << SLOT_HEAT, DUE_HEAT) |                                                     \
      DUE_IN(slot, 1u << SLOT_GUARD_CURRENT, DUE_CURRENT) |                                         \
-     DUE_IN(slot, GUARD_LOOK_SLOTS, DUE_GUARD))
+     DUE_IN(slot, GUARD_LOOK_SLOTS | (1u << SLOT_GUARD_SPEED), DUE_GUARD))
 
 static const uint8_t due_in[SLOT_COUNT] = {DUE(0),  DUE(1),  DUE(2),  DUE(3), DUE(4),  DUE(5),
                                            DUE(6),  DUE(7),  DUE(8),  DUE(9), DUE(10), DUE(11),

@@ -40,7 +40,10 @@ static void set_speeds(const drive_config_t *cfg, const drive_state_t *st, const
                                                      asked->aim, in->omega_rad_s);
         in->omega_s_rad_s = e->omega_s_rad_s;
         in->at_limit = speed_control_at_limit(&st->modes.vector.speed);
-        in->in_doubt = supervisor_speed_unknown(&st->supervisor);
+        /* An estimate in doubt that leaves its reference shows no speed either. */
+        in->in_doubt = supervisor_speed_unknown(&st->supervisor) ||
+                       ((st->supervisor.confidence != SUPERVISOR_CLOSED) &&
+                        (st->guard.speed.deviation_s > 0.0f));
     } else if ((in->basis == SPEED_BASIS_CURRENT) || (in->basis == SPEED_BASIS_VOLTAGE)) {
         in->omega_rad_s = (in->basis == SPEED_BASIS_CURRENT) ? st->modes.i_f.omega_rad_s
                                                              : st->modes.volts.omega_rad_s;

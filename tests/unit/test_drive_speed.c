@@ -86,6 +86,22 @@ static void test_an_estimate_in_doubt_beside_a_standing_field_is_unknown(void)
     TEST_ASSERT_TRUE(st.guard.speed.speed_unknown);
 }
 
+static void test_an_estimate_in_doubt_that_leaves_its_reference_is_unknown(void)
+{
+    p.supervisor.return_s = 1.0f;
+    to_run(100.0f);
+    st.guard.speed.deviation_s = 0.1f;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(16 * PERIOD_S));
+    TEST_ASSERT_FALSE(st.guard.speed.speed_unknown); /* sure of itself */
+    st.supervisor.confidence = SUPERVISOR_DEGRADED;
+    st.supervisor.quiet_schedules = 0u;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(16 * PERIOD_S));
+    TEST_ASSERT_TRUE(st.guard.speed.speed_unknown);
+    st.guard.speed.deviation_s = 0.0f;
+    TEST_ASSERT_EQUAL_HEX32(0u, run(16 * PERIOD_S));
+    TEST_ASSERT_FALSE(st.guard.speed.speed_unknown);
+}
+
 /* Torque mode may run anywhere between its speeds, -200 and 300 rad/s, and no further. */
 static void test_torque_mode_is_compared_with_its_speeds(void)
 {
@@ -189,6 +205,7 @@ int main(void)
     RUN_TEST(test_in_no_mode_there_is_the_speed_is_unknown);
     RUN_TEST(test_vector_control_is_compared_with_its_ramped_reference);
     RUN_TEST(test_an_estimate_in_doubt_beside_a_standing_field_is_unknown);
+    RUN_TEST(test_an_estimate_in_doubt_that_leaves_its_reference_is_unknown);
     RUN_TEST(test_torque_mode_is_compared_with_its_speeds);
     RUN_TEST(test_v_f_and_i_f_are_known_while_the_rotor_follows);
     RUN_TEST(test_a_current_vector_shows_the_rotor_from_a_lower_frequency);
