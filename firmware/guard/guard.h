@@ -144,7 +144,7 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
 uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A,
                         ab_t i_residual_A);
 
-/* Fault bits of the slow checks, with the gates on. */
+/* Fault bits of the slow checks, with the gates on, where they are due. */
 uint32_t guard_look(const guard_config_t *cfg, guard_state_t *st, const guard_look_t *in);
 
 /* Reset when the gates go off. The limits go on counting, and the measured noise stays. Checks that
