@@ -350,7 +350,7 @@ static void test_exchanged_sensors_are_told_in_every_period_while_it_stands(void
 /* In each something is counted, and in no other is it due. */
 static void test_only_its_slots_are_due(void)
 {
-    in.u_s_V.beta = 40.0f;
+    in.u_s_V.beta = 80.0f; /* beyond the 60 V beside a leg without current */
     meas.i_A.u = 0.0f;
     estimate.lambda_Wb = 0.0f;
     const guard_state_t before = st;
