@@ -115,9 +115,11 @@ uint32_t guard_standing(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A
     return mirrored ? FAULT_CURRENT_SENSOR : 0u;
 }
 
-uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V)
+uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, const measured_t *meas,
+                        ab_t u_V)
 {
-    const liveness_in_t spell = {.i_s_A = i_s_A, .u_V = u_V, .emf_V = st->current_fit.emf_V};
+    const liveness_in_t spell = {
+        .i_s_A = meas->i_s_A, .u_V = u_V, .emf_V = st->current_fit.emf_V, .u_dc_V = meas->u_dc_V};
     return liveness_frozen(&cfg->liveness, &st->liveness, &spell) ? FAULT_ADC_FROZEN : 0u;
 }
 

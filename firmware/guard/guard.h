@@ -104,7 +104,8 @@ static inline uint32_t guard_step(const guard_config_t *cfg, guard_state_t *st,
 }
 
 /* Frozen current words: a fault, or none. */
-HOT uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, ab_t i_s_A, ab_t u_V);
+HOT uint32_t guard_repeated(const guard_config_t *cfg, guard_state_t *st, const measured_t *meas,
+                            ab_t u_V);
 
 /* Current words that jumped: a fault, unless the sum names the sensor or the motor is unknown. */
 COLD uint32_t guard_jumped(uint32_t flags, bool motor_known);
@@ -127,7 +128,7 @@ static inline uint32_t guard_sensors(const guard_config_t *cfg, guard_state_t *s
     const ab_t i_s_A = ab_by_parts(in->meas->i_s_A);
     uint32_t faults = 0u;
     if (liveness_repeats(&st->liveness, &in->meas->i_A)) {
-        faults = guard_repeated(cfg, st, i_s_A, in->u_V);
+        faults = guard_repeated(cfg, st, in->meas, in->u_V);
     }
     current_fit_add(&st->current_fit, in->u_V, i_s_A);
     if (current_jump_step(&cfg->current_jump, &st->current_jump, i_s_A, in->u_V)) {

@@ -16,6 +16,10 @@
 #define LIVENESS_TURNED   0.4f
 #define LIVENESS_ANYWHERE 3.0f
 #define LIVENESS_ROTOR    0.25f
+/* Of the dc link: what the legs lose may change by, as a vector, beside a small current. Without
+ * it a start with 10 bits, and a dead time told too long by half, was taken for frozen (zh
+ * envelope: 250 of 3395374624). */
+#define LIVENESS_LEGS_PU 0.02f
 /* Noise is jumps of two counts: one count may be the edge of a code. A jump counts 5, a sample
  * without one takes 1 back, so that it takes more than a sixth of the samples. A word is then the
  * same as before five times of six at most, whatever its noise looks like, and in 80 looks on end
@@ -62,9 +66,11 @@ bool liveness_frozen(const liveness_config_t *cfg, liveness_state_t *st, const l
     st->repeats++; /* wraps round after ten days: a new spell */
     const float Rs_ohm = cfg->Rs_ohm;
     const float i_A2 = ab_norm2(in->i_s_A);
-    const float share = (i_A2 < cfg->small_A2) ? LIVENESS_ANYWHERE : LIVENESS_TURNED;
+    const bool small = i_A2 < cfg->small_A2;
+    const float share = small ? LIVENESS_ANYWHERE : LIVENESS_TURNED;
+    const float legs_V = small ? (LIVENESS_LEGS_PU * in->u_dc_V) : 0.0f;
     const float allowed_V =
-        share * sqrtf(ab_norm2(st->emf_V)) + LIVENESS_ROTOR * Rs_ohm * sqrtf(i_A2);
+        share * sqrtf(ab_norm2(st->emf_V)) + LIVENESS_ROTOR * Rs_ohm * sqrtf(i_A2) + legs_V;
     const ab_t drop_V = ab_scale(ab_add(in->i_s_A, st->demand_A), Rs_ohm);
     const ab_t unexplained_V = ab_sub(in->u_V, ab_add(drop_V, st->emf_V));
     st->demand_A = ab_add(st->demand_A, ab_scale(unexplained_V, cfg->A_per_V));

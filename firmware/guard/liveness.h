@@ -6,8 +6,8 @@
  *            sigma Ls dx/dt = u - Rs (i + x) - e, e: mean EMF of the window before the spell
  *            (current_fit.h). |x| <= i_unseen + b; b allows for the change of e since. A current
  *            that rotates with the field and yet repeats rotates slowly. A very small current says
- *            nothing about the field, so e may have any direction. A current at its peak repeats
- *            for a moment, so the shortest spells do not count.
+ *            nothing about the field, so e may have any direction, and little about what the legs
+ *            lose. A current at its peak repeats for a moment, so the shortest spells do not count.
  *   flicker  with the gates off one sample in six of each word jumped by two counts. Then 40
  *            repeats of three such words are no coincidence: with noise of .8 counts below 1e-50.
  *   word     a word that flickers is the same in 80 looks on end, three in sixteen periods. Direct
@@ -56,6 +56,7 @@ typedef struct {
     ab_t i_s_A;
     ab_t u_V;   /* of the interval that ended, by the duties */
     ab_t emf_V; /* of the last whole window */
+    float u_dc_V;
 } liveness_in_t;
 
 typedef struct {

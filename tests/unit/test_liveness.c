@@ -189,6 +189,23 @@ static void test_a_small_current_says_nothing_of_the_field(void)
     TEST_ASSERT_EQUAL_INT(0, told_after(1000));
 }
 
+/* Of 540 V the legs may lose 10.8 V more: for good 2.08 A and 10.8 V/1.5 ohm are 13.9 V. */
+static void test_beside_a_small_current_the_legs_may_lose_more(void)
+{
+    const float u_V[] = {13.8f, 14.1f, 3.0f, 3.2f};
+    for (int k = 0; k < 4; k++) {
+        setUp();
+        in.i_s_A.alpha = 0.0f;
+        in.u_dc_V = (k < 2) ? 540.0f : 0.0f;
+        in.u_V.alpha = u_V[k];
+        TEST_ASSERT_EQUAL((k % 2) == 1, told_after(10000) != 0);
+    }
+    setUp();
+    in.u_dc_V = 540.0f;
+    in.u_V.alpha = 20.0f; /* 4 A are not small: 3.08 A more are 10.6 V */
+    TEST_ASSERT_TRUE(told_after(10000) != 0);
+}
+
 static void test_words_that_flickered_may_not_stand_still(void)
 {
     rest(40, 0.02f, 7u);
@@ -325,6 +342,7 @@ int main(void)
     RUN_TEST(test_the_emf_of_before_explains_and_may_change_by_two_fifths);
     RUN_TEST(test_a_spell_keeps_the_emf_of_its_beginning);
     RUN_TEST(test_a_small_current_says_nothing_of_the_field);
+    RUN_TEST(test_beside_a_small_current_the_legs_may_lose_more);
     RUN_TEST(test_words_that_flickered_may_not_stand_still);
     RUN_TEST(test_all_three_words_have_to_flicker);
     RUN_TEST(test_a_word_that_stands_away_from_zero_does_not_flicker);
