@@ -125,8 +125,14 @@ def test_a_dwell_is_held_with_modulation_and_lost_without(open_page: Callable[..
     assert page.inner_text("#dwell-rs-out").startswith("0.85")
 
 
-def test_by_hand_the_speed_follows_and_a_fault_is_explained(open_page: Callable[..., Any]) -> None:
+# Slowed down, a page that draws with every message is never done, and its buttons wait for ever.
+@pytest.mark.parametrize("slowed", [1, 4])
+def test_by_hand_the_speed_follows_and_a_fault_is_explained(
+    open_page: Callable[..., Any], slowed: int
+) -> None:
     page = at_tab(open_page, "hand")
+    browser = page.context.new_cdp_session(page)
+    browser.send("Emulation.setCPUThrottlingRate", {"rate": slowed})
     page.select_option("#hand-pace", "16")
     move(page, "#hand-speed", 300)
     page.wait_for_function(
