@@ -227,10 +227,9 @@ COLD static bool start_drive(stm32_clock_t clock)
                                     .dead_time_s = cm_config.params.dead_time_s};
     const char *wrong = "";
     if (clock != STM32_CLOCK_CRYSTAL) {
-        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz internal, no PLL"
-                                                : "clock: no crystal";
+        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz, no PLL" : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
-        wrong = "watchdog does not start";
+        wrong = "no watchdog";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {

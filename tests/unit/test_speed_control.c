@@ -270,8 +270,7 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
     for (int sign = -1; sign <= 1; sign += 2) {
         for (unsigned k = 0; k < 5u; k++) {
             const float w = (float)sign * w_rad_s[k];
-            speed_control_state_t st = {.omega_filtered_rad_s = w,
-                                        .omega_ref_rad_s = w + (float)sign};
+            speed_control_state_t st = {.omega_filtered_rad_s = w, .omega_ref_rad_s = w};
             const speed_control_in_t in = {
                 .flux_pu = 1.0f, .inv_flux_pu = 1.0f, .omega_ref_rad_s = w + (float)sign};
             speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
@@ -279,6 +278,53 @@ static void test_the_gains_grow_with_the_speed_either_way(void)
             ASSERT_SAME_FLOAT((float)sign * 0.125f * faster[k] * faster[k], st.pi.x);
         }
     }
+}
+
+/* Eight times the error beside the speed, up to half of the extra gain; nothing more is expected.
+ */
+static void test_the_gains_grow_with_the_error_of_the_speed(void)
+{
+    speed_control_config_t cfg = simple;
+    cfg.gain_extra_per_rad_s = 0.125f;
+    cfg.gain_extra_max = 1.0f;
+    cfg.slow_rad_s = 4.0f;
+    static const struct {
+        float w_rad_s, error_rad_s, by_speed, extra;
+    } expected[] = {
+        {0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.5f, 0.0f, 0.0f},    {0.0f, 0.75f, 0.0f, 0.25f},
+        {0.0f, 9.0f, 0.0f, 0.5f}, {2.0f, 0.5f, 0.0f, 0.25f},   {6.0f, 0.125f, 0.25f, 0.375f},
+        {8.0f, 9.0f, 0.5f, 0.5f}, {10.0f, 9.0f, 0.75f, 0.75f}, {12.0f, 9.0f, 1.0f, 1.0f},
+    };
+    for (int signs = 0; signs < 4; signs++) {
+        for (unsigned k = 0; k < sizeof expected / sizeof expected[0]; k++) {
+            const float w_rad_s = ((signs & 1) != 0) ? -expected[k].w_rad_s : expected[k].w_rad_s;
+            const float error_rad_s =
+                ((signs & 2) != 0) ? -expected[k].error_rad_s : expected[k].error_rad_s;
+            speed_control_state_t st = {.omega_filtered_rad_s = w_rad_s,
+                                        .omega_ref_rad_s = w_rad_s + error_rad_s};
+            speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
+            ASSERT_SAME_FLOAT(expected[k].by_speed, st.gain_extra);
+            ASSERT_SAME_FLOAT(expected[k].extra, st.gain_change);
+        }
+    }
+}
+
+/* With weakened flux the error's share of the gain falls as well. */
+static void test_less_flux_takes_the_gain_of_an_error_back(void)
+{
+    speed_control_params_t p = scheduled();
+    speed_control_config_t cfg;
+    TEST_ASSERT_TRUE(speed_control_init(&cfg, &p, &table1, PERIOD_S));
+    speed_control_state_t st = {.omega_ref_rad_s = 50.0f};
+    speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
+    ASSERT_NEAR(1e-5, 1.5, st.gain_change);
+    speed_control_schedule(&cfg, &st, 0.75f, 1.0f);
+    ASSERT_NEAR(1e-5, 1.5 * (1.0 - 4.0 / 3.0 * 0.25), st.gain_change);
+    speed_control_schedule(&cfg, &st, 0.1f, 1.0f); /* steering may have lowered it */
+    ASSERT_NEAR(0.0, 0.0, st.gain_change);
+    st.omega_ref_rad_s = 0.0f; /* without an error neither */
+    speed_control_schedule(&cfg, &st, 0.1f, 1.0f);
+    ASSERT_NEAR(0.0, 0.0, st.gain_change);
 }
 
 /* From 60 rad/s on 1 + gain_extra is 4 times the flux; at 30 the flux does not count. */
@@ -641,7 +687,7 @@ static void test_a_moving_reference_is_no_swing(void)
         st.omega_ref_rad_s = (float)asked_rad_s;
         st.i_q_A = cfg.pi.kp * (float)asked_rad_s;
         speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
-        TEST_ASSERT_TRUE(st.gain_change > -0.05f);
+        TEST_ASSERT_TRUE(st.lost < 0.05f);
     }
 }
 
@@ -692,7 +738,7 @@ static void test_a_swing_on_a_ramp_is_found(void)
         st.i_q_A = st.pi.x + (float)((double)p.i_q_max_A * sin(turn));
         speed_control_schedule(&cfg, &st, 1.0f, 1.0f);
     }
-    ASSERT_NEAR(0.01, -0.7, st.gain_change);
+    ASSERT_NEAR(0.01, 0.7, st.lost);
 }
 
 /* Half the gain that slip allows keeps .6 of it, a quarter all. */
@@ -1101,6 +1147,8 @@ int main(void)
     RUN_TEST(test_init_refuses_a_schedule_the_wrong_way_round);
     RUN_TEST(test_a_fast_bandwidth_that_is_not_faster_is_no_schedule);
     RUN_TEST(test_the_gains_grow_with_the_speed_either_way);
+    RUN_TEST(test_the_gains_grow_with_the_error_of_the_speed);
+    RUN_TEST(test_less_flux_takes_the_gain_of_an_error_back);
     RUN_TEST(test_less_flux_takes_the_gain_back_at_high_speed);
     RUN_TEST(test_less_flux_takes_more_current_within_the_same_limit);
     RUN_TEST(test_step_holds_the_load_at_the_reference);

@@ -18,12 +18,17 @@ static void look_for_swing(const speed_control_config_t *cfg, speed_control_stat
 void speed_control_schedule(const speed_control_config_t *cfg, speed_control_state_t *st,
                             float flux_pu, float weakened_pu)
 {
-    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
-    const float extra = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
     const float flux = minf(flux_pu, 1.0f);
     const float bound = minf(SPEED_CONTROL_WEAKENED * cfg->slip_room * weakened_pu, 1.0f);
-    const float missing = 1.0f - flux * bound;
-    st->gain_extra = extra - extra * cfg->weakening * missing;
+    const float left = 1.0f - cfg->weakening * (1.0f - flux * bound);
+    const float off_rad_s = absf(st->omega_ref_rad_s - st->omega_filtered_rad_s);
+    const float above_rad_s = absf(st->omega_filtered_rad_s) - cfg->slow_rad_s;
+    const float speed = clampf(cfg->gain_extra_per_rad_s * above_rad_s, 0.0f, cfg->gain_extra_max);
+    const float error =
+        cfg->gain_extra_per_rad_s * (above_rad_s + SPEED_CONTROL_ERROR_SPEED * off_rad_s);
+    const float more = maxf(speed, minf(error, SPEED_CONTROL_ERROR_MAX * cfg->gain_extra_max));
+    st->gain_extra = speed * left;
+    const float extra = maxf(st->gain_extra, more * left);
     look_for_swing(cfg, st);
-    st->gain_change = st->gain_extra - st->lost * (1.0f + st->gain_extra);
+    st->gain_change = extra - st->lost * (1.0f + extra);
 }
