@@ -225,6 +225,23 @@ static void ref_plan(ref_t *s, const drive_params_t *p, double w_ref)
     s->flux_pu = 1.0 - s->below / (M * (double)p->flux.i_d_A);
 }
 
+/* Bandwidth with that share of the way to the one at speed; weakened flux takes of that way. */
+static double ref_on_the_way(const ref_t *s, const drive_params_t *p, double share)
+{
+    return (1.0 - share) * (double)p->speed.bandwidth_rad_s +
+           share * s->flux_pu * (double)p->speed.fast_bandwidth_rad_s;
+}
+
+/* An error counts as eight times as much speed, up to half the way. */
+static double ref_scheduled(const ref_t *s, const drive_params_t *p)
+{
+    const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
+    const double speed = fabs(s->wf), error = 8.0 * fabs(s->wref - s->wf);
+    const double share = fmin(1.0, fmax(0.0, (speed - slow) / (fast - slow)));
+    const double with_error = fmin(0.5, fmax(0.0, (speed + error - slow) / (fast - slow)));
+    return fmax(ref_on_the_way(s, p, share), ref_on_the_way(s, p, with_error));
+}
+
 /* Slow work of this slot: the schedule in the 8th, steering in the 10th, tracking in the 13th. */
 static void ref_slow_work(ref_t *s, const drive_params_t *p)
 {
@@ -234,9 +251,6 @@ static void ref_slow_work(ref_t *s, const drive_params_t *p)
         ref_track(s, p, s->wref - s->wf, fabs(s->wref - s->moved_from) > 1e-9);
         s->moved_from = s->wref;
     } else if ((s->slot == 8) && (p->speed.fast_bandwidth_rad_s > 0.0f)) {
-        const double slow = (double)p->speed.slow_rad_s, fast = (double)p->speed.fast_rad_s;
-        const double share = fmin(1.0, fmax(0.0, (fabs(s->wf) - slow) / (fast - slow)));
-        const double weakened = share * (1.0 - s->flux_pu);
         const double fast_A = s->i_q_asked - s->x_speed - s->slow_A;
         const double T = SLOW * (double)p->period_s;
         const double limit_A = 0.007 * (double)p->speed.i_q_max_A;
@@ -248,9 +262,7 @@ static void ref_slow_work(ref_t *s, const drive_params_t *p)
         s->slow_A += T / 0.0064 * fast_A;
         s->lost += T / 0.6 * (0.5 * (swing - 1.0) - s->lost);
         s->lost = fmax(0.0, fmin(fmax(0.0, 1.0 - 0.3 * fmax(1.0, ref_fastest(p))), s->lost));
-        s->bandwidth = (1.0 - share) * (double)p->speed.bandwidth_rad_s +
-                       (share - weakened) * (double)p->speed.fast_bandwidth_rad_s;
-        s->bandwidth *= 1.0 - s->lost;
+        s->bandwidth = ref_scheduled(s, p) * (1.0 - s->lost);
     } else {
         /* nothing this time */
     }
