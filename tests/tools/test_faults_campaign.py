@@ -153,13 +153,12 @@ def test_an_earth_fault_behind_a_frozen_word_is_told_by_the_word(bench: Bench, h
     assert row["bits"] == int(Fault.ADC_FROZEN)
 
 
-# The shaft turns the wrong way, and the trip comes later.
+# The shaft turns the wrong way, and too much current flows. The word was "speed unknown" until the
+# gain of the speed loop grew with its error; now a trip comes first (the word: test_drive_speed.c).
 @pytest.mark.parametrize("here", ["averaged,sensors", "switched,duty"])
-def test_a_lost_drive_that_only_warns_says_that_its_speed_is_unknown(
-    bench: Bench, here: str
-) -> None:
+def test_a_lost_drive_that_only_warns_is_declared(bench: Bench, here: str) -> None:
     row = run.run_case(bench, cases.case_of(f"currents.late_10@running,9,+1,la0,{here}"))
-    assert "direction" in row["harm"]
+    assert "direction" in row["harms"]
     assert row["verdict"] in (judge.BEFORE, judge.AFTER)
 
 
