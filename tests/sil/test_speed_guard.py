@@ -165,8 +165,8 @@ def test_line_sensors_that_lose_a_share_do_no_harm_at_speed(share, firmware):
 @pytest.mark.parametrize(("share", "told"), [(0.25, False), (0.33, True), (0.5, True), (0.8, True)])
 def test_line_sensors_that_lost_a_share_do_no_harm_when_the_drive_slows_down(share, told):
     """As shipped they do not count at 1200 min^-1, but at 60 they do. The drive follows with .28
-    lost. With .3 the speed loop swings, and the guard sees that in the voltage. While an error of
-    the speed did not raise the gain of its loop it followed with .33 and swung with .36."""
+    lost. With .3 the speed loop swings, and the guard sees that in the voltage. Before 23c1eb41,
+    where an error of the speed does not raise the gain, it followed with .33 and swung with .36."""
 
     def reference_rpm(t_s):
         return run_up_rpm(t_s) if t_s < 13.0 else max(1200.0 - (t_s - 13.0) * 400.0, 60.0)

@@ -198,7 +198,7 @@ def test_two_instances_share_nothing(fmus: dict[str, Path], tmp_path: Path) -> N
             made.reals(speed_ref_rpm=reference)
             made.step(0, 1000)
             made.flags(run=True)
-        for k in range(1000, 27_000, 100):  # the start takes 24 800
+        for k in range(1000, 27_000, 100):  # the shaft starts after 24 800
             one.step(k, 100)
             other.step(k, 100)
         assert one.get("plant.speed_rpm")[0] == pytest.approx(120.0, abs=5.0)

@@ -225,7 +225,7 @@ static void ref_plan(ref_t *s, const drive_params_t *p, double w_ref)
     s->flux_pu = 1.0 - s->below / (M * (double)p->flux.i_d_A);
 }
 
-/* Bandwidth with that share of the way to the one at speed; weakened flux takes of that way. */
+/* Bandwidth with that share of the way to the one at speed; weakened flux takes some away. */
 static double ref_on_the_way(const ref_t *s, const drive_params_t *p, double share)
 {
     return (1.0 - share) * (double)p->speed.bandwidth_rad_s +

@@ -10,11 +10,11 @@
  * the integrator holds. Electrical speeds. Internally i_q is the value at nominal flux. The
  * bandwidth may grow with speed: at low speed the estimate is slow, and the loop has to be slower.
  *
- * An error of the speed raises the gain as well, as SPEED_CONTROL_ERROR_SPEED times that error of
- * speed would: a load step at low speed dips by a quarter less. Noise is too small for it, so that
- * what is held near zero frequency stays as it is; there the same bandwidth for every error lost
- * runs (zh envelope) and swung more. Up to half of what speed may give: with all of it a reversal
- * from 120 min^-1 overshoots by 6 % instead of 3. The expected acceleration has no part in it.
+ * An error of the speed raises the gain as well: a load step at low speed dips by a fifth less.
+ * Near zero frequency noise is too small to raise it, and what is held there stays as it is. More
+ * bandwidth for every error lost runs there and swung more (zh envelope). An error raises the gain
+ * by half of what speed may at most: with all of it a reversal from 120 min^-1 overshot by 6 %
+ * instead of 4. The expected acceleration does not grow with the error.
  *
  * A bounded Kp makes the filter of the speed slower as well. With a leakage less than told the
  * estimate takes each change of the torque current for one of the speed. Without the slower filter
@@ -64,8 +64,8 @@
 /* Over the bound of slip, with weakened flux. */
 #define SPEED_CONTROL_WEAKENED 1.25f
 
-/* So many times the error of the speed counts as speed, for the gain: up to that share of what the
- * gain grows by with speed. */
+/* For the gain, an error of the speed counts as so many times as much speed, and raises it by at
+ * most this share of what speed may. */
 #define SPEED_CONTROL_ERROR_SPEED 8.0f
 #define SPEED_CONTROL_ERROR_MAX   0.5f
 

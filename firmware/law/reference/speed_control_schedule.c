@@ -27,6 +27,7 @@ void speed_control_schedule(const speed_control_config_t *cfg, speed_control_sta
     const float error =
         cfg->gain_extra_per_rad_s * (above_rad_s + SPEED_CONTROL_ERROR_SPEED * off_rad_s);
     const float more = maxf(speed, minf(error, SPEED_CONTROL_ERROR_MAX * cfg->gain_extra_max));
+    /* left may be negative: an error never takes gain away. */
     st->gain_extra = speed * left;
     const float extra = maxf(st->gain_extra, more * left);
     look_for_swing(cfg, st);
