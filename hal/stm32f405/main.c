@@ -227,13 +227,13 @@ COLD static bool start_drive(stm32_clock_t clock)
                                     .dead_time_s = cm_config.params.dead_time_s};
     const char *wrong = "";
     if (clock != STM32_CLOCK_CRYSTAL) {
-        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: 16 MHz, no PLL" : "clock: no crystal";
+        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: no PLL" : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "no watchdog";
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
-            (void)stm32_usart_send(usart, "parameters or gain table refused; drive off\r\n");
+            (void)stm32_usart_send(usart, "configuration refused; drive off\r\n");
         }
         unit_record_init(&unit, &(unit_memory_t){trace_memory, TRACE_WORDS, &fault_memory,
                                                  flight_memory, sizeof flight_memory / 4u});
@@ -255,7 +255,7 @@ COLD static bool start_drive(stm32_clock_t clock)
     }
     (void)stm32_usart_send(usart, wrong);
     (void)stm32_usart_send(usart,
-                           (*wrong == '\0') ? "clock: 168 MHz crystal\r\n" : "; drive off\r\n");
+                           (*wrong == '\0') ? "clock: 168 MHz\r\n" : "; drive off\r\n");
     return *wrong == '\0';
 }
 
@@ -279,7 +279,7 @@ COLD int main(void)
     const bool watchdog = (rcc->CSR & RCC_CSR_WDGRSTF) != 0u;
     rcc->CSR |= RCC_CSR_RMVF;
     if (watchdog) {
-        (void)stm32_usart_send(usart, "last reset: watchdog\r\n");
+        (void)stm32_usart_send(usart, "reset: watchdog\r\n");
     }
     const bool running = start_drive(clock);
     stm32_board_led_fault(&board, !running);

@@ -245,7 +245,7 @@ COLD static bool start_drive(g431_clock_t clock)
     const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory, NULL, 0u};
     const char *wrong = "";
     if (clock != G431_CLOCK_CRYSTAL) {
-        wrong = (clock == G431_CLOCK_INTERNAL) ? "clock: 16 MHz, no PLL" : "clock: no crystal";
+        wrong = (clock == G431_CLOCK_INTERNAL) ? "clock: no PLL" : "clock: no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "no watchdog";
     } else if (!g431_start_measurement(&part, &board, &adcs, &timing, &shunts)) {
@@ -253,7 +253,7 @@ COLD static bool start_drive(g431_clock_t clock)
     } else {
         /* Refused, it stands in FAULT with the gates off, and the host link can tell and mend. */
         if (!unit_start(&unit, &cm_config.params, cm_config.table, &devices)) {
-            (void)stm32_usart_send(usart, "parameters or gain table refused; drive off\r\n");
+            (void)stm32_usart_send(usart, "configuration refused; drive off\r\n");
         }
         unit_record_init(&unit, &memory);
         start_interrupts(timing.clock_Hz);
@@ -280,7 +280,7 @@ COLD int main(void)
     const g431_clock_t clock = start_clock_and_serial_port();
     (BLOCK(dbg, DBG))->APB2_FZ |= DBG_APB2FZ_DBG_TIM1_STOP; /* halted: gates off */
     if ((rcc->CSR & (RCC_CSR_IWDGRSTF | RCC_CSR_WWDGRSTF)) != 0u) {
-        (void)stm32_usart_send(usart, "last reset: watchdog\r\n");
+        (void)stm32_usart_send(usart, "reset: watchdog\r\n");
     }
     rcc->CSR |= RCC_CSR_RMVF;
     const bool running = start_drive(clock);
