@@ -10,6 +10,7 @@
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
 #define CONFIG_RS_RATIO               1.6f /* of a hot winding: 1.5 */
 #define CONFIG_RS_LOSS_V              1.0f /* of the inverter, more at one level than the other */
+#define CONFIG_RS_ON_OHM              0.1f /* of two transistors: much for a large motor */
 
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds over
  * the start's Rs; frozen so long after a disturbance, a speed error or a reference that moves. */
@@ -52,7 +53,8 @@ static void config_resistance(drive_params_t *d, const params_t *p)
         .average_s =
             minf(CONFIG_RS_AVERAGE_PU * level_s, CONFIG_RS_AVERAGE_MAX_PERIODS * p->period_s),
         .bias = p->rs_bias,
-        .ratio_max = CONFIG_RS_RATIO + CONFIG_RS_LOSS_V / (p->Rs_ohm * (p->rs_high_A - low_A))};
+        .ratio_max = CONFIG_RS_RATIO +
+                     maxf(CONFIG_RS_LOSS_V / (p->rs_high_A - low_A), CONFIG_RS_ON_OHM) / p->Rs_ohm};
     d->rs_tracking = (rs_tracking_params_t){
         .gain_ohm_per_rad = p->rs_track_gain,
         .i_0_A = CONFIG_TRACK_I_0_PU * p->i_d_A,

@@ -199,6 +199,18 @@ static void test_the_curve_needs_a_small_current(void)
 }
 
 /* Nothing keeps the field away from zero frequency under load: Rs is tracked faster and further. */
+/* .06 ohm beside 40 A: 1 V over 15 A is less than the .1 ohm of two transistors. */
+static void test_a_large_motor_is_measured_with_its_transistors(void)
+{
+    params.Rs_ohm = 0.06f;
+    params.rs_high_A = 40.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_measurement.ratio_max, 3.26666667f);
+    params.rs_high_A = 26.0f;
+    unit_config_drive(&drive, &params);
+    EXPECT(rs_measurement.ratio_max, 3.30940171f);
+}
+
 static void test_without_steering_rs_is_tracked_faster_and_further(void)
 {
     params.steer_min_Hz = 0.0f;
@@ -402,6 +414,7 @@ int main(void)
     RUN_TEST(test_board_inverter_and_loops_get_their_numbers);
     RUN_TEST(test_protection_resistance_and_flux_get_their_numbers);
     RUN_TEST(test_the_curve_needs_a_small_current);
+    RUN_TEST(test_a_large_motor_is_measured_with_its_transistors);
     RUN_TEST(test_without_steering_rs_is_tracked_faster_and_further);
     RUN_TEST(test_counts_of_periods_are_rounded);
     RUN_TEST(test_the_blend_is_an_angular_frequency);
