@@ -6,7 +6,10 @@
  * still is. The mean of a quarter of a second keeps the ripple of an estimate out. */
 #define SPEED_NEARER_S     0.25f
 #define SPEED_NEARER_RAD_S 1.0f
-#define SPEED_WARNING_S    0.15f
+/* A take-over is as slow as its torque turns the inertia, and its frequency has no ripple (zh
+ * envelope: run 369 of 3344238633, with 88 times the motor's inertia). */
+#define SPEED_TAKEN_OVER_RAD_S 0.01f
+#define SPEED_WARNING_S        0.15f
 /* On the way there: a load or a ramp beyond the torque, or a large inertia. All torque in use at
  * high speed: half the distance too, where a sag of the link by 30 % keeps the shaft for .8 to .9 s
  * without coming nearer. */
@@ -81,7 +84,9 @@ static bool deviates(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                                ? (st->omega_slow_rad_s + cfg->nearer_share * moved_rad_s)
                                : in->omega_rad_s; /* a NaN; the next number replaces it */
     const float nearer_rad_s = (far_pu < 0.0f) ? -moved_rad_s : moved_rad_s;
-    return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > SPEED_NEARER_RAD_S);
+    const float least_rad_s =
+        (in->basis == SPEED_BASIS_TAKEN_OVER) ? SPEED_TAKEN_OVER_RAD_S : SPEED_NEARER_RAD_S;
+    return !(absf(far_pu) <= away_pu(in)) && !(nearer_rad_s > least_rad_s);
 }
 
 /* Half the limit counts as in deviates. At high speed only the whole limit is told at once: a sag
@@ -95,14 +100,15 @@ static bool stays_away(const speed_guard_config_t *cfg, const speed_guard_in_t *
 }
 
 /* True when the speed stays away from its reference although the torque is at its limit. With an
- * estimate it is told after the longer approach_s as well, whatever the torque: of a speed that
- * only approaches, too, and at high speed of half the limit with all torque in use. */
+ * estimate, or in a take-over, it is told after the longer approach_s as well, whatever the torque:
+ * of a speed that only approaches, too, and at high speed of half the limit with all torque in use.
+ */
 static bool lacks_torque(const speed_guard_config_t *cfg, speed_guard_state_t *st,
                          const speed_guard_in_t *in, float far_pu, bool wrong)
 {
     const bool far = !(absf(far_pu) <= 1.0f);
     const bool away = stays_away(cfg, in, far, wrong);
-    const bool slow = (far || wrong) && (in->basis == SPEED_BASIS_ESTIMATE);
+    const bool slow = (far || wrong) && (in->basis <= SPEED_BASIS_TAKEN_OVER);
     const float one_s = cfg->schedule_s;
     st->away_s = passed(st->away_s, away ? one_s : -(SPEED_HEALS_PU * one_s), cfg->warning_s);
     st->approach_s = passed(st->approach_s, slow ? one_s : -one_s, cfg->approach_s);
@@ -162,7 +168,7 @@ static rotor_check_t seen_rotor(const speed_guard_config_t *cfg, speed_guard_sta
     if (in->basis == SPEED_BASIS_NOBODY) {
         return ROTOR_NOT_SEEN;
     }
-    if (in->basis >= SPEED_BASIS_CURRENT) {
+    if (in->basis >= SPEED_BASIS_TAKEN_OVER) {
         return rotor_check_step(&cfg->rotor, &st->rotor, &in->rotor);
     }
     return ROTOR_FOLLOWS; /* estimated, or taken as 0 */

@@ -20,12 +20,13 @@
 
 /* Source of the drive's speed. */
 typedef enum {
-    SPEED_BASIS_NONE = 0,     /* gates off */
-    SPEED_BASIS_STANDING = 1, /* direct current along alpha: taken as 0 */
-    SPEED_BASIS_ESTIMATE = 2, /* vector control */
-    SPEED_BASIS_CURRENT = 3,  /* a current vector turns at an imposed frequency */
-    SPEED_BASIS_VOLTAGE = 4,  /* a voltage vector does */
-    SPEED_BASIS_NOBODY = 5    /* dc brake, search */
+    SPEED_BASIS_NONE = 0,       /* gates off */
+    SPEED_BASIS_STANDING = 1,   /* direct current along alpha: taken as 0 */
+    SPEED_BASIS_ESTIMATE = 2,   /* vector control */
+    SPEED_BASIS_TAKEN_OVER = 3, /* a current vector holds the load, at an imposed frequency */
+    SPEED_BASIS_CURRENT = 4,    /* a current vector turns at an imposed frequency */
+    SPEED_BASIS_VOLTAGE = 5,    /* a voltage vector does */
+    SPEED_BASIS_NOBODY = 6      /* dc brake, search */
 } speed_basis_t;
 
 typedef struct {

@@ -12,7 +12,7 @@ static speed_basis_t speed_basis(mode_id_t mode)
         [MODE_FLYING_START] = SPEED_BASIS_NOBODY,
         [MODE_REMAGNETISE] = SPEED_BASIS_ESTIMATE,
         [MODE_VECTOR] = SPEED_BASIS_ESTIMATE,
-        [MODE_TAKE_OVER] = SPEED_BASIS_CURRENT,
+        [MODE_TAKE_OVER] = SPEED_BASIS_TAKEN_OVER,
         [MODE_I_F] = SPEED_BASIS_CURRENT,
         [MODE_VOLTS_PER_HERTZ] = SPEED_BASIS_VOLTAGE,
         [MODE_DC_BRAKE] = SPEED_BASIS_NOBODY};
@@ -44,9 +44,9 @@ static void set_speeds(const drive_config_t *cfg, const drive_state_t *st, const
         in->in_doubt = supervisor_speed_unknown(&st->supervisor) ||
                        ((st->supervisor.confidence != SUPERVISOR_CLOSED) &&
                         (st->guard.speed.deviation_s > 0.0f));
-    } else if ((in->basis == SPEED_BASIS_CURRENT) || (in->basis == SPEED_BASIS_VOLTAGE)) {
-        in->omega_rad_s = (in->basis == SPEED_BASIS_CURRENT) ? st->modes.i_f.omega_rad_s
-                                                             : st->modes.volts.omega_rad_s;
+    } else if ((in->basis >= SPEED_BASIS_TAKEN_OVER) && (in->basis <= SPEED_BASIS_VOLTAGE)) {
+        in->omega_rad_s = (in->basis == SPEED_BASIS_VOLTAGE) ? st->modes.volts.omega_rad_s
+                                                             : st->modes.i_f.omega_rad_s;
         in->omega_ref_rad_s =
             (asked->aim == DRIVE_AIM_TORQUE) ? in->omega_rad_s : asked->omega_e_ref_rad_s;
         in->omega_s_rad_s = in->omega_rad_s;

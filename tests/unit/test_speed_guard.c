@@ -225,9 +225,10 @@ static void test_a_speed_that_comes_nearer_is_left_alone(void)
 /* A warning, and only that; an imposed current is always at its limit. */
 static void test_all_the_torque_on_a_long_way_is_told(void)
 {
-    const speed_basis_t basis[] = {SPEED_BASIS_VOLTAGE, SPEED_BASIS_CURRENT, SPEED_BASIS_ESTIMATE};
-    const float told_s[] = {0.15f, -1.0f, 0.9f};
-    for (int n = 0; n < 3; n++) {
+    const speed_basis_t basis[] = {SPEED_BASIS_VOLTAGE, SPEED_BASIS_CURRENT, SPEED_BASIS_TAKEN_OVER,
+                                   SPEED_BASIS_ESTIMATE};
+    const float told_s[] = {0.15f, -1.0f, 0.9f, 0.9f};
+    for (int n = 0; n < 4; n++) {
         setUp();
         in.at_limit = true;
         in.basis = basis[n];
@@ -451,7 +452,7 @@ static void follow(void)
 
 static void test_a_rotor_that_does_not_follow_is_unknown_and_then_a_fault(void)
 {
-    for (speed_basis_t b = SPEED_BASIS_CURRENT; b <= SPEED_BASIS_VOLTAGE; b++) {
+    for (speed_basis_t b = SPEED_BASIS_TAKEN_OVER; b <= SPEED_BASIS_VOLTAGE; b++) {
         setUp();
         impose(b, 60.0f);
         follow();
@@ -482,6 +483,30 @@ static void test_too_slow_to_see_the_rotor_is_unknown_for_a_limited_time(void)
     in.omega_ref_rad_s = in.omega_rad_s;
     (void)speed_guard_look(&cfg, &st, &in);
     TEST_ASSERT_FALSE(st.speed_unknown);
+}
+
+/* 1.2 rad/s^2, as with 88 times the inertia: told in a take-over, whose frequency has no ripple,
+ * and left alone. An estimate, or a take-over that stays where it is or goes away, is a fault. */
+static void test_a_take_over_may_be_slow_on_its_way(void)
+{
+    for (float way = -1.0f; way <= 1.0f; way += 2.0f) {
+        const struct {
+            speed_basis_t basis;
+            float rate_rad_s2, fault_s;
+        } of[] = {{SPEED_BASIS_TAKEN_OVER, way * 1.2f, -1.0f},
+                  {SPEED_BASIS_TAKEN_OVER, way * 0.02f, 0.2f},
+                  {SPEED_BASIS_TAKEN_OVER, way * -1.2f, 0.2f},
+                  {SPEED_BASIS_ESTIMATE, way * 1.2f, 0.2f}};
+        for (size_t k = 0u; k < sizeof of / sizeof of[0]; k++) {
+            setUp();
+            impose(of[k].basis, way * 60.0f);
+            in.omega_ref_rad_s = way * 180.0f;
+            follow();
+            TEST_ASSERT_FLOAT_WITHIN(0.01f, of[k].fault_s,
+                                     seconds_to(~FAULT_DERATED, of[k].rate_rad_s2));
+            TEST_ASSERT_EQUAL(of[k].fault_s<0.0f, st.approach_s> 0.8f);
+        }
+    }
 }
 
 /* Changing to and fro between two bases suspends nothing. */
@@ -556,6 +581,7 @@ int main(void)
     RUN_TEST(test_the_stator_frequency_trips_as_well);
     RUN_TEST(test_a_rotor_that_does_not_follow_is_unknown_and_then_a_fault);
     RUN_TEST(test_too_slow_to_see_the_rotor_is_unknown_for_a_limited_time);
+    RUN_TEST(test_a_take_over_may_be_slow_on_its_way);
     RUN_TEST(test_a_change_of_basis_keeps_the_time_away);
     RUN_TEST(test_a_start_on_a_turning_shaft_is_refused);
     RUN_TEST(test_gates_off_forgets);
