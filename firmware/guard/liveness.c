@@ -10,12 +10,13 @@
 #define LIVENESS_SMALL_COUNTS  16.0f
 #define LIVENESS_JUMP          1.5f /* counts */
 /* What the EMF may change by in a spell: a share of itself, when it turns slowly (.4 is 23 degrees)
- * or may point anywhere; and a share of Rs i, when direct current magnetises a rotor that slows
- * down. With .25, run 17 of zh envelope --seed 1658601084 was taken for frozen: its currents stood
- * still for 3 ms while the torque fell. */
+ * or may point anywhere. With .25, run 17 of zh envelope --seed 1658601084 was taken for frozen:
+ * its currents stood still for 3 ms while the torque fell. And a share of Rs i, when direct current
+ * magnetises a rotor that slows down, or heats a winding that nobody has measured yet: 1.44 times
+ * Rs, and the legs' loss, were taken for frozen with .25 (run 124 of seed 3344238633). */
 #define LIVENESS_TURNED   0.4f
 #define LIVENESS_ANYWHERE 3.0f
-#define LIVENESS_ROTOR    0.25f
+#define LIVENESS_ROTOR    0.6f
 /* Of the dc link: what the legs lose may change by, as a vector, beside a small current. Without
  * it a start with 10 bits, and a dead time told too long by half, was taken for frozen (zh
  * envelope: 250 of 3395374624). */
