@@ -87,8 +87,8 @@ static void test_direct_current_of_a_quiet_converter_may_stand_still(void)
     TEST_ASSERT_EQUAL_UINT32(100000u, st.repeats);
 }
 
-/* 12 V in excess: 8 A (1 - .97^n), of which .6 of the 4 A is allowed, 2.4 A (1 - .97^n), and 2.08 A.
- * With 5.6 A (1 - .97^n) that is the 16th period. */
+/* 12 V in excess: 8 A (1 - .97^n), of which .6 of the 4 A is allowed, 2.4 A (1 - .97^n), and
+ * 2.08 A. With 5.6 A (1 - .97^n) that is the 16th period. */
 static void test_a_voltage_that_asks_for_a_change_that_does_not_come_is_told(void)
 {
     in.u_V.alpha = 18.0f;
