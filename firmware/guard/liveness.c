@@ -16,7 +16,7 @@
  * Rs, and the legs' loss, were taken for frozen with .25 (run 124 of seed 3344238633). */
 #define LIVENESS_TURNED   0.4f
 #define LIVENESS_ANYWHERE 3.0f
-#define LIVENESS_ROTOR    0.6f
+#define LIVENESS_ROTOR    0.4f
 /* Of the dc link: what the legs lose may change by, as a vector, beside a small current. Without
  * it a start with 10 bits, and a dead time told too long by half, was taken for frozen (zh
  * envelope: 250 of 3395374624). */
