@@ -10,7 +10,7 @@
 #define CONFIG_RS_AVERAGE_MAX_PERIODS 8191.0f
 #define CONFIG_RS_RATIO               1.6f /* of a hot winding: 1.5 */
 #define CONFIG_RS_LOSS_V              1.0f /* of the inverter, more at one level than the other */
-#define CONFIG_RS_ON_OHM              0.1f /* of two transistors: much for a large motor */
+#define CONFIG_RS_ON_OHM              0.1f /* of a transistor: much for a large motor */
 
 /* Rs tracking: not below this torque current, over i_d; band of the stator frequency; bounds over
  * the start's Rs; frozen so long after a disturbance, a speed error or a reference that moves. */

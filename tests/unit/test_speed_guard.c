@@ -504,7 +504,8 @@ static void test_a_take_over_may_be_slow_on_its_way(void)
             follow();
             TEST_ASSERT_FLOAT_WITHIN(0.01f, of[k].fault_s,
                                      seconds_to(~FAULT_DERATED, of[k].rate_rad_s2));
-            TEST_ASSERT_EQUAL(of[k].fault_s<0.0f, st.approach_s> 0.8f);
+            const bool told = st.approach_s > 0.8f;
+            TEST_ASSERT_EQUAL(of[k].fault_s < 0.0f, told);
         }
     }
 }

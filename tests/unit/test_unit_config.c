@@ -199,7 +199,7 @@ static void test_the_curve_needs_a_small_current(void)
 }
 
 /* Nothing keeps the field away from zero frequency under load: Rs is tracked faster and further. */
-/* .06 ohm beside 40 A: 1 V over 15 A is less than the .1 ohm of two transistors. */
+/* .06 ohm beside 40 A: 1 V over 15 A is less than the .1 ohm of a transistor. */
 static void test_a_large_motor_is_measured_with_its_transistors(void)
 {
     params.Rs_ohm = 0.06f;
