@@ -227,7 +227,7 @@ COLD static bool start_drive(stm32_clock_t clock)
                                     .dead_time_s = cm_config.params.dead_time_s};
     const char *wrong = "";
     if (clock != STM32_CLOCK_CRYSTAL) {
-        wrong = (clock == STM32_CLOCK_INTERNAL) ? "clock: no PLL" : "clock: no crystal";
+        wrong = (clock == STM32_CLOCK_INTERNAL) ? "no PLL" : "no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "no watchdog";
     } else {

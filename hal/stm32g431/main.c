@@ -245,7 +245,7 @@ COLD static bool start_drive(g431_clock_t clock)
     const unit_memory_t memory = {trace_memory, TRACE_WORDS, &fault_memory, NULL, 0u};
     const char *wrong = "";
     if (clock != G431_CLOCK_CRYSTAL) {
-        wrong = (clock == G431_CLOCK_INTERNAL) ? "clock: no PLL" : "clock: no crystal";
+        wrong = (clock == G431_CLOCK_INTERNAL) ? "no PLL" : "no crystal";
     } else if (!stm32_watchdog_start(iwdg, WATCHDOG_MS)) {
         wrong = "no watchdog";
     } else if (!g431_start_measurement(&part, &board, &adcs, &timing, &shunts)) {
