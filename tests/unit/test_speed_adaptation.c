@@ -125,6 +125,12 @@ static double g1_angle(int machine, const speed_adaptation_in_t *in)
     return carg(-e1 / (I * complex_of(in->lambda_r_hat_Wb)));
 }
 
+/* Of K_I, beside phi. */
+static double growth_at(double omega_s_rad_s)
+{
+    return fmax(0.0, 1.0 - 20.0 / fabs(omega_s_rad_s));
+}
+
 /* The whole law in double precision. */
 static void assert_step_is_eq_19(speed_adaptation_eps1_mode_t mode, float accel_share,
                                  float phi_factor)
@@ -147,7 +153,10 @@ static void assert_step_is_eq_19(speed_adaptation_eps1_mode_t mode, float accel_
             const double step = (double)accel_share * (double)in.expected_step_rad_s;
             const double c = (mode == SPEED_ADAPTATION_EPS1_OFF) ? 0.0 : (double)LEAK;
             const double T = (double)PERIOD_S;
-            const double x_next = x + T * ((double)KI * z - c * fabs(z) * x) + step;
+            const double growth =
+                (phi_factor > 0.0f) ? growth_at((double)in.omega_s_hat_rad_s) : 0.0;
+            const double x_next =
+                x + T * ((1.0 + growth) * (double)KI * z - c * fabs(z) * x) + step;
             const speed_adaptation_out_t out = speed_adaptation_step(&cfg, &st, &in);
             /* A micro-radian in phi, times |lambda| |e1| < 6; the sum of speeds below 500 rad/s. */
             ASSERT_NEAR(2e-5, z, out.z_Wb_A);
@@ -447,6 +456,27 @@ static void test_phi_grows_with_the_frequency_up_to_its_ramp(void)
     }
 }
 
+/* Towards twice itself, from 20 rad/s on; without phi it is the paper's constant. */
+static void test_integral_gain_grows_with_the_frequency(void)
+{
+    const float frequency[5] = {0.0f, -20.0f, 40.0f, -80.0f, 400.0f};
+    const double growth[5] = {0.0, 0.0, 0.5, 0.75, 0.95};
+    for (int with_phi = 0; with_phi < 2; with_phi++) {
+        speed_adaptation_params_t params = plain;
+        params.phi_factor = 0.5f * (float)with_phi;
+        const speed_adaptation_config_t cfg = config_of(0, &params);
+        for (int k = 0; k < 5; k++) {
+            speed_adaptation_in_t in = in_with_z(2.0f);
+            in.omega_s_hat_rad_s = frequency[k];
+            speed_adaptation_state_t st = {0};
+            const double z = (double)speed_adaptation_step(&cfg, &st, &in).z_Wb_A;
+            TEST_ASSERT_TRUE(fabs(z) > 0.1); /* or the test would see nothing */
+            const double ki = (double)KI * (1.0 + with_phi * growth[k]);
+            ASSERT_NEAR(1e-7, (double)PERIOD_S * ki * z, st.x_rad_s);
+        }
+    }
+}
+
 static void test_integrator_is_limited(void)
 {
     const speed_adaptation_config_t cfg = config_of(0, &plain);
@@ -654,6 +684,7 @@ int main(void)
     RUN_TEST(test_without_phi_the_gain_is_negative_in_the_regenerating_wedge);
     RUN_TEST(test_phi_is_absent_at_zero_frequency);
     RUN_TEST(test_phi_grows_with_the_frequency_up_to_its_ramp);
+    RUN_TEST(test_integral_gain_grows_with_the_frequency);
     RUN_TEST(test_integrator_is_limited);
     RUN_TEST(test_speed_is_limited_and_the_integrator_free);
     RUN_TEST(test_no_input_makes_the_speed_non_finite);

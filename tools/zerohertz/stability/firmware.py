@@ -26,6 +26,7 @@ _STEERING_I_Q_SHARE, _STEERING_SLIP_PU, _STEERING_FOLLOWS = 0.95, 1.25, 4.0
 _STEERING_BEGIN_PU, _STEERING_KEEP_PU = 0.99, 0.5
 # Constants of unit_config.c.
 _PHI_RAMP_TAU = 1.7760728
+_KI_FROM_RAD_S = 20.0  # speed_adaptation.h
 _SPEED_FAST_PU = 1.5079365
 _SPEED_SLIP_MAX = 2.0
 _SPEED_FILTER_PU = 0.35
@@ -143,6 +144,8 @@ class Firmware:
     leak_on_rad_s: float
     phi_factor: float
     phi_ramp_rad_s: float
+    ki_growth: float  # of K_I, of itself, far from zero frequency
+    ki_from_rad_s: float  # stator frequency from which it grows
     speed: Pi
     speed_filter_gain: float
     speed_more_max: float
@@ -194,6 +197,8 @@ def from_parameters(p: Mapping[str, float], table: GainTable) -> Firmware:
         leak_on_rad_s=2.0 * math.pi * p["eps1_on_Hz"],
         phi_factor=p["phi_factor"],
         phi_ramp_rad_s=circuit.tau_per_s / _PHI_RAMP_TAU,
+        ki_growth=1.0 if p["phi_factor"] > 0.0 else 0.0,
+        ki_from_rad_s=_KI_FROM_RAD_S,
         speed=_speed_pi(p, circuit, lambda_Wb),
         speed_filter_gain=T / (T + _speed_filter_s(p, circuit, lambda_Wb)),
         speed_more_max=more_max,

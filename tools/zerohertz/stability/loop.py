@@ -224,7 +224,7 @@ def _observer(
 def _adaptation(
     loop: Loop, p: Points, s: Any, lambda_hat: Complex, e1: Complex, l1: Complex, l2: Complex
 ) -> tuple[Real, Real]:
-    """speed_adaptation_step: phi from the operating point of the period before."""
+    """speed_adaptation_step: phi and K_I from the operating point of the period before."""
     fw, c = loop.firmware, loop.firmware.circuit
     g = c.tau_per_s - 1j * s.omega_e_hat
     D = (c.a11_per_s - l1 + 1j * s.omega_s_hat) * (g + 1j * s.omega_s_hat)
@@ -233,7 +233,8 @@ def _adaptation(
     ramp = np.minimum(np.abs(s.omega_s_hat) / fw.phi_ramp_rad_s, 1.0)
     arg_G1 = np.angle(1j * np.where(s.omega_s_hat < 0.0, -1.0, 1.0) * D.conj())
     z = np.imag((lambda_hat * np.exp(1j * fw.phi_factor * ramp * arg_G1)).conj() * e1)
-    x = s.x_adaptation + fw.adapt_ki_T * z
+    growth = 1.0 - fw.ki_from_rad_s / np.maximum(np.abs(s.omega_s_hat), fw.ki_from_rad_s)
+    x = s.x_adaptation + fw.adapt_ki_T * (1.0 + fw.ki_growth * growth) * z
     if fw.leak_mode:
         share = fw.leak_T * np.sqrt(z**2 + loop.bench.z_noise_Wb_A**2)
         near = (np.abs(s.omega_s_hat) < fw.leak_on_rad_s) | (fw.leak_mode == 1)

@@ -59,16 +59,19 @@ static ab_t g1_direction(const speed_adaptation_config_t *cfg, float omega_s_rad
  * So z = Im(conj(lambda) e1 e^{-j phi}) = -|lambda|^2 |G1| cos(arg G1 - phi) dw, which pulls w_hat
  * back as long as |arg G1 - phi| < 90 deg: phi has the sign of arg G1 = sign(w_s) 90 deg - arg D.
  */
-COLD static ab_t projection(const speed_adaptation_config_t *cfg, float omega_s_rad_s,
-                            float omega_e_rad_s, observer_gain_t gain, float dwell)
+COLD static ab_t projection(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
+                            float omega_s_rad_s, float omega_e_rad_s, observer_gain_t gain,
+                            float dwell)
 {
-    const float ramp = minf(absf(omega_s_rad_s) * cfg->inv_phi_ramp_s, 1.0f);
+    const float magnitude_rad_s = absf(omega_s_rad_s);
+    st->ki_growth = 1.0f - minf(SPEED_ADAPTATION_KI_FROM_RAD_S / magnitude_rad_s, 1.0f);
+    const float ramp = minf(magnitude_rad_s * cfg->inv_phi_ramp_s, 1.0f);
     const ab_t g1 = g1_direction(cfg, omega_s_rad_s, omega_e_rad_s, gain);
     const float factor = cfg->p.phi_factor + dwell * (1.0f - cfg->p.phi_factor);
     return trig_unit(factor * ramp * trig_angle(g1));
 }
 
-/* phi follows the operating point, not the flux: every fourth period is often enough. */
+/* phi and K_I follow the operating point, not the flux: every fourth period is often enough. */
 static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
                               const speed_adaptation_in_t *in)
 {
@@ -80,7 +83,7 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
             const observer_gain_t gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm,
                                           g->l2_im_ohm};
             st->phi =
-                projection(cfg, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, gain, in->dwell);
+                projection(cfg, st, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, gain, in->dwell);
         }
         st->steps = (st->steps + 1u) % SPEED_ADAPTATION_PHI_STEPS;
         lambda_Wb = ab_mul(st->phi, lambda_Wb);
@@ -115,7 +118,8 @@ speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cf
 {
     const float limit = cfg->p.omega_max_rad_s;
     const float z_Wb_A = adaptation_error(cfg, st, in);
-    float x_rad_s = st->x_rad_s + cfg->ki_T_rad_per_s_Wb_A * z_Wb_A +
+    const float step_rad_s = cfg->ki_T_rad_per_s_Wb_A * z_Wb_A;
+    float x_rad_s = st->x_rad_s + step_rad_s + st->ki_growth * step_rad_s +
                     cfg->p.accel_share * in->expected_step_rad_s;
     if (leak_on(cfg, st, in->omega_s_hat_rad_s)) {
         /* eq. (19); a share above 1 would overshoot zero. */
