@@ -254,7 +254,7 @@ COLD static bool start_drive(stm32_clock_t clock)
         }
     }
     (void)stm32_usart_send(usart, wrong);
-    (void)stm32_usart_send(usart, (*wrong == '\0') ? "clock: 168 MHz\r\n" : "; drive off\r\n");
+    (void)stm32_usart_send(usart, (*wrong == '\0') ? "168 MHz\r\n" : "; drive off\r\n");
     return *wrong == '\0';
 }
 
