@@ -200,7 +200,12 @@ def test_every_made_page_has_its_command() -> None:
 
 COMMAND = re.compile(r"`tools/zh ([^`]*)`")
 PAGES = ("README.md", "CONTRIBUTING.md", "tools/docs/reproduce.md", "tools/docs/estimator.md")
-PAGES += ("tools/docs/arena.md", "tools/docs/claims.md", "tools/docs/own_motor.md")
+PAGES += (
+    "tools/docs/arena.md",
+    "tools/docs/claims.md",
+    "tools/docs/own_motor.md",
+    "tools/docs/seeds.md",
+)
 
 
 @pytest.mark.parametrize("page", PAGES)

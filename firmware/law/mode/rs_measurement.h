@@ -29,7 +29,7 @@
  * then. The slope of voltage over current within the teeth, less that between two levels, is
  * Rr (M/Lr)^2, with the slope of M(i) in M's place. Saturation makes that too small, at the high
  * level more than at the low one; RS_BENT of what lies between them is added. How far off the
- * result is: tools/docs/claims.md.
+ * result is: tools/docs/seeds.md.
  *
  * With the curve, the levels before the largest current show already whether Rs is too large. It is
  * refused then: sensors that read a quarter of the current would let it be four times as large.
