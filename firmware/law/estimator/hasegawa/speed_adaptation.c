@@ -54,20 +54,26 @@ static ab_t g1_direction(const speed_adaptation_config_t *cfg, float omega_s_rad
     return (ab_t){omega_s_rad_s * D.beta, omega_s_rad_s * D.alpha};
 }
 
+/* What phi and K_I follow: by value, as numbers in registers. */
+typedef struct {
+    float omega_s_rad_s;
+    float omega_e_rad_s;
+    float dwell;
+} point_t;
+
 /* phi = kappa arg G1(j w_s) min(1, |w_s|/ramp).
  * Constant dw = w_hat - w gives e1 = -G1(j w_s) j lambda dw, G1(s) = (s/eps)/D(s) (THEORY 1, 2).
  * So z = Im(conj(lambda) e1 e^{-j phi}) = -|lambda|^2 |G1| cos(arg G1 - phi) dw, which pulls w_hat
  * back as long as |arg G1 - phi| < 90 deg: phi has the sign of arg G1 = sign(w_s) 90 deg - arg D.
  */
 COLD static ab_t projection(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
-                            float omega_s_rad_s, float omega_e_rad_s, observer_gain_t gain,
-                            float dwell)
+                            observer_gain_t gain, point_t point)
 {
-    const float magnitude_rad_s = absf(omega_s_rad_s);
+    const float magnitude_rad_s = absf(point.omega_s_rad_s);
     st->ki_growth = 1.0f - minf(SPEED_ADAPTATION_KI_FROM_RAD_S / magnitude_rad_s, 1.0f);
     const float ramp = minf(magnitude_rad_s * cfg->inv_phi_ramp_s, 1.0f);
-    const ab_t g1 = g1_direction(cfg, omega_s_rad_s, omega_e_rad_s, gain);
-    const float factor = cfg->p.phi_factor + dwell * (1.0f - cfg->p.phi_factor);
+    const ab_t g1 = g1_direction(cfg, point.omega_s_rad_s, point.omega_e_rad_s, gain);
+    const float factor = cfg->p.phi_factor + point.dwell * (1.0f - cfg->p.phi_factor);
     return trig_unit(factor * ramp * trig_angle(g1));
 }
 
@@ -82,8 +88,8 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
             const observer_gain_t *g = &in->gain;
             const observer_gain_t gain = {g->l1_re_per_s, g->l1_im_per_s, g->l2_re_ohm,
                                           g->l2_im_ohm};
-            st->phi =
-                projection(cfg, st, in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, gain, in->dwell);
+            const point_t point = {in->omega_s_hat_rad_s, in->omega_e_hat_rad_s, in->dwell};
+            st->phi = projection(cfg, st, gain, point);
         }
         st->steps = (st->steps + 1u) % SPEED_ADAPTATION_PHI_STEPS;
         lambda_Wb = ab_mul(st->phi, lambda_Wb);
