@@ -65,6 +65,7 @@ typedef struct {
  * Constant dw = w_hat - w gives e1 = -G1(j w_s) j lambda dw, G1(s) = (s/eps)/D(s) (THEORY 1, 2).
  * So z = Im(conj(lambda) e1 e^{-j phi}) = -|lambda|^2 |G1| cos(arg G1 - phi) dw, which pulls w_hat
  * back as long as |arg G1 - phi| < 90 deg: phi has the sign of arg G1 = sign(w_s) 90 deg - arg D.
+ * Sets the growth of K_I as well.
  */
 COLD static ab_t projection(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
                             observer_gain_t gain, point_t point)
