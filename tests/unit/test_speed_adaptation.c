@@ -477,6 +477,22 @@ static void test_integral_gain_grows_with_the_frequency(void)
     }
 }
 
+/* phi_factor is set to 0 in RUN: what the growth was does not stay. */
+static void test_integral_gain_is_the_constant_again_once_phi_is_off(void)
+{
+    speed_adaptation_params_t params = plain;
+    params.phi_factor = 0.5f;
+    const speed_adaptation_config_t with_phi = config_of(0, &params);
+    const speed_adaptation_config_t without = config_of(0, &plain);
+    speed_adaptation_in_t in = in_with_z(2.0f);
+    in.omega_s_hat_rad_s = 400.0f;
+    speed_adaptation_state_t st = {0};
+    (void)speed_adaptation_step(&with_phi, &st, &in);
+    st.x_rad_s = 0.0f;
+    (void)speed_adaptation_step(&without, &st, &in);
+    ASSERT_NEAR(1e-8, PERIOD_S * KI * 2.0f, st.x_rad_s);
+}
+
 static void test_integrator_is_limited(void)
 {
     const speed_adaptation_config_t cfg = config_of(0, &plain);
@@ -685,6 +701,7 @@ int main(void)
     RUN_TEST(test_phi_is_absent_at_zero_frequency);
     RUN_TEST(test_phi_grows_with_the_frequency_up_to_its_ramp);
     RUN_TEST(test_integral_gain_grows_with_the_frequency);
+    RUN_TEST(test_integral_gain_is_the_constant_again_once_phi_is_off);
     RUN_TEST(test_integrator_is_limited);
     RUN_TEST(test_speed_is_limited_and_the_integrator_free);
     RUN_TEST(test_no_input_makes_the_speed_non_finite);

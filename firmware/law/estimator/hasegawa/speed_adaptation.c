@@ -80,7 +80,7 @@ COLD static ab_t projection(const speed_adaptation_config_t *cfg, speed_adaptati
 
 /* phi and K_I follow the operating point, not the flux: every fourth period is often enough. */
 static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
-                              const speed_adaptation_in_t *in)
+                              const speed_adaptation_in_t *in, float *ki_growth)
 {
     ab_t lambda_Wb = in->lambda_r_hat_Wb;
     if (above_zerof(cfg->p.phi_factor)) {
@@ -94,6 +94,7 @@ static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adapta
         }
         st->steps = (st->steps + 1u) % SPEED_ADAPTATION_PHI_STEPS;
         lambda_Wb = ab_mul(st->phi, lambda_Wb);
+        *ki_growth = st->ki_growth;
     }
     return ab_cross(lambda_Wb, in->e1_A);
 }
@@ -124,9 +125,10 @@ speed_adaptation_out_t speed_adaptation_step(const speed_adaptation_config_t *cf
                                              const speed_adaptation_in_t *in)
 {
     const float limit = cfg->p.omega_max_rad_s;
-    const float z_Wb_A = adaptation_error(cfg, st, in);
+    float ki_growth = 0.0f;
+    const float z_Wb_A = adaptation_error(cfg, st, in, &ki_growth);
     const float step_rad_s = cfg->ki_T_rad_per_s_Wb_A * z_Wb_A;
-    float x_rad_s = st->x_rad_s + step_rad_s + st->ki_growth * step_rad_s +
+    float x_rad_s = st->x_rad_s + step_rad_s + ki_growth * step_rad_s +
                     cfg->p.accel_share * in->expected_step_rad_s;
     if (leak_on(cfg, st, in->omega_s_hat_rad_s)) {
         /* eq. (19); a share above 1 would overshoot zero. */

@@ -64,7 +64,7 @@ typedef struct {
     bool near_zero;  /* hysteresis of the NEAR_ZERO mode: true when the leak is on */
     uint32_t steps;  /* of SPEED_ADAPTATION_PHI_STEPS: phi is taken anew in the first */
     ab_t phi;        /* as a unit vector */
-    float ki_growth; /* K_I is 1 + this times itself */
+    float ki_growth; /* beside phi K_I is 1 + this times itself */
 } speed_adaptation_state_t;
 
 typedef struct {
