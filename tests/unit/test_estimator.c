@@ -291,6 +291,12 @@ static void test_beyond_the_tables_end_its_gain_grows_with_the_speed(void)
     ASSERT_SAME_FLOAT(last->l2_im_ohm, held.l2_im_ohm);
 }
 
+static void test_a_speed_that_is_no_number_reads_the_first_entry(void)
+{
+    const observer_gain_t first = gain_of_a_step_at(NAN);
+    TEST_ASSERT_EQUAL_MEMORY(&test_table.entry[0], &first, sizeof first);
+}
+
 /* The frequency is told; flux and speed are estimated as without. */
 static void test_an_imposed_frame_gives_the_frequency_and_nothing_else(void)
 {
@@ -499,6 +505,7 @@ int main(void)
     RUN_TEST(test_the_mirror_image_turns_the_speed_round);
     RUN_TEST(test_what_is_no_number_leaves_numbers);
     RUN_TEST(test_beyond_the_tables_end_its_gain_grows_with_the_speed);
+    RUN_TEST(test_a_speed_that_is_no_number_reads_the_first_entry);
     RUN_TEST(test_an_imposed_frame_gives_the_frequency_and_nothing_else);
     RUN_TEST(test_the_frequency_of_next_to_no_flux_is_finite);
     RUN_TEST(test_extra_slip_is_taken_from_the_speed_alone);
