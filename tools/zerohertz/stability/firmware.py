@@ -144,7 +144,7 @@ class Firmware:
     leak_on_rad_s: float
     phi_factor: float
     phi_ramp_rad_s: float
-    ki_growth: float  # of K_I, of itself, far from zero frequency
+    ki_growth: float  # far from zero frequency K_I is 1 + this times itself
     ki_from_rad_s: float  # stator frequency from which it grows
     speed: Pi
     speed_filter_gain: float

@@ -12,7 +12,7 @@
 COLD static observer_gain_t gain_beyond(const estimator_config_t *cfg, float nearest,
                                         float omega_e_rad_s)
 {
-    const float number = (nearest > cfg->table_last) ? cfg->table_last : 0.0f; /* else NaN */
+    const float number = (nearest > cfg->table_last) ? cfg->table_last : 0.0f; /* 0: a NaN */
     observer_gain_t gain = gain_table_entry(cfg->table, number, omega_e_rad_s);
     const float growth =
         clampf(absf(omega_e_rad_s) / cfg->table_end_rad_s, 1.0f, ESTIMATOR_BEYOND_TABLE_MAX);

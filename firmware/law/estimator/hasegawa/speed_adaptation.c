@@ -78,7 +78,8 @@ COLD static ab_t projection(const speed_adaptation_config_t *cfg, speed_adaptati
     return trig_unit(factor * ramp * trig_angle(g1));
 }
 
-/* phi and K_I follow the operating point, not the flux: every fourth period is often enough. */
+/* phi and K_I follow the operating point, not the flux: every fourth period is often enough.
+ * Without phi ki_growth stays as it is. */
 static float adaptation_error(const speed_adaptation_config_t *cfg, speed_adaptation_state_t *st,
                               const speed_adaptation_in_t *in, float *ki_growth)
 {
