@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -314,6 +316,19 @@ def test_a_class_that_does_not_end_is_refused_with_its_line(bad):
     assert f"{bad}:{loop}: " in said or f"{bad}:{loop + 1}: " in said
 
 
+@contextmanager
+def begun_with(folder: Path, lines: str) -> Iterator[Path]:
+    """estimator.c with these lines first in its step; the build is kept."""
+    file = folder / "estimator.c"
+    text, first = file.read_text(), "const estimator_in_t *in)\n{\n"
+    assert first in text
+    file.write_text(text.replace(first, first + lines, 1))
+    try:
+        yield file
+    finally:
+        file.write_text(text)
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -322,33 +337,21 @@ def test_a_class_that_does_not_end_is_refused_with_its_line(bad):
     ],
 )
 def test_what_ends_the_first_periods_is_refused_with_its_line(folder, line, said):
-    other = folder.parent / "ended_observer"
-    shutil.rmtree(other, ignore_errors=True)
-    new.new(other.name, other.parent)
-    file = other / "estimator.c"
-    text = file.read_text()
-    first = "const estimator_in_t *in)\n{\n"
-    assert first in text
-    file.write_text(text.replace(first, f"{first}    {line}\n"))
-    told = refused(other)
-    assert said in told
-    assert f"/{file.name}:{file.read_text().splitlines().index('    ' + line) + 1}" in told
+    with begun_with(folder, f"    {line}\n") as file:
+        told = refused(folder)
+        assert said in told
+        assert f"/{file.name}:{file.read_text().splitlines().index('    ' + line) + 1}" in told
 
 
 def test_what_crashes_later_takes_its_worker_and_not_the_command(folder):
-    other = folder.parent / "late_observer"
-    shutil.rmtree(other, ignore_errors=True)
-    new.new(other.name, other.parent)
-    file = other / "estimator.c"
-    first = "const estimator_in_t *in)\n{\n"
     late = (
         "    static int32_t left = 50000; /* 10 s: after the start, in the first run */\n"
         "    if (--left < 0) {\n"
         "        *(volatile int *)(intptr_t)left = 1;\n"
         "    }\n"
     )
-    file.write_text(file.read_text().replace(first, first + late, 1))
-    done = zh("atlas", "--random", 1, "-j", 1, "--fresh", "--estimator", other)
+    with begun_with(folder, late):
+        done = zh("atlas", "--random", 1, "-j", 1, "--fresh", "--estimator", folder)
     assert done.returncode == 2
     assert "a worker died" in done.stderr
 
