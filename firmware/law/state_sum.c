@@ -67,10 +67,14 @@ float state_sum_of_slot(const drive_state_t *st)
     for (const run_t *run = &runs[first[0]]; run != &runs[first[1]]; run++) {
         const float *value = (const float *)(const void *)&bytes[run->at];
         const float *const end = &value[run->count];
-        do {
+        if ((run->count & 1u) != 0u) {
             sum += *value;
             value++;
-        } while (value != end);
+        }
+        while (value != end) {
+            sum += value[0] + value[1];
+            value += 2;
+        }
     }
     return sum;
 }
