@@ -610,9 +610,14 @@ static void test_a_resistance_that_is_too_large_never_sees_the_high_level(void)
         rs_measurement_out_t out = before_the_high_level(2.0f, by_duty == 1);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
         ASSERT_SAME_FLOAT(6.0f, out.i_ref_A);
-        /* One that is too small needs the level to be sure. */
-        out = before_the_high_level(0.0f, by_duty == 1);
+        /* One that is too small needs the level to be sure, unless sensors see next to nothing. */
+        out = before_the_high_level(0.25f, by_duty == 1);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, out.status);
+        const int odd = (by_duty == 1) ? RS_MEASUREMENT_BUSY : RS_MEASUREMENT_REFUSED;
+        out = before_the_high_level(0.2490234375f, by_duty == 1);
+        TEST_ASSERT_EQUAL_INT(odd, out.status);
+        out = before_the_high_level(-2.0f, by_duty == 1);
+        TEST_ASSERT_EQUAL_INT(odd, out.status);
         out = before_the_high_level(NAN, by_duty == 1);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_REFUSED, out.status);
         out = before_the_high_level(2.001953125f, by_duty == 1);
