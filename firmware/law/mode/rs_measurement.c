@@ -220,8 +220,8 @@ static float wanted_A(const rs_measurement_config_t *cfg, uint32_t here, uint32_
 /* Before the largest current: sensors that read too little make it larger still. The tail of the
  * legs' loss raises the slope of the duties' voltage by c/(i j): with it four of 125 sound drives
  * were refused (zh envelope, 99 of 2528188677); without it 694 come to .975 of the limit at most.
- * Sensors see no such loss, and zero is the level farthest away: .35 to .874 of the limit in 1744
- * drives, next to nothing if one stands. The duties' voltage showed less than 0 in two of 383. */
+ * Sensors see no such loss, and zero is the level farthest away: .874 at most in 1115 drives, .35
+ * at least in 629, nothing if one stands. The duties' voltage showed less than 0 in two of 383. */
 COLD static bool resists_oddly(const rs_measurement_config_t *cfg, const rs_measurement_state_t *st)
 {
     const rs_measurement_sums_t *low = &st->level[RS_LEVEL_LOW];

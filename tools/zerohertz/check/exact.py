@@ -45,7 +45,7 @@ def sum_of(first: Matrix, second: Matrix) -> Matrix:
 
 
 def product(first: Matrix, second: Matrix) -> Matrix:
-    """In integers over a common denominator: a third of the time of a sum of rationals."""
+    """In integers over a common denominator: a table takes two thirds of the time."""
     (rows, below), (others, below_others) = _gaussian_integers(first), _gaussian_integers(second)
     columns, common = list(zip(*others, strict=True)), below * below_others
     return [[_dot(row, column, common) for column in columns] for row in rows]

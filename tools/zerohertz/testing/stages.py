@@ -315,7 +315,7 @@ def _cppcheck(log: Log) -> Outcome:
     """Once around each estimator, which all define the same types.
 
     The runs of the other estimators read num.h with its hints for gcc and clang too; in the run
-    over all files that would be two configurations more of each, twice the time.
+    over all files that would be two configurations more of each.
     """
     hints: tuple[str, ...] = ("-U__GNUC__", "-U__clang__", "-U__OPTIMIZE__")
     suppressions = cppcheck_suppressions(ROOT / "firmware" / "misra_deviations.txt")
