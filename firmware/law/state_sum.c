@@ -73,7 +73,7 @@ float state_sum_of_slot(const drive_state_t *st)
         }
         while (value != end) {
             sum += value[0] + value[1];
-            value += 2;
+            value = &value[2];
         }
     }
     return sum;
