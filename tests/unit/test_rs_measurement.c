@@ -343,6 +343,9 @@ static void test_a_coarse_voltage_sensor_is_averaged_over_its_steps(void)
 #define SMALL_OFFSET_A 0.1f
 #define INDUCTANCE_OHM 7.0f /* over a period: does not matter either */
 
+/* Of the slope within the teeth of the high level: saturation takes it there. */
+static float saturated_ohm;
+
 /* The small current: what is measured in this period, and the voltage since the last one. */
 static void small_current(int k, float small_A, float share, float *i_A, float *duty_V)
 {
@@ -375,9 +378,10 @@ static rs_measurement_out_t with_curve(float small_A, float share, float tail_A,
         if (level == RS_LEVEL_SMALL) {
             small_current(k % CURVE_PERIODS, small_A, share, &i_A, &duty_V);
         } else {
+            const float rotor_ohm = 0.5f - ((level == RS_LEVEL_HIGH) ? saturated_ohm : 0.0f);
             i_A = at_A + tooth_A[k % 4];
             duty_V = 1.5f * at_A + (float)LEGS * CURVE_V - 3.0f * CURVE_V * tail_A / at_A +
-                     (2.0f + 3.0f * CURVE_V * teeth_A / (at_A * at_A)) * mean_A[k % 4];
+                     (1.5f + rotor_ohm + 3.0f * CURVE_V * teeth_A / (at_A * at_A)) * mean_A[k % 4];
         }
         const rs_measurement_out_t busy = step(i_A, cfg.by_duty ? duty_V : (1.5f * i_A), duty_V);
         TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_BUSY, busy.status);
@@ -429,6 +433,22 @@ static void test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance
             ASSERT_NEAR(2e-4, (at_A < most_A) ? at_A : most_A, out.threshold_A);
             ASSERT_NEAR(1e-3, 0.5, out.Rr_ohm);
         }
+    }
+}
+
+/* .6 of what the rotor's resistance falls from the low level to the high one. One that rises is no
+ * saturation. */
+static void test_what_saturation_takes_from_the_rotor_comes_back(void)
+{
+    static const float taken_ohm[] = {0.2f, -0.2f};
+    static const double expected_ohm[] = {0.62, 0.5};
+    for (int k = 0; k < 2; k++) {
+        cfg = simple;
+        saturated_ohm = taken_ohm[k];
+        const rs_measurement_out_t out = with_curve(0.3f, 0.2f, 0.0f, 0.0f);
+        saturated_ohm = 0.0f;
+        TEST_ASSERT_EQUAL_INT(RS_MEASUREMENT_DONE, out.status);
+        ASSERT_NEAR(1e-3, expected_ohm[k], out.Rr_ohm);
     }
 }
 
@@ -813,6 +833,7 @@ int main(void)
     RUN_TEST(test_result_comes_once);
     RUN_TEST(test_the_small_current_tells_from_where_on_the_loss_is_whole);
     RUN_TEST(test_the_tail_of_a_capacitance_is_found_and_taken_off_the_resistance);
+    RUN_TEST(test_what_saturation_takes_from_the_rotor_comes_back);
     RUN_TEST(test_a_tail_that_only_levels_or_only_teeth_show_is_none);
     RUN_TEST(test_the_threshold_lies_where_line_and_tail_meet);
     RUN_TEST(test_a_threshold_is_at_most_the_lower_levels_leg_current);
