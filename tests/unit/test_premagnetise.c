@@ -190,8 +190,8 @@ static void measure_rotor(float Rr_ohm, float known_pu)
 
 static void test_a_rotor_beyond_what_a_start_can_tell_is_kept(void)
 {
-    const float found_pu[] = {0.6f, 0.83f, 0.87f, 1.13f, 1.17f, 1.7f};
-    const float kept_pu[] = {-0.4f, -0.17f, 0.0f, 0.0f, 0.17f, 0.7f};
+    const float found_pu[] = {0.6f, 0.84f, 0.86f, 1.14f, 1.16f, 1.7f};
+    const float kept_pu[] = {-0.4f, -0.16f, 0.0f, 0.0f, 0.16f, 0.7f};
     for (size_t k = 0; k < sizeof kept_pu / sizeof kept_pu[0]; k++) {
         configure(true, true);
         cfg.Rr_ohm = 0.5f;
