@@ -31,9 +31,9 @@
  * level more than at the low one; RS_BENT of what lies between them is added. How far off the
  * result is: tools/docs/seeds.md.
  *
- * With the curve, the levels before the largest current show already whether Rs is too large, or
- * next to nothing. It is refused then: sensors that read a quarter of the current would let it be
- * four times as large.
+ * With the curve, the levels before the largest current show already whether Rs is too large, and
+ * with voltage sensors whether it is next to nothing. It is refused then: current sensors that read
+ * a quarter would let the largest current be four times as large.
  *
  * Rs in use is the measured one times a bias. Slightly too high keeps regeneration, slightly too
  * low loses it (the fold at zero stator frequency is one-sided).
