@@ -22,10 +22,6 @@ def real(value: Fraction | int) -> Number:
     return (Fraction(value), Fraction(0))
 
 
-def times(x: Number, y: Number) -> Number:
-    return (x[0] * y[0] - x[1] * y[1], x[0] * y[1] + x[1] * y[0])
-
-
 def plus(x: Number, y: Number) -> Number:
     return (x[0] + y[0], x[1] + y[1])
 
