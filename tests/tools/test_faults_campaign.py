@@ -129,6 +129,10 @@ def test_a_gain_that_changes_while_running_opens_the_gates(bench: Bench, name: s
             Fault.STATOR_RESISTANCE,
             "currents.gain_0.5+voltages.noise_0.05+all.gain_0.5@starting,0,+1,la0,averaged,sensors",
         ),
+        (  # 28.3 A without rs_measurement.c's lower limit
+            Fault.STATOR_RESISTANCE,
+            "u_uv.frozen+currents.gain_0.5+all.gain_0.5@starting,0,+0.5,la1,switched,sensors",
+        ),
     ],
 )
 def test_words_that_all_read_too_little_are_told_before_the_harm(
