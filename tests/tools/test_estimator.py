@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from zerohertz.build import PLANT_TARGET, ensure_built
+from zerohertz.build import HOST_TARGETS, ensure_built
 from zerohertz.errors import UserError
 from zerohertz.estimator import ESTIMATE, Estimator, Verb, built_library, events
 from zerohertz.paths import BUILD, ROOT
@@ -35,9 +35,9 @@ json.dump({**{name: float(record[name][-1]) for name in columns},
 def configured(folder: Path, estimator: Path | str) -> subprocess.CompletedProcess[str]:
     """The host's build with another estimator for the drive, hasegawa beside it, and the plant of
     the host's own build: it does not know the estimator, and takes half a minute to build."""
-    plant = ensure_built(PLANT_TARGET).folder / "host_sim" / f"lib{PLANT_TARGET}.a"
+    built = ensure_built(*HOST_TARGETS).folder / "host_sim"
     options = (f"-DZH_ESTIMATOR={estimator}", "-DZH_ESTIMATORS=hasegawa", "-DZH_BUILD_TESTS=OFF")
-    options += (f"-DZH_PLANT={plant}",)
+    options += (f"-DZH_BUILT={built}",)
     command = ("cmake", "-S", ROOT, "--preset", "host", "-B", folder)
     return subprocess.run((*command, *options), cwd=ROOT, capture_output=True, text=True)
 

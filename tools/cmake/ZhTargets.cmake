@@ -27,7 +27,9 @@ target_compile_options(
         ${ZH_WARNINGS_COMMON}
         $<$<COMPILE_LANGUAGE:C>:${ZH_WARNINGS_VALUES};${ZH_WARNINGS_C}>
         # Double is the working type of the plant, so promotion to it is no accident there.
-        $<$<COMPILE_LANGUAGE:CXX>:-Wconversion;-Wsign-conversion;-Wswitch-enum;${ZH_WARNINGS_CXX}>)
+        $<$<COMPILE_LANGUAGE:CXX>:-Wconversion;-Wsign-conversion;-Wswitch-enum;${ZH_WARNINGS_CXX}>
+        $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wreserved-identifier>
+        $<$<COMPILE_LANG_AND_ID:CXX,Clang>:-Wreserved-identifier>)
 
 add_library(zh_warnings_test INTERFACE)
 target_compile_options(

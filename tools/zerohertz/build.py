@@ -25,7 +25,7 @@ PRESETS = ROOT / "CMakePresets.json"
 PRESET = "host"
 STAMP = "configured.stamp"
 SIL_TARGET = "zerohertz_sil"
-PLANT_TARGET = "zh_plant"
+HOST_TARGETS = ("zh_plant", "zh_gain_file")  # what knows no estimator
 ESTIMATOR = "ZEROHERTZ_ESTIMATOR"
 PYTHON = "ZEROHERTZ_PYTHON_ESTIMATOR"  # FILE.py:CLASS, behind the bridge
 OWN_LIST = "estimator_params.def"  # in an estimator's folder: its own parameters
@@ -96,14 +96,14 @@ def build_estimator(
     estimator: Path, progress: Progress | None = None, quiet: bool = False
 ) -> Built:
     """The SIL library around another estimator's folder. quiet: a BuildError tells, not stderr."""
-    plant = ensure_built(PLANT_TARGET).folder / "host_sim" / f"lib{PLANT_TARGET}.a"
+    built = ensure_built(*HOST_TARGETS).folder / "host_sim"
     folder = estimator_folder(estimator)
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder.with_suffix(".lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not _configured(folder) or _list_came_or_went(folder, estimator):
             print(f"zh: building the drive around {estimator.name}", file=sys.stderr)
-            options = (f"-DZH_ESTIMATOR={estimator}", f"-DZH_PLANT={plant}", "-DZH_BUILD_TESTS=OFF")
+            options = (f"-DZH_ESTIMATOR={estimator}", f"-DZH_BUILT={built}", "-DZH_BUILD_TESTS=OFF")
             arguments = ("-S", str(ROOT), "--preset", PRESET, "-B", str(folder), *options)
             _configure(folder, *arguments, quiet=quiet)
         command = ("cmake", "--build", str(folder), "--parallel", "2", "--target", SIL_TARGET)

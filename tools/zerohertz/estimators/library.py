@@ -14,8 +14,8 @@ from pathlib import Path
 
 from zerohertz.build import (
     ESTIMATOR,
+    HOST_TARGETS,
     IN_TREE,
-    PLANT_TARGET,
     PYTHON,
     BuildError,
     build_estimator,
@@ -56,7 +56,7 @@ def checked_library() -> Path:
     if not estimator:
         return ensure_built().sil_library
     folder = Path(estimator)
-    ensure_built(PLANT_TARGET)  # what fails here is none of the estimator's
+    ensure_built(*HOST_TARGETS)  # what fails here is none of the estimator's
     try:
         built = build_estimator(folder, quiet=True)
     except BuildError as error:
